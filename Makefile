@@ -14,6 +14,7 @@ help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: .venv/.installed ## Install what is missing: system packages, .venv, the package
+	@:
 
 .venv/.installed: pyproject.toml tools/setup.sh
 	@PYTHON="$(PYTHON)" tools/setup.sh

@@ -22,6 +22,12 @@ find_python() {
   done
 }
 
+stop_without_python() {
+  local found
+  found=$("${PYTHON:-python3}" -V 2>/dev/null) || found="not there"
+  stop "needs Python 3.11 or newer; ${PYTHON:-python3} is $found. Name another: make setup PYTHON=/path/to/python3.11"
+}
+
 # ---- system packages ----------------------------------------------------------------------------
 
 missing_packages() {
@@ -31,8 +37,8 @@ missing_packages() {
   done
   command -v cc >/dev/null || echo build-essential
   command -v make >/dev/null || echo make
-  if [ -z "${python:-}" ]; then
-    [ -n "${PYTHON:-}" ] || echo python3 python3-dev python3-venv
+  if [ -z "$python" ]; then
+    echo python3 python3-dev python3-venv
   elif [ "$("$python" -c 'import sys; print(sys.base_prefix)')" = /usr ]; then # Debian's own
     local name
     name=$("$python" -c 'import sys; print("python%d.%d" % sys.version_info[:2])')
@@ -61,6 +67,7 @@ install_packages() {
 
 python=
 find_python
+[ -n "$python" ] || [ -z "${PYTHON:-}" ] || stop_without_python
 if command -v dpkg-query >/dev/null && command -v apt-get >/dev/null; then
   missing=$(missing_packages | tr '\n' ' ')
   if [ -n "$missing" ]; then
@@ -71,8 +78,7 @@ if command -v dpkg-query >/dev/null && command -v apt-get >/dev/null; then
 else
   say "no apt on this system: SuiteSparse (with headers), OpenBLAS, a C compiler and Python headers must be present."
 fi
-[ -n "$python" ] ||
-  stop "needs Python 3.11 or newer; ${PYTHON:-python3} is $("${PYTHON:-python3}" -V 2>&1 || echo 'not there'). Name another: make setup PYTHON=/path/to/python3.11"
+[ -n "$python" ] || stop_without_python
 "$python" -c 'import ensurepip, venv' 2>/dev/null ||
   stop "$python cannot make virtual environments (modules venv and ensurepip). Name another: make setup PYTHON=/path/to/python3.11"
 has_headers ||
