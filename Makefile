@@ -46,7 +46,7 @@ lint: setup ## Check style, types and the order of the rooms
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-	$(BIN)/lint-imports
+	$(BIN)/python tools/lint_imports.py
 
 format: setup ## Put the source into the shape `make lint` asks for
 	$(BIN)/ruff check --fix
