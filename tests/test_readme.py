@@ -14,8 +14,8 @@ def test_first_example_swings_to_the_reference_positions():
     exec(compile(source, "README.md", "exec"), names)
     run, rod = names["run"], names["rod"]
 
-    # Tip of the planar thin pendulum, 10 elements, exact in time (an 8th-order integrator run at two
-    # tolerances, which agree to 1e-12 m); the bound is for the trapezoidal rule at this step.
+    # Tip of the planar thin pendulum, 10 elements, exact in time (an 8th-order integrator run at
+    # two tolerances, which agree to 1e-12 m); the bound is for the trapezoidal rule at this step.
     for t, tip in {
         0.5: (1.311527427649, -1.202929975106),
         1.0: (-1.741823228420, -0.966187601349),
