@@ -32,6 +32,24 @@ cdef extern from "solver_abi.h":
         int (*solve)(void *) noexcept nogil
 
 
+cdef struct Motion:
+    const ancf_system *system
+    ptrdiff_t n_free, n_all, m
+    double dt, gamma, scale
+    # Last accepted state, and the iterate of the step under way.
+    double *q0
+    double *v0
+    double *a0
+    double *lam0
+    double *q
+    double *a
+    double *lam
+    const double *dead_load
+    const double *amplitudes
+    double *r
+    double *phi
+
+
 cdef class March:
     """State of a system in time, and the equations of its next step.
 
@@ -51,30 +69,32 @@ cdef class March:
     """
 
     cdef ancf_equations interface
-    cdef const ancf_system *system
-    cdef ptrdiff_t n_free, n_all, m
-    cdef double dt, beta, gamma, scale
-    # Last accepted state, and the iterate of the step under way.
-    cdef double[::1] q0, v0, a0, lam0, q, a, lam, dead_load, r, phi
-    cdef const double *amplitudes
-    cdef readonly object capsule, owner
+    cdef Motion motion
+    cdef object owner, arrays
+    cdef readonly object capsule
 
     def __cinit__(self, system, double dt, double beta, double gamma, q, v, a, lam, dead_load):
+        cdef Motion *motion = &self.motion
+        cdef double[::1] view
+        cdef double *start[10]
         self.owner = system
-        self.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
-        self.n_free, self.n_all = self.system.n_free, self.system.n_all
-        self.m = self.system.n_multipliers
-        self.dt, self.beta, self.gamma, self.scale = dt, beta, gamma, beta * dt * dt
-        self.q0, self.v0, self.a0 = (np.array(x, dtype=float) for x in (q, v, a))
+        motion.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
+        motion.n_free, motion.n_all = motion.system.n_free, motion.system.n_all
+        motion.m = motion.system.n_multipliers
+        motion.dt, motion.gamma, motion.scale = dt, gamma, beta * dt * dt
         # Never empty, so that a pointer to the first multiplier always exists.
-        self.lam0 = np.zeros(max(self.m, 1))
-        self.lam0[: self.m] = np.asarray(lam, dtype=float)
-        self.q, self.a, self.lam = np.array(self.q0), np.array(self.a0), np.array(self.lam0)
-        self.dead_load = np.array(dead_load, dtype=float)
-        self.r, self.phi = np.zeros(self.n_all), np.zeros(max(self.m, 1))
-        self.interface.context = <void *>self
-        self.interface.n, self.interface.n_coordinates = self.n_free + self.m, self.n_free
-        self.interface.n_values = self.system.n_values
+        lam = np.append(lam, 0.0)
+        self.arrays = [np.array(x, dtype=float) for x in (
+            q, v, a, lam, q, a, lam, dead_load, np.zeros(len(q)), np.zeros(len(lam)))]
+        for k, array in enumerate(self.arrays):
+            view = array
+            start[k] = &view[0]
+        motion.q0, motion.v0, motion.a0, motion.lam0 = start[0], start[1], start[2], start[3]
+        motion.q, motion.a, motion.lam = start[4], start[5], start[6]
+        motion.dead_load, motion.r, motion.phi = start[7], start[8], start[9]
+        self.interface.context = motion
+        self.interface.n, self.interface.n_coordinates = motion.n_free + motion.m, motion.n_free
+        self.interface.n_values = motion.system.n_values
         self.interface.restart, self.interface.correct = restart, correct
         self.interface.residual, self.interface.matrix = residual, matrix
         self.capsule = PyCapsule_New(&self.interface, "ancf_equations", NULL)
@@ -82,36 +102,36 @@ cdef class March:
     @property
     def state(self):
         """Last accepted ``(q, v, a, lam)`` as copies."""
-        return (np.array(self.q0), np.array(self.v0), np.array(self.a0),
-                np.array(self.lam0)[: self.m])
+        q, v, a, lam = (array.copy() for array in self.arrays[:4])
+        return q, v, a, lam[: self.motion.m]
 
     @property
     def unbalanced(self):
         """Residual ``(n_all,)`` [N, N m] and constraints ``(m,)`` [m] of the last iterate."""
-        return np.array(self.r), np.array(self.phi)[: self.m]
+        return self.arrays[8].copy(), self.arrays[9][: self.motion.m].copy()
 
     def prepare(self, const double[:, ::1] amplitudes):
         """Set the loads of the next step and put its predictor in place."""
-        self.amplitudes = &amplitudes[0, 0] if amplitudes.shape[1] > 0 else NULL
-        restart(<void *>self)
+        self.motion.amplitudes = &amplitudes[0, 0] if amplitudes.shape[1] > 0 else NULL
+        restart(&self.motion)
 
     def residual(self):
         """Return the scaled residual ``(n,)`` at the present iterate."""
         out = np.empty(self.interface.n)
         cdef double[::1] view = out
-        residual(<void *>self, &view[0])
+        residual(&self.motion, &view[0])
         return out
 
     def correct(self, const double[::1] s):
         """Add a correction ``(n,)`` to the present iterate."""
-        correct(<void *>self, &s[0])
+        correct(&self.motion, &s[0])
 
     def matrix(self):
         """Return the values of the scaled iteration matrix at the present iterate."""
         out = np.empty(self.interface.n_values + 1)
         cdef double[::1] view = out
-        matrix(<void *>self, &view[0])
-        return out[:-1]
+        matrix(&self.motion, &view[0])
+        return out[: self.interface.n_values]
 
     def advance(self, nonlinear, ptrdiff_t n_steps, const double[:, ::1] amplitudes,
                 ptrdiff_t save_every, ptrdiff_t steps_done, double[:, ::1] q_out,
@@ -127,29 +147,30 @@ cdef class March:
         """
         cdef const ancf_nonlinear *solver = <const ancf_nonlinear *>PyCapsule_GetPointer(
             nonlinear.capsule, "ancf_nonlinear")
+        cdef Motion *motion = &self.motion
         cdef ptrdiff_t k, i, row
         cdef int outcome = 0
-        cdef double keep = self.dt * (1.0 - self.gamma), gain = self.dt * self.gamma
+        cdef double keep = motion.dt * (1.0 - motion.gamma), gain = motion.dt * motion.gamma
         with nogil:
             for k in range(n_steps):
-                self.amplitudes = &amplitudes[k, 0] if amplitudes.shape[1] > 0 else NULL
-                restart(<void *>self)
+                motion.amplitudes = &amplitudes[k, 0] if amplitudes.shape[1] > 0 else NULL
+                restart(&self.motion)
                 outcome = solver.solve(solver.context)
                 if outcome != 0:
                     break
-                for i in range(self.n_free):
-                    self.v0[i] += keep * self.a0[i] + gain * self.a[i]
-                    self.q0[i] = self.q[i]
-                    self.a0[i] = self.a[i]
-                for i in range(self.m):
-                    self.lam0[i] = self.lam[i]
+                for i in range(motion.n_free):
+                    motion.v0[i] += keep * motion.a0[i] + gain * motion.a[i]
+                    motion.q0[i] = motion.q[i]
+                    motion.a0[i] = motion.a[i]
+                for i in range(motion.m):
+                    motion.lam0[i] = motion.lam[i]
                 if (steps_done + k + 1) % save_every == 0:
                     row = (steps_done + k + 1) // save_every
-                    memcpy(&q_out[row, 0], &self.q0[0], self.n_all * sizeof(double))
-                    memcpy(&v_out[row, 0], &self.v0[0], self.n_all * sizeof(double))
-                    memcpy(&a_out[row, 0], &self.a0[0], self.n_all * sizeof(double))
-                    if self.m > 0:
-                        memcpy(&lam_out[row, 0], &self.lam0[0], self.m * sizeof(double))
+                    memcpy(&q_out[row, 0], motion.q0, motion.n_all * sizeof(double))
+                    memcpy(&v_out[row, 0], motion.v0, motion.n_all * sizeof(double))
+                    memcpy(&a_out[row, 0], motion.a0, motion.n_all * sizeof(double))
+                    if motion.m > 0:
+                        memcpy(&lam_out[row, 0], motion.lam0, motion.m * sizeof(double))
             else:
                 k = n_steps
         return k, outcome
@@ -157,7 +178,7 @@ cdef class March:
 
 cdef void restart(void *context) noexcept nogil:
     """The predictor: the acceleration and the multipliers of the last step (equation 4)."""
-    cdef March self = <March>context
+    cdef Motion *self = <Motion *>context
     cdef ptrdiff_t i
     cdef double half = 0.5 * self.dt * self.dt
     for i in range(self.n_free):
@@ -169,7 +190,7 @@ cdef void restart(void *context) noexcept nogil:
 
 cdef void correct(void *context, const double *s) noexcept nogil:
     """Equation 10; the velocity follows once, when the step is accepted."""
-    cdef March self = <March>context
+    cdef Motion *self = <Motion *>context
     cdef ptrdiff_t i
     cdef double factor = 1.0 / self.scale
     for i in range(self.n_free):
@@ -180,10 +201,10 @@ cdef void correct(void *context, const double *s) noexcept nogil:
 
 
 cdef void residual(void *context, double *r) noexcept nogil:
-    cdef March self = <March>context
+    cdef Motion *self = <Motion *>context
     cdef ptrdiff_t i
-    self.system.residual(self.system.context, &self.q[0], &self.a[0], &self.lam[0],
-                         &self.dead_load[0], self.amplitudes, &self.r[0], &self.phi[0])
+    self.system.residual(self.system.context, self.q, self.a, self.lam,
+                         self.dead_load, self.amplitudes, self.r, self.phi)
     for i in range(self.n_free):
         r[i] = self.scale * self.r[i]
     for i in range(self.m):
@@ -191,6 +212,6 @@ cdef void residual(void *context, double *r) noexcept nogil:
 
 
 cdef void matrix(void *context, double *values) noexcept nogil:
-    cdef March self = <March>context
-    self.system.matrix(self.system.context, 1.0, self.scale, &self.q[0], &self.lam[0],
+    cdef Motion *self = <Motion *>context
+    self.system.matrix(self.system.context, 1.0, self.scale, self.q, self.lam,
                        self.amplitudes, values)

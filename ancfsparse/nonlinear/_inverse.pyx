@@ -7,15 +7,15 @@ history); `Limited` keeps the last few as vectors on a sparse seed.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.math cimport fabs, sqrt
-from libc.string cimport memcpy, memset
+from libc.string cimport memcpy
 
 import numpy as np
 
 
 cdef extern from "simd.h":
-    const int LANES
+    const int LANES "ANCF_LANES"
     ctypedef double vec
-    vec set1(double) noexcept nogil
+    vec set1 "vec_set1" (double) noexcept nogil
 
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_seed:
@@ -110,6 +110,18 @@ cdef int pair_terms(Rule rule, ptrdiff_t n, const double *s, const double *y, co
     return 2
 
 
+cdef struct DenseData:
+    const ancf_seed *seed
+    Rule rule
+    ptrdiff_t n, padded, pending
+    double smallest_y
+    double *columns
+    double *a  # two terms of `padded` numbers each, like w
+    double *w
+    double *product
+    double *unit
+
+
 cdef class Dense:
     """The inverse as a full matrix that learns for as long as the run lasts (``memory="full"``).
 
@@ -118,88 +130,93 @@ cdef class Dense:
     """
 
     cdef ancf_inverse interface
-    cdef const ancf_seed *seed
-    cdef Rule rule
-    cdef ptrdiff_t n, padded, pending
-    cdef double[:, ::1] columns
-    cdef double[::1] padded_r, padded_z, unit
-    cdef double[:, ::1] a, w
-    cdef public double smallest_y
-    cdef readonly object capsule, owner
+    cdef DenseData data
+    cdef object owner, columns, terms, work
+    cdef readonly object capsule
 
     def __cinit__(self, seed, str rule):
-        self.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
+        cdef DenseData *data = &self.data
+        cdef double[:, ::1] columns
+        cdef double[:, :, ::1] terms
+        cdef double[:, ::1] work
         self.owner = seed
-        self.rule = RULES[rule]
-        self.n = self.seed.n
-        self.padded = (self.n + 7) // 8 * 8
-        self.columns = np.zeros((self.n, self.padded))
-        self.padded_r, self.padded_z = np.zeros(self.padded), np.zeros(self.padded)
-        self.unit = np.zeros(self.n)
-        self.a, self.w = np.zeros((2, self.padded)), np.zeros((2, self.padded))
-        self.interface.context, self.interface.n = <void *>self, self.n
+        data.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
+        data.rule = RULES[rule]
+        data.n = data.seed.n
+        data.padded = (data.n + 7) // 8 * 8
+        self.columns = np.zeros((data.n, data.padded))
+        self.terms, self.work = np.zeros((2, 2, data.padded)), np.zeros((2, data.padded))
+        columns, terms, work = self.columns, self.terms, self.work
+        data.columns, data.a, data.w = &columns[0, 0], &terms[0, 0, 0], &terms[1, 0, 0]
+        data.product, data.unit = &work[0, 0], &work[1, 0]
+        self.interface.context, self.interface.n = data, data.n
         self.interface.reseed, self.interface.forget = dense_reseed, dense_forget
         self.interface.apply, self.interface.learn = dense_apply, dense_learn
         self.capsule = PyCapsule_New(&self.interface, "ancf_inverse", NULL)
 
+    def set_smallest_y(self, double value):
+        """Skip pairs whose difference of residuals is shorter than this: rounding."""
+        self.data.smallest_y = value
+
     @property
     def matrix(self):
         """The inverse as an array (n, n), newest pair included."""
-        full = np.array(self.columns)[:, : self.n].T
-        for k in range(self.pending):
-            full = full + np.outer(self.a[k, : self.n], self.w[k, : self.n])
+        n = self.data.n
+        full = self.columns[:, :n].T.copy()
+        for k in range(self.data.pending):
+            full += np.outer(self.terms[0, k, :n], self.terms[1, k, :n])
         return full
 
     @matrix.setter
     def matrix(self, value):
-        self.pending = 0
-        np.asarray(self.columns)[:, : self.n] = np.asarray(value).T
+        self.data.pending = 0
+        self.columns[:, : self.data.n] = np.asarray(value).T
 
     def apply(self, const double[::1] r):
         """Return ``H r``."""
-        z = np.empty(self.n)
+        z = np.empty(self.data.n)
         cdef double[::1] view = z
-        dense_apply(<void *>self, &r[0], &view[0])
+        dense_apply(&self.data, &r[0], &view[0])
         return z
 
     def learn(self, const double[::1] s, const double[::1] y, const double[::1] r_new):
         """Take in the pair; return ``(H_new r_new, accepted)``.  ``s`` must be ``-H r_old``."""
-        z = np.empty(self.n)
+        z = np.empty(self.data.n)
         cdef double[::1] view = z
-        return z, bool(dense_learn(<void *>self, &s[0], &y[0], &r_new[0], &view[0]))
+        return z, bool(dense_learn(&self.data, &s[0], &y[0], &r_new[0], &view[0]))
 
 
 cdef int dense_reseed(void *context) noexcept nogil:
-    cdef Dense self = <Dense>context
+    cdef DenseData *self = <DenseData *>context
     cdef ptrdiff_t j
     self.pending = 0
     for j in range(self.n):
         self.unit[j] = 1.0
-        self.seed.solve(self.seed.context, &self.unit[0], &self.columns[j, 0])
+        self.seed.solve(self.seed.context, self.unit, self.columns + j * self.padded)
         self.unit[j] = 0.0
     return <int>self.n
 
 
 cdef void dense_forget(void *context) noexcept nogil:
     # The pairs are in the matrix for good; only the waiting one can be dropped.
-    (<Dense>context).pending = 0
+    (<DenseData *>context).pending = 0
 
 
 cdef void dense_apply(void *context, const double *r, double *z) noexcept nogil:
     """Add the waiting terms to the matrix and multiply: one pass."""
-    cdef Dense self = <Dense>context
+    cdef DenseData *self = <DenseData *>context
     cdef ptrdiff_t n = self.n, step = self.padded // LANES, i, j
     cdef vec *h
     cdef vec *column
-    cdef const vec *a0 = <const vec *>&self.a[0, 0]
-    cdef const vec *a1 = <const vec *>&self.a[1, 0]
-    cdef vec *out = <vec *>&self.padded_z[0]
-    cdef const double *w0 = &self.w[0, 0]
-    cdef const double *w1 = &self.w[1, 0]
+    cdef const vec *a0 = <const vec *>self.a
+    cdef const vec *a1 = <const vec *>(self.a + self.padded)
+    cdef vec *out = <vec *>self.product
+    cdef const double *w0 = self.w
+    cdef const double *w1 = self.w + self.padded
     cdef vec z0, z1, p0, p1, p2, p3, rj, wj, vj, t0, t1
     i = 0
     while i < step:
-        h = <vec *>&self.columns[0, 0] + i
+        h = <vec *>self.columns + i
         if i + 1 < step:
             z0 = set1(0.0)
             z1 = set1(0.0)
@@ -262,12 +279,12 @@ cdef void dense_apply(void *context, const double *r, double *z) noexcept nogil:
 
 cdef int dense_learn(void *context, const double *s, const double *y, const double *r_new,
                      double *z) noexcept nogil:
-    cdef Dense self = <Dense>context
+    cdef DenseData *self = <DenseData *>context
     cdef ptrdiff_t n = self.n, i, j
     cdef int terms, k
     cdef double delta, factor, ss
     dense_apply(context, r_new, z)
-    terms = pair_terms(self.rule, n, s, y, z, self.smallest_y, &self.a[0, 0], &self.w[0, 0],
+    terms = pair_terms(self.rule, n, s, y, z, self.smallest_y, self.a, self.w,
                        self.padded)
     if terms == 0:
         return 0
@@ -277,13 +294,23 @@ cdef int dense_learn(void *context, const double *s, const double *y, const doub
         if not fabs(delta) >= SMALLEST_BROYDEN * ss:
             return 0
         for j in range(n):
-            self.w[0, j] = dot(&self.columns[j, 0], s, n) / delta
+            self.w[j] = dot(self.columns + j * self.padded, s, n) / delta
     for k in range(terms):
-        factor = dot(&self.w[k, 0], r_new, n)
+        factor = dot(self.w + k * self.padded, r_new, n)
         for i in range(n):
-            z[i] += factor * self.a[k, i]
+            z[i] += factor * self.a[k * self.padded + i]
     self.pending = terms
     return 1
+
+
+cdef struct LimitedData:
+    const ancf_seed *seed
+    Rule rule
+    ptrdiff_t n, capacity, count
+    double smallest_y
+    double *a  # `capacity` terms of n numbers each, like w
+    double *w
+    const double *weights
 
 
 cdef class Limited:
@@ -294,65 +321,67 @@ cdef class Limited:
     """
 
     cdef ancf_inverse interface
-    cdef const ancf_seed *seed
-    cdef Rule rule
-    cdef ptrdiff_t n, capacity, count
-    cdef double[:, ::1] a, w
-    cdef double[::1] weights
-    cdef public double smallest_y
-    cdef public ptrdiff_t flushes
-    cdef readonly object capsule, owner
+    cdef LimitedData data
+    cdef object owner, terms, weights
+    cdef readonly object capsule
 
     def __cinit__(self, seed, str rule, ptrdiff_t n_pairs, weights=None):
-        cdef ptrdiff_t rows
-        self.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
+        cdef LimitedData *data = &self.data
+        cdef double[:, :, ::1] terms
+        cdef const double[::1] weights_view
         self.owner = seed
-        self.rule = RULES[rule]
-        self.n = self.seed.n
-        self.weights = np.ones(self.n) if weights is None else np.ascontiguousarray(weights)
-        rows = 2 if self.rule in (DFP, BFGS) else 1
-        self.capacity = rows * n_pairs
-        self.a, self.w = np.zeros((max(self.capacity, 2), self.n)), np.zeros((max(self.capacity, 2), self.n))
-        self.interface.context, self.interface.n = <void *>self, self.n
+        data.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
+        data.rule = RULES[rule]
+        data.n = data.seed.n
+        data.capacity = n_pairs * (2 if data.rule in (DFP, BFGS) else 1)
+        self.terms = np.zeros((2, max(data.capacity, 1), data.n))
+        self.weights = np.ones(data.n) if weights is None else np.array(weights, dtype=float)
+        terms, weights_view = self.terms, self.weights
+        data.a, data.w, data.weights = &terms[0, 0, 0], &terms[1, 0, 0], &weights_view[0]
+        self.interface.context, self.interface.n = data, data.n
         self.interface.reseed, self.interface.forget = limited_reseed, limited_forget
         self.interface.apply, self.interface.learn = limited_apply, limited_learn
         self.capsule = PyCapsule_New(&self.interface, "ancf_inverse", NULL)
 
+    def set_smallest_y(self, double value):
+        """Skip pairs whose difference of residuals is shorter than this: rounding."""
+        self.data.smallest_y = value
+
     def apply(self, const double[::1] r):
         """Return ``H r``."""
-        z = np.empty(self.n)
+        z = np.empty(self.data.n)
         cdef double[::1] view = z
-        limited_apply(<void *>self, &r[0], &view[0])
+        limited_apply(&self.data, &r[0], &view[0])
         return z
 
     def learn(self, const double[::1] s, const double[::1] y, const double[::1] r_new):
         """Take in the pair; return ``(H_new r_new, accepted)``.  ``s`` must be ``-H r_old``."""
-        z = np.empty(self.n)
+        z = np.empty(self.data.n)
         cdef double[::1] view = z
-        return z, bool(limited_learn(<void *>self, &s[0], &y[0], &r_new[0], &view[0]))
+        return z, bool(limited_learn(&self.data, &s[0], &y[0], &r_new[0], &view[0]))
 
 
 cdef int limited_reseed(void *context) noexcept nogil:
-    (<Limited>context).count = 0
+    (<LimitedData *>context).count = 0
     return 0
 
 
 cdef void limited_forget(void *context) noexcept nogil:
-    (<Limited>context).count = 0
+    (<LimitedData *>context).count = 0
 
 
-cdef void add_term(Limited self, ptrdiff_t k, const double *r, double *z) noexcept nogil:
+cdef void add_term(const LimitedData *self, ptrdiff_t k, const double *r, double *z) noexcept nogil:
     cdef ptrdiff_t i
-    cdef double *a = &self.a[k, 0]
+    cdef const double *a = self.a + k * self.n
     cdef double factor
     # Broyden's terms act on what the earlier terms made of r, the symmetric ones on r itself.
-    factor = dot(&self.w[k, 0], z if self.rule == BROYDEN else r, self.n)
+    factor = dot(self.w + k * self.n, z if self.rule == BROYDEN else r, self.n)
     for i in range(self.n):
         z[i] += factor * a[i]
 
 
 cdef void limited_apply(void *context, const double *r, double *z) noexcept nogil:
-    cdef Limited self = <Limited>context
+    cdef LimitedData *self = <LimitedData *>context
     cdef ptrdiff_t k
     self.seed.solve(self.seed.context, r, z)
     for k in range(self.count):
@@ -361,7 +390,7 @@ cdef void limited_apply(void *context, const double *r, double *z) noexcept nogi
 
 cdef int limited_learn(void *context, const double *s, const double *y, const double *r_new,
                        double *z) noexcept nogil:
-    cdef Limited self = <Limited>context
+    cdef LimitedData *self = <LimitedData *>context
     cdef ptrdiff_t n = self.n, i, k, terms
     cdef double delta, ss
     cdef double *w
@@ -370,16 +399,15 @@ cdef int limited_learn(void *context, const double *s, const double *y, const do
         return 1
     if self.count >= self.capacity:
         self.count = 0
-        self.flushes += 1
         limited_apply(context, r_new, z)
         return 1
     limited_apply(context, r_new, z)
-    terms = pair_terms(self.rule, n, s, y, z, self.smallest_y, &self.a[self.count, 0],
-                       &self.w[self.count, 0], n)
+    terms = pair_terms(self.rule, n, s, y, z, self.smallest_y, self.a + self.count * n,
+                       self.w + self.count * n, n)
     if terms == 0:
         return 0
     if self.rule == BROYDEN:  # (I + u s^T D / (s.D h)) H
-        w = &self.w[self.count, 0]
+        w = self.w + self.count * n
         for i in range(n):
             w[i] = self.weights[i] * s[i]
         ss = dot(w, s, n)

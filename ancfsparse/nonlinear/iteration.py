@@ -129,7 +129,7 @@ def make_inverse(
         inverse = module.Limited(seed, method.update, int(method.memory), weights)
     else:
         inverse = module.Limited(seed, "broyden", 0)
-    inverse.smallest_y = smallest_y
+    inverse.set_smallest_y(smallest_y)
     return inverse
 
 

@@ -19,6 +19,24 @@ cdef extern from "solver_abi.h":
         void (*solve)(void *, const double *, double *) noexcept nogil
 
 
+cdef struct Factor:
+    ptrdiff_t n
+    const int32_t *permutation
+    const int32_t *parent
+    const int8_t *sign
+    const int64_t *start
+    const int64_t *upper_start
+    const int32_t *upper_row
+    const int32_t *upper_slot
+    int32_t *row
+    double *lower
+    double *pivot
+    double *work  # cleared between calls
+    int32_t *flag
+    int32_t *reach
+    int32_t *count
+
+
 cdef class Ldl:
     """Factor of a symmetric quasi-definite matrix in permuted order.
 
@@ -30,7 +48,7 @@ cdef class Ldl:
         Where each column of L starts (strictly below the diagonal).
     parent : (n,) int32
         Elimination tree, -1 at a root.
-    upper_start, upper_row, upper_slot : arrays
+    upper_start, upper_row, upper_slot : int64, int32 and int32 arrays
         Upper triangle of the permuted matrix by columns: rows, and the place of each entry in the
         array of values that `factor` gets.
     sign : (n,) int8
@@ -38,59 +56,69 @@ cdef class Ldl:
     """
 
     cdef ancf_seed interface
-    cdef int32_t[::1] permutation, parent, upper_row, upper_slot, row, flag, reach, count
-    cdef int64_t[::1] column_start, upper_start
-    cdef double[::1] lower, pivot, work
-    cdef int8_t[::1] sign
+    cdef Factor data
+    cdef object given, row, lower, pivot, work, integers
+    cdef readonly ptrdiff_t nnz
     cdef readonly object capsule
 
-    def __cinit__(self, permutation, column_start, parent, upper_start, upper_row, upper_slot, sign):
-        n = len(permutation)
-        self.permutation, self.parent, self.sign = permutation, parent, sign
-        self.column_start, self.upper_start = column_start, upper_start
-        self.upper_row, self.upper_slot = upper_row, upper_slot
-        self.row = np.zeros(column_start[n], dtype=np.int32)
-        self.lower = np.zeros(column_start[n])
+    def __cinit__(self, const int32_t[::1] permutation, const int64_t[::1] column_start,
+                  const int32_t[::1] parent, const int64_t[::1] upper_start,
+                  const int32_t[::1] upper_row, const int32_t[::1] upper_slot,
+                  const int8_t[::1] sign):
+        cdef Factor *data = &self.data
+        cdef ptrdiff_t n = permutation.shape[0]
+        cdef int32_t[::1] row
+        cdef int32_t[:, ::1] integers
+        cdef double[::1] lower, pivot, work
+        self.nnz = column_start[n]
+        self.given = (permutation, column_start, parent, upper_start, upper_row, upper_slot, sign)
+        # One more entry than needed, so that a pointer to the first always exists.
+        self.row, self.lower = np.zeros(self.nnz + 1, dtype=np.int32), np.zeros(self.nnz + 1)
         self.pivot, self.work = np.ones(n), np.zeros(n)
-        self.flag, self.reach, self.count = (np.zeros(n, dtype=np.int32) for _ in range(3))
-        self.interface.context, self.interface.n = <void *>self, n
+        self.integers = np.zeros((3, n), dtype=np.int32)
+        row, lower, pivot, work = self.row, self.lower, self.pivot, self.work
+        integers = self.integers
+        data.n = n
+        data.permutation, data.parent, data.sign = &permutation[0], &parent[0], &sign[0]
+        data.start, data.upper_start = &column_start[0], &upper_start[0]
+        data.upper_row, data.upper_slot = &upper_row[0], &upper_slot[0]
+        data.row, data.lower, data.pivot, data.work = &row[0], &lower[0], &pivot[0], &work[0]
+        data.flag, data.reach = &integers[0, 0], &integers[1, 0]
+        data.count = &integers[2, 0]
+        self.interface.context, self.interface.n = data, n
         self.interface.factor, self.interface.solve = factor, solve
         self.capsule = PyCapsule_New(&self.interface, "ancf_seed", NULL)
 
-    @property
-    def nnz(self):
-        """Entries of L below the diagonal."""
-        return self.lower.shape[0]
-
     def factor(self, const double[::1] values):
         """Factor; return 0, or 1 + the first unknown whose pivot has the wrong sign."""
-        return factor(<void *>self, &values[0])
+        return factor(&self.data, &values[0])
 
     def solve(self, const double[::1] r):
         """Return the solution ``x (n,)`` for the right-hand side ``r (n,)``."""
-        x = np.empty(self.interface.n)
+        x = np.empty(self.data.n)
         cdef double[::1] view = x
-        solve(<void *>self, &r[0], &view[0])
+        solve(&self.data, &r[0], &view[0])
         return x
 
     def arrays(self):
         """Return ``(column_start, row, lower, pivot, permutation)`` as copies, for tests."""
-        return tuple(np.array(v) for v in (
-            self.column_start, self.row, self.lower, self.pivot, self.permutation))
+        permutation, column_start = self.given[:2]
+        return (np.array(column_start), self.row[: self.nnz].copy(),
+                self.lower[: self.nnz].copy(), self.pivot.copy(), np.array(permutation))
 
 
 cdef ptrdiff_t factor(void *context, const double *values) noexcept nogil:
-    cdef Ldl self = <Ldl>context
-    cdef int32_t *parent = &self.parent[0]
-    cdef int32_t *flag = &self.flag[0]
-    cdef int32_t *reach = &self.reach[0]
-    cdef int32_t *count = &self.count[0]
-    cdef int32_t *row = &self.row[0] if self.row.shape[0] > 0 else NULL
-    cdef int64_t *start = &self.column_start[0]
-    cdef double *lower = &self.lower[0] if self.lower.shape[0] > 0 else NULL
-    cdef double *y = &self.work[0]
-    cdef double *pivot = &self.pivot[0]
-    cdef ptrdiff_t n = self.interface.n, k, i, length, top, bad = 0
+    cdef const Factor *self = <const Factor *>context
+    cdef const int32_t *parent = self.parent
+    cdef int32_t *flag = self.flag
+    cdef int32_t *reach = self.reach
+    cdef int32_t *count = self.count
+    cdef int32_t *row = self.row
+    cdef const int64_t *start = self.start
+    cdef double *lower = self.lower
+    cdef double *y = self.work
+    cdef double *pivot = self.pivot
+    cdef ptrdiff_t n = self.n, k, i, length, top, bad = 0
     cdef int64_t p, end
     cdef double yi, lki, d
     for k in range(n):
@@ -139,14 +167,14 @@ cdef ptrdiff_t factor(void *context, const double *values) noexcept nogil:
 
 
 cdef void solve(void *context, const double *r, double *x) noexcept nogil:
-    cdef Ldl self = <Ldl>context
-    cdef int32_t *permutation = &self.permutation[0]
-    cdef int32_t *row = &self.row[0] if self.row.shape[0] > 0 else NULL
-    cdef int64_t *start = &self.column_start[0]
-    cdef double *lower = &self.lower[0] if self.lower.shape[0] > 0 else NULL
-    cdef double *y = &self.work[0]
-    cdef double *pivot = &self.pivot[0]
-    cdef ptrdiff_t n = self.interface.n, k
+    cdef const Factor *self = <const Factor *>context
+    cdef const int32_t *permutation = self.permutation
+    cdef int32_t *row = self.row
+    cdef const int64_t *start = self.start
+    cdef double *lower = self.lower
+    cdef double *y = self.work
+    cdef double *pivot = self.pivot
+    cdef ptrdiff_t n = self.n, k
     cdef int64_t p
     cdef double yk
     for k in range(n):

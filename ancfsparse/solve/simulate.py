@@ -191,12 +191,13 @@ def prepare(
 
 def count(stats: RunStats, iteration: Any) -> None:
     """Copy the counts of the compiled loop."""
-    stats.iterations = iteration.iterations
-    stats.residual_evaluations = iteration.residual_evaluations
-    stats.factorizations = iteration.factorizations
-    stats.solves = iteration.solves
-    stats.skipped_pairs = iteration.skipped_pairs
-    stats.recoveries = iteration.recoveries_reseed + iteration.recoveries_newton
+    counts = iteration.counts
+    stats.iterations = counts["iterations"]
+    stats.residual_evaluations = counts["residual_evaluations"]
+    stats.factorizations = counts["factorizations"]
+    stats.solves = counts["solves"]
+    stats.skipped_pairs = counts["skipped_pairs"]
+    stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]
 
 
 def failure(
