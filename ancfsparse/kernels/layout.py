@@ -1,0 +1,118 @@
+"""Pack elements into the blocks of `kernel_abi.h`."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Prepare = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Arrays one kernel call takes, for blocks of as many elements as a vector has lanes.
+
+    Attributes
+    ----------
+    gather : (n_blocks, n, lanes) int32
+        Places in ``q`` and ``a`` of the coordinates.
+    scatter : (n_blocks, n_out, lanes) int32
+        Places in ``out`` to which results are added.
+    set_of : (n_blocks,) int32
+        Which set of parameters each block uses.
+    parameters : (n_sets, n_derived, lanes) float64
+        Derived parameters; blocks with equal parameters share one set.
+    """
+
+    gather: NDArray[np.int32]
+    scatter: NDArray[np.int32]
+    set_of: NDArray[np.int32]
+    parameters: NDArray[np.float64]
+
+
+def pack(
+    prepare: Prepare,
+    lanes: int,
+    places: ArrayLike,
+    scatter: ArrayLike,
+    base: ArrayLike,
+    *,
+    length_column: int = 0,
+) -> Layout:
+    """Arrange elements of one kind in blocks.
+
+    Parameters
+    ----------
+    prepare : callable
+        The kernel module's ``prepare``: base parameters to derived ones.
+    lanes : int
+        Elements per block, the module's ``LANES``.
+    places : (n_elements, n) int
+        Place of every coordinate in the vector of the system.
+    scatter : (n_elements, n_out) int
+        Place in the output of every number the kernel adds.
+    base : (n_elements, n_base) float
+        Base parameters in the order of the module's ``PARAMETERS``.
+    length_column : int
+        Which of them is the length, the only one padding keeps.
+
+    Returns
+    -------
+    Layout
+        The last block is filled up with copies of the last element whose parameters are zero.
+    """
+    places, scatter = _places(places, "places"), _places(scatter, "scatter")
+    base = np.asarray(base, dtype=np.float64)
+    n = len(places)
+    if base.ndim != 2 or len(base) != n or len(scatter) != n:
+        raise ValueError(
+            f"Every element needs one row: {n} rows of places, {len(scatter)} of scatter, "
+            f"base parameters of shape {base.shape}."
+        )
+    if not (base[:, length_column] > 0).all():
+        worst = int(np.argmin(base[:, length_column]))
+        raise ValueError(
+            f"Element {worst} has length {base[worst, length_column]:g}; lengths are positive."
+        )
+    n_blocks = -(-n // lanes)
+    rows = np.minimum(np.arange(n_blocks * lanes), n - 1)
+    block_base = base[rows]
+    keep = block_base[n:, length_column].copy()
+    block_base[n:] = 0.0
+    block_base[n:, length_column] = keep
+    flat = np.ascontiguousarray(block_base).reshape(n_blocks, lanes * base.shape[1])
+    first, set_of = _distinct(flat)
+    derived = prepare(flat[first].reshape(len(first) * lanes, base.shape[1]))
+    sets = derived.reshape(len(first), lanes, derived.shape[1])
+    return Layout(
+        gather=_blocks(places[rows], lanes),
+        scatter=_blocks(scatter[rows], lanes),
+        set_of=set_of,
+        parameters=np.ascontiguousarray(sets.transpose(0, 2, 1)),
+    )
+
+
+def _places(values: ArrayLike, name: str) -> NDArray[np.int32]:
+    array = np.asarray(values)
+    if array.ndim != 2 or not np.issubdtype(array.dtype, np.integer):
+        raise ValueError(f"{name} must be a table of whole numbers with one row per element.")
+    if array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max):
+        raise ValueError(f"{name} must lie between 0 and {np.iinfo(np.int32).max}.")
+    return array.astype(np.int32, copy=False)
+
+
+def _blocks(rows: NDArray[np.int32], lanes: int) -> NDArray[np.int32]:
+    n_blocks = len(rows) // lanes
+    return np.ascontiguousarray(rows.reshape(n_blocks, lanes, rows.shape[1]).transpose(0, 2, 1))
+
+
+def _distinct(rows: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
+    """First row of every kind, and the kind of every row."""
+    starts = np.ones(len(rows), dtype=bool)
+    starts[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+    runs = np.flatnonzero(starts)
+    keys = rows[runs].view(np.dtype((np.void, rows.shape[1] * 8))).ravel()
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    kind = inverse[np.cumsum(starts) - 1] if len(rows) else np.empty(0)
+    return runs[first], kind.astype(np.int32)

@@ -1,0 +1,36 @@
+"""Thin cable of Gerstmayr and Shabana (2006): exact curvature, planar or spatial."""
+
+from codegen.fields import Element, Gauss, Term, cross, interpolate, norm, parameter
+
+axial_stiffness = parameter("axial_stiffness")
+bending_stiffness = parameter("bending_stiffness")
+mass_per_length = parameter("mass_per_length")
+
+
+def thin(dim: int, strain: str) -> Element:
+    """U = 1/2 int EA eps^2 dx + 1/2 int EI kappa.kappa dx.
+
+    green  eps = (r'.r' - 1)/2, exact;  kappa = r' x r'' / |r'|^3 at 3 Gauss points
+    biot   eps = |r'| - 1 at 5 points;  kappa = r' x r'' / |r'|^2 at 3 Gauss points
+    """
+    axes = tuple(range(dim))
+    r = interpolate("r", axes, "r", "r_x")
+    r_x = r.diff()
+    r_xx = r_x.diff()
+    if strain == "green":
+        axial = Term(axial_stiffness, (r_x @ r_x - 1) / 2)
+        curvature = [component / norm(r_x) ** 3 for component in cross(r_x, r_xx)]
+    else:
+        axial = Term(axial_stiffness, norm(r_x) - 1, Gauss(5))
+        curvature = [component / norm(r_x) ** 2 for component in cross(r_x, r_xx)]
+    where = {2: "planar", 3: "spatial"}[dim]
+    rule = {"green": "in closed form", "biot": "at 5 Gauss points"}[strain]
+    return Element(
+        name=f"thin_{where}_{strain}",
+        title=f"thin cable, {where}, {strain} strain; axial part {rule}, bending at 3 Gauss points",
+        dim=dim,
+        node=(("r", axes), ("r_x", axes)),
+        fields=(r_x, r_xx),
+        energy=(axial, *(Term(bending_stiffness, kappa, Gauss(3)) for kappa in curvature)),
+        inertia=((mass_per_length, r),),
+    )

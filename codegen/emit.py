@@ -1,0 +1,237 @@
+"""Print a derived element as a Cython module; the text depends on nothing but the element."""
+
+from collections.abc import Sequence
+
+from codegen.derive import Program
+from codegen.tape import PARAMETER, VARIABLE, Node, Tape
+
+LINE = 100
+TIGHT, LOOSE = 2, 1
+"""Binding of a product (or anything closed) and of a sum."""
+
+PREAMBLE = '''\
+# cython: boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""{title}."""
+
+from cpython.pycapsule cimport PyCapsule_New
+from libc.stdint cimport int32_t
+
+import numpy as np
+
+cdef extern from "kernel_abi.h":
+    const char *ANCF_KERNEL_SIGNATURE
+
+cdef extern from "simd.h" nogil:
+    ctypedef double vec
+    const int ANCF_LANES
+    vec vec_gather(const double *values, const int32_t *places) noexcept
+    vec vec_parameter(const double *set, int number) noexcept
+    vec vec_reciprocal(vec v) noexcept
+    vec vec_sqrt(vec v) noexcept
+    void vec_scatter_add(double *out, const int32_t *places, vec v) noexcept
+
+NAME = "{name}"
+DIM = {dim}
+LANES = ANCF_LANES
+N_NODES = 2
+NODE_COORDINATES = {node_coordinates}
+PARAMETERS = {parameters}
+N_DERIVED = {n_derived}
+OPERATIONS = {operations}
+'''
+
+SIGNATURE = """\
+cdef void {name}(
+    ptrdiff_t n_blocks, const int32_t *gather, const int32_t *scatter, const int32_t *set_of,
+    const double *parameters, const double *q, const double *a, double *out,
+) noexcept nogil:
+    cdef ptrdiff_t b
+    cdef const double *p
+"""
+
+
+class Printer:
+    """Prints nodes as expressions; a node used once is written inside its user while the line fits."""
+
+    def __init__(self, tape: Tape, outputs: Sequence[Node]) -> None:
+        self.tape = tape
+        self.uses: dict[Node, int] = {}
+        for node in tape.reachable(outputs):
+            for operand in tape[node].args:
+                self.uses[operand] = self.uses.get(operand, 0) + 1
+        for node in outputs:
+            self.uses[node] = self.uses.get(node, 0) + 1
+        self.text: dict[Node, tuple[str, int]] = {}
+        self.lines: list[str] = []
+        self.names: list[str] = []
+
+    def order(self, outputs: Sequence[Node]) -> list[Node]:
+        """Each output's operands just before it, so that values live as short as they can."""
+        done: set[Node] = set()
+        result: list[Node] = []
+        for output in outputs:
+            stack = [(output, False)]
+            while stack:
+                node, ready = stack.pop()
+                if node in done:
+                    continue
+                if ready:
+                    done.add(node)
+                    result.append(node)
+                else:
+                    stack.append((node, True))
+                    stack.extend((a, False) for a in reversed(self.tape[node].args))
+        return result
+
+    def leaf(self, node: Node) -> str | None:
+        """Text of a node that needs no operation here."""
+        raise NotImplementedError
+
+    def expression(self, node: Node) -> tuple[str, int]:
+        entry = self.tape[node]
+        args = [self.text[a] for a in entry.args]
+        closed = [text if binding == TIGHT else f"({text})" for text, binding in args]
+        if entry.op == "add":
+            return f"{args[0][0]} + {args[1][0]}", LOOSE
+        if entry.op == "sub":
+            return f"{args[0][0]} - {closed[1]}", LOOSE
+        if entry.op == "mul":
+            return f"{closed[0]} * {closed[1]}", TIGHT
+        if entry.op == "neg":
+            return f"-{closed[0]}", LOOSE
+        return self.function(entry.op, args[0][0]), TIGHT
+
+    def function(self, op: str, argument: str) -> str:
+        raise NotImplementedError
+
+    def visit(self, node: Node) -> None:
+        if node in self.text:
+            return
+        leaf = self.leaf(node)
+        if leaf is not None:
+            self.text[node] = (leaf, TIGHT)
+            return
+        text, binding = self.expression(node)
+        if self.uses[node] > 1 or len(text) > LINE - 40:
+            name = f"t{len(self.names)}"
+            self.names.append(name)
+            self.lines.append(f"{name} = {text}")
+            text, binding = name, TIGHT
+        self.text[node] = (text, binding)
+
+
+class KernelPrinter(Printer):
+    """Arithmetic on vectors inside the loop over blocks."""
+
+    def __init__(self, program: Program, outputs: Sequence[Node]) -> None:
+        super().__init__(program.tape, outputs)
+        self.derived = {node: k for k, node in enumerate(program.derived)}
+        self.inputs: list[str] = []
+
+    def leaf(self, node: Node) -> str | None:
+        entry = self.tape[node]
+        if entry.op == "const":
+            return repr(float(entry.value))
+        if node in self.derived:
+            return f"vec_parameter(p, {self.derived[node]})"
+        if entry.op in ("coordinate", "acceleration"):
+            source = {"coordinate": "q", "acceleration": "a"}[entry.op]
+            name = f"{source}{entry.value}"
+            self.inputs.append(name)
+            self.lines.append(f"{name} = vec_gather({source}, gather + {entry.value} * ANCF_LANES)")
+            return name
+        return None
+
+    def function(self, op: str, argument: str) -> str:
+        return f"vec_{op}({argument})"
+
+
+class PreparePrinter(Printer):
+    """The same for parameters, as NumPy columns."""
+
+    def leaf(self, node: Node) -> str | None:
+        entry = self.tape[node]
+        if entry.op == "const":
+            return repr(float(entry.value))
+        return str(entry.value) if entry.op == "parameter" else None
+
+    def function(self, op: str, argument: str) -> str:
+        return f"np.sqrt({argument})" if op == "sqrt" else f"(1.0 / ({argument}))"
+
+
+def wrapped(prefix: str, names: Sequence[str], indent: str) -> list[str]:
+    """Write a declaration of many names in lines of bounded length."""
+    lines: list[str] = []
+    current = ""
+    for name in names:
+        if current and len(indent + prefix + current + name) > LINE - 2:
+            lines.append(indent + prefix + current.rstrip(", "))
+            current = ""
+        current += name + ", "
+    return [*lines, indent + prefix + current.rstrip(", ")] if current else lines
+
+
+def kernel(program: Program, name: str) -> str:
+    """One kernel as a Cython function."""
+    tape, outputs = program.tape, program.outputs[name]
+    printer = KernelPrinter(program, outputs)
+    body: list[str] = []
+    for number, output in enumerate(outputs):
+        if tape.constant_value(output) == 0:
+            continue
+        for node in printer.order([output]):
+            if tape.level[node] == VARIABLE or node in printer.derived:
+                printer.visit(node)
+            elif tape.level[node] < PARAMETER:
+                printer.visit(node)
+        body += printer.lines
+        printer.lines = []
+        text = printer.text[output][0]
+        body.append(f"vec_scatter_add(out, scatter + {number} * ANCF_LANES, {text})")
+    lines = [SIGNATURE.format(name=name).rstrip("\n")]
+    lines += wrapped("cdef vec ", printer.inputs + printer.names, "    ")
+    lines.append("    for b in range(n_blocks):")
+    lines.append("        p = parameters + set_of[b] * N_DERIVED_C * ANCF_LANES")
+    lines += ["        " + line for line in body]
+    n = program.element.n_coordinates
+    lines.append(f"        gather += {n} * ANCF_LANES")
+    lines.append(f"        scatter += {len(outputs)} * ANCF_LANES")
+    return "\n".join(lines).replace("N_DERIVED_C", str(len(program.derived)))
+
+
+def prepare(program: Program) -> str:
+    """The function that turns base parameters into derived ones."""
+    printer = PreparePrinter(program.tape, program.derived)
+    for node in printer.order(program.derived):
+        printer.visit(node)
+    names = ", ".join(program.parameters)
+    lines = [
+        "def prepare(base):",
+        '    """Derived parameters (n, N_DERIVED) from base parameters (n, len(PARAMETERS))."""',
+        f"    {names} = np.asarray(base, dtype=np.float64).T",
+        *("    " + line for line in printer.lines),
+        "    return np.stack([",
+        *(f"        {printer.text[node][0]}," for node in program.derived),
+        "    ], axis=-1)",
+    ]
+    return "\n".join(lines)
+
+
+def module(program: Program, header: str) -> str:
+    """The whole text of a generated module."""
+    element = program.element
+    preamble = PREAMBLE.format(
+        title=element.title,
+        name=element.name,
+        dim=element.dim,
+        node_coordinates=element.node_coordinates,
+        parameters=tuple(program.parameters),
+        n_derived=len(program.derived),
+        operations=program.operations(),
+    )
+    kernels = "\n\n\n".join(kernel(program, name) for name in program.outputs)
+    table = "\n".join(
+        f'    "{name}": PyCapsule_New(<void *>{name}, ANCF_KERNEL_SIGNATURE, NULL),'
+        for name in program.outputs
+    )
+    return f"{header}{preamble}\n\n{prepare(program)}\n\n\n{kernels}\n\n\nkernels = {{\n{table}\n}}\n"

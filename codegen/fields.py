@@ -1,0 +1,173 @@
+"""The words an element is written in: vector fields along the axis, strains, rules, parameters."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+x, length = sp.symbols("x length", positive=True)
+dot = sp.Function("dot")
+
+PARAMETERS = (
+    "length",
+    "axial_stiffness",
+    "bending_stiffness",
+    "lame_area",
+    "shear_modulus_area",
+    "youngs_modulus_area",
+    "poisson_ratio",
+    "shear_stiffness_y",
+    "shear_stiffness_z",
+    "torsion_stiffness",
+    "bending_stiffness_y",
+    "bending_stiffness_z",
+    "mass_per_length",
+    "inertia_y",
+    "inertia_z",
+)
+"""Every parameter an element may use, in the order in which modules list theirs."""
+
+
+def parameter(name: str) -> sp.Symbol:
+    """Return the symbol of a base parameter; the name must be one the scene can supply."""
+    if name not in PARAMETERS:
+        raise ValueError(f"{name!r} is not one of the base parameters {', '.join(PARAMETERS)}.")
+    return sp.Symbol(name, positive=True)
+
+
+@dataclass(frozen=True)
+class Field:
+    """A vector field interpolated between two nodes.
+
+    `nodal` names the nodal vectors at the start and then at the end; `shape` holds one polynomial in
+    x for each of them.  `axes` says which of the three directions the vector has components in.
+    """
+
+    name: str
+    axes: tuple[int, ...]
+    nodal: tuple[str, ...]
+    shape: tuple[sp.Expr, ...]
+
+    def diff(self) -> "Field":
+        """Derivative along the axis: r -> r_x -> r_xx, r_y -> r_yx."""
+        name = self.name + ("x" if "_" in self.name else "_x")
+        return Field(name, self.axes, self.nodal, tuple(sp.diff(s, x) for s in self.shape))
+
+    @property
+    def components(self) -> tuple[sp.Symbol, ...]:
+        """One symbol per direction, r_x1, r_x2, ..."""
+        return tuple(sp.Symbol(f"{self.name}{axis + 1}", real=True) for axis in self.axes)
+
+    def __matmul__(self, other: "Field") -> sp.Expr:
+        """Dot product, kept as one symbol; zero for fields without a common direction."""
+        if not set(self.axes) & set(other.axes):
+            return sp.Integer(0)
+        return dot(*sorted((sp.Symbol(self.name), sp.Symbol(other.name)), key=str))
+
+
+def interpolate(name: str, axes: Sequence[int], *nodal: str) -> Field:
+    """Polynomial field with the given nodal vectors at both ends: the value and, if named, the slope.
+
+    The shape functions follow from being one in their own nodal vector and zero in the others.
+    """
+    n = 2 * len(nodal)
+    powers = [x**k for k in range(n)]
+    conditions = sp.Matrix(
+        [
+            [sp.diff(p, x, order).subs(x, end) for p in powers]
+            for end in (sp.Integer(0), length)
+            for order in range(len(nodal))
+        ]
+    )
+    shape = sp.Matrix([powers]) * conditions.inv()
+    return Field(name, tuple(axes), nodal * 2, tuple(sp.expand(s) for s in shape))
+
+
+def cross(u: Field, v: Field) -> list[sp.Expr]:
+    """Components of u x v: one in the plane, three in space."""
+    a, b = u.components, v.components
+    pairs = [(0, 1)] if len(a) == 2 else [(1, 2), (2, 0), (0, 1)]
+    return [a[i] * b[j] - a[j] * b[i] for i, j in pairs]
+
+
+def norm(u: Field) -> sp.Expr:
+    """Length of a vector, from its components."""
+    return sp.sqrt(sum(c**2 for c in u.components))
+
+
+@dataclass(frozen=True)
+class Legendre:
+    """Exact integral of the square of a polynomial strain, or of its first `modes` Legendre modes."""
+
+    modes: int | None = None
+
+
+@dataclass(frozen=True)
+class Gauss:
+    """Gauss points; with `modes`, the square of the projection on that many Legendre polynomials."""
+
+    points: int
+    modes: int | None = None
+
+
+@dataclass(frozen=True)
+class Nodal:
+    """Trapezoidal rule: the strain at the two nodes."""
+
+
+Rule = Legendre | Gauss | Nodal
+
+
+@dataclass(frozen=True)
+class Term:
+    """Energy 1/2 int weight strain^2 dx, integrated by a rule."""
+
+    weight: sp.Expr
+    strain: sp.Expr
+    rule: Rule = field(default_factory=Legendre)
+
+
+@dataclass(frozen=True)
+class Element:
+    """What an element is.  Everything else is derived from this.
+
+    `node` lists the nodal vectors in the order of the coordinates, `strains` defines symbols that terms
+    may use, `inertia` pairs a mass per length with the field whose square it multiplies.
+    """
+
+    name: str
+    title: str
+    dim: int
+    node: tuple[tuple[str, tuple[int, ...]], ...]
+    fields: tuple[Field, ...]
+    energy: tuple[Term, ...]
+    inertia: tuple[tuple[sp.Expr, Field], ...]
+    strains: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
+    kernels: tuple[str, ...] = ("energy", "force", "residual", "tangent", "mass")
+
+    @property
+    def node_coordinates(self) -> tuple[str, ...]:
+        """Labels of the coordinates of one node: r_1, r_2, r_x1, ..."""
+        return tuple(
+            f"{name}{'' if '_' in name else '_'}{axis + 1}"
+            for name, axes in self.node
+            for axis in axes
+        )
+
+    @property
+    def n_coordinates(self) -> int:
+        return 2 * len(self.node_coordinates)
+
+    def place(self, end: int, nodal: str, axis: int) -> int:
+        """Number of a coordinate within the element."""
+        offset = end * len(self.node_coordinates)
+        for name, axes in self.node:
+            if name == nodal:
+                return offset + axes.index(axis)
+            offset += len(axes)
+        raise ValueError(f"{self.name} has no nodal vector {nodal!r}.")
+
+    def places(self, f: Field, axis: int) -> list[int]:
+        """Coordinates that multiply the shape functions of one component of a field."""
+        half = len(f.nodal) // 2
+        return [self.place(i // half, nodal, axis) for i, nodal in enumerate(f.nodal)]
