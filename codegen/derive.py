@@ -373,12 +373,13 @@ def project(
 def derive(element: Element) -> Program:
     """Work out all kernels of an element."""
     d = Derivation(element)
-    force = d.force()
+    force, inertia = d.force(), d.inertia()
     makers = {
         "energy": lambda: [d.energy()],
         "force": lambda: force,
+        "inertia": lambda: inertia,
         "residual": lambda: [
-            d.tape.linear([(1, f), (1, m)]) for f, m in zip(force, d.inertia(), strict=True)
+            d.tape.linear([(1, f), (1, m)]) for f, m in zip(force, inertia, strict=True)
         ],
         "tangent": d.tangent,
         "mass": d.mass,

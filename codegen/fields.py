@@ -143,7 +143,7 @@ class Element:
     energy: tuple[Term, ...]
     inertia: tuple[tuple[sp.Expr, Field], ...]
     strains: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
-    kernels: tuple[str, ...] = ("energy", "force", "residual", "tangent", "mass")
+    kernels: tuple[str, ...] = ("energy", "force", "inertia", "residual", "tangent", "mass")
 
     @property
     def node_coordinates(self) -> tuple[str, ...]:

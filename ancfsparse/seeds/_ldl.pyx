@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Refactorisation L D L^T on a pattern that CHOLMOD analysed, and its two triangular sweeps.
+"""Refactorisation L D L^T in the order that CHOLMOD found, and its two triangular sweeps.
 
 Up-looking: row k of L is the solution of a triangular system whose pattern is read off the
 elimination tree.  Written here because the time loop refactors thousands of small matrices: calling
@@ -44,10 +44,6 @@ cdef class Ldl:
     ----------
     permutation : (n,) int32
         ``permutation[k]`` is the unknown eliminated in place k.
-    column_start : (n + 1,) int64
-        Where each column of L starts (strictly below the diagonal).
-    parent : (n,) int32
-        Elimination tree, -1 at a root.
     upper_start, upper_row, upper_slot : int64, int32 and int32 arrays
         Upper triangle of the permuted matrix by columns: rows, and the place of each entry in the
         array of values that `factor` gets.
@@ -57,21 +53,24 @@ cdef class Ldl:
 
     cdef ancf_seed interface
     cdef Factor data
-    cdef object given, row, lower, pivot, work, integers
+    cdef object given, parent, row, lower, pivot, work, integers
     cdef readonly ptrdiff_t nnz
+    cdef readonly object column_start
     cdef readonly object capsule
 
-    def __cinit__(self, const int32_t[::1] permutation, const int64_t[::1] column_start,
-                  const int32_t[::1] parent, const int64_t[::1] upper_start,
+    def __cinit__(self, const int32_t[::1] permutation, const int64_t[::1] upper_start,
                   const int32_t[::1] upper_row, const int32_t[::1] upper_slot,
                   const int8_t[::1] sign):
         cdef Factor *data = &self.data
         cdef ptrdiff_t n = permutation.shape[0]
-        cdef int32_t[::1] row
+        cdef int64_t[::1] column_start
+        cdef int32_t[::1] parent, row
         cdef int32_t[:, ::1] integers
         cdef double[::1] lower, pivot, work
+        self.parent, self.column_start = elimination_tree(upper_start, upper_row)
+        parent, column_start = self.parent, self.column_start
         self.nnz = column_start[n]
-        self.given = (permutation, column_start, parent, upper_start, upper_row, upper_slot, sign)
+        self.given = (permutation, upper_start, upper_row, upper_slot, sign)
         # One more entry than needed, so that a pointer to the first always exists.
         self.row, self.lower = np.zeros(self.nnz + 1, dtype=np.int32), np.zeros(self.nnz + 1)
         self.pivot, self.work = np.ones(n), np.zeros(n)
@@ -102,9 +101,32 @@ cdef class Ldl:
 
     def arrays(self):
         """Return ``(column_start, row, lower, pivot, permutation)`` as copies, for tests."""
-        permutation, column_start = self.given[:2]
-        return (np.array(column_start), self.row[: self.nnz].copy(),
-                self.lower[: self.nnz].copy(), self.pivot.copy(), np.array(permutation))
+        return (self.column_start.copy(), self.row[: self.nnz].copy(),
+                self.lower[: self.nnz].copy(), self.pivot.copy(), np.array(self.given[0]))
+
+
+def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_row):
+    """Return the elimination tree ``(n,)`` and the column starts ``(n + 1,)`` of L.
+
+    Row k of L has an entry in every column that a walk from the entries of column k of the upper
+    triangle up the tree meets below k.
+    """
+    cdef ptrdiff_t n = upper_start.shape[0] - 1, k, i
+    cdef int64_t p
+    parents, starts, flags = np.full(n, -1, np.int32), np.zeros(n + 1, np.int64), np.zeros(n, np.int32)
+    cdef int32_t[::1] parent = parents, flag = flags
+    cdef int64_t[::1] start = starts
+    for k in range(n):
+        flag[k] = <int32_t>k
+        for p in range(upper_start[k], upper_start[k + 1]):
+            i = upper_row[p]
+            while flag[i] != k:
+                if parent[i] == -1:
+                    parent[i] = <int32_t>k
+                start[i + 1] += 1
+                flag[i] = <int32_t>k
+                i = parent[i]
+    return parents, np.cumsum(starts)
 
 
 cdef ptrdiff_t factor(void *context, const double *values) noexcept nogil:

@@ -1,4 +1,4 @@
-"""The only file that knows scikit-sparse: ordering, symbolic analysis, reference factor."""
+"""The only file that knows scikit-sparse: fill-reducing ordering and reference factor."""
 
 from __future__ import annotations
 
@@ -11,31 +11,25 @@ from sksparse.cholmod import analyze
 
 
 @dataclass(frozen=True)
-class Analysis:
-    """What CHOLMOD found out about a pattern.
+class Factorization:
+    """What CHOLMOD makes of a matrix.
 
     Attributes
     ----------
     permutation : (n,) int32
         Unknown eliminated in each place.
-    column_start : (n + 1,) int64
-        Column starts of L, strictly below the diagonal.
-    parent : (n,) int32
-        Elimination tree, -1 at a root.
     lower : sparse matrix (n, n)
-        L with unit diagonal, of the matrix that was given.
+        L with unit diagonal.
     pivots : (n,) float
         The diagonal of D.
     """
 
     permutation: NDArray[np.int32]
-    column_start: NDArray[np.int64]
-    parent: NDArray[np.int32]
     lower: sp.csc_matrix
     pivots: NDArray[np.float64]
 
 
-def analyze_and_factor(lower_triangle: sp.csc_matrix, ordering: str = "amd") -> Analysis:
+def factorize(lower_triangle: sp.csc_matrix, ordering: str = "amd") -> Factorization:
     """Let CHOLMOD order, analyse and factor a quasi-definite matrix once.
 
     The simplicial mode is asked for because it factors indefinite matrices as L D L^T; it never
@@ -51,18 +45,8 @@ def analyze_and_factor(lower_triangle: sp.csc_matrix, ordering: str = "amd") -> 
     factor = analyze(lower_triangle, mode="simplicial", ordering_method=ordering)
     factor.cholesky_inplace(lower_triangle)
     lower, diagonal = factor.L_D()
-    lower = lower.tocsc()
-    lower.sort_indices()
-    n = lower.shape[0]
-    # Each column holds its diagonal first; the next entry is the parent in the elimination tree.
-    start = lower.indptr.astype(np.int64)
-    has_parent = np.diff(start) > 1
-    parent = np.full(n, -1, dtype=np.int32)
-    parent[has_parent] = lower.indices[start[:-1][has_parent] + 1]
-    return Analysis(
+    return Factorization(
         permutation=np.ascontiguousarray(factor.P(), dtype=np.int32),
-        column_start=start - np.arange(n + 1),
-        parent=parent,
-        lower=lower,
+        lower=lower.tocsc(),
         pivots=diagonal.diagonal(),
     )

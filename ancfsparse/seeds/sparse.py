@@ -9,14 +9,14 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.dispatch import compiled
-from ancfsparse.seeds.cholmod import analyze_and_factor
+from ancfsparse.seeds.cholmod import factorize
 
 
 class SparseSeed:
     """Inverse of a symmetric quasi-definite matrix through its sparse factor.
 
-    CHOLMOD orders and analyses the pattern once; every later factorisation and every solve runs
-    compiled, without Python and without allocation.
+    CHOLMOD orders the pattern and makes the first factor; every later factorisation and every solve
+    runs compiled, without Python and without allocation.
 
     Parameters
     ----------
@@ -39,19 +39,17 @@ class SparseSeed:
     ) -> None:
         n = len(indptr) - 1
         first = sp.csc_matrix((values, indices, indptr), shape=(n, n))
-        self.analysis = analyze_and_factor(first, ordering)
+        self.first = factorize(first, ordering)
         place = np.empty(n, dtype=np.int64)
-        place[self.analysis.permutation] = np.arange(n)
+        place[self.first.permutation] = np.arange(n)
         column = np.repeat(np.arange(n), np.diff(indptr))
         i, j = place[indices], place[column]
         row, col = np.minimum(i, j), np.maximum(i, j)
         order = np.lexsort((row, col))
-        sign = np.where(self.analysis.permutation < n_positive, 1, -1)
+        sign = np.where(self.first.permutation < n_positive, 1, -1)
         self.n = n
         self._ldl = compiled("ldl").Ldl(
-            self.analysis.permutation,
-            self.analysis.column_start,
-            self.analysis.parent,
+            self.first.permutation,
             np.searchsorted(col[order], np.arange(n + 1)).astype(np.int64),
             row[order].astype(np.int32),
             order.astype(np.int32),
@@ -71,7 +69,7 @@ class SparseSeed:
     @property
     def factor_flops(self) -> int:
         """Operations of one factorisation: the squares of the column lengths of L."""
-        lengths = np.diff(self.analysis.column_start)
+        lengths = np.diff(self._ldl.column_start)
         return int(np.sum(lengths * (lengths + 3)))
 
     @property

@@ -214,7 +214,17 @@ class System:
             slots = self.pattern.slots(*element_pairs(self._unknowns(places)))
             base = [beam.parameters()[name] for name in kind.parameters]
             parameters = np.broadcast_to(base, (len(places), len(base)))
-            groups.append(pack(kind, places, slots, parameters))
+            layout = pack(kind.module.prepare, kind.module.LANES, places, slots, parameters)
+            groups.append(
+                {
+                    "gather": layout.gather,
+                    "matrix_scatter": layout.scatter,
+                    "energy_scatter": np.zeros((len(layout.gather), 1, kind.module.LANES), dtype=np.int32),
+                    "set_of": layout.set_of,
+                    "parameters": layout.parameters,
+                    "kernels": kind.kernels,
+                }
+            )
         return compiled("assembly").Assembly(
             self.n_free, self.n_all, self.pattern.n_values, groups, *self._terms()
         )
@@ -243,6 +253,6 @@ class System:
         moments = {
             "place": places.astype(np.int32),
             "slot": slots(*element_pairs(self._unknowns(places))),
-            "column": np.array(loads.moment_column, dtype=np.int32).reshape(len(places), -1),
+            "column": np.array(loads.moment_column, dtype=np.int32).ravel(),
         }
         return constraints, changing, moments
