@@ -213,13 +213,7 @@ class System:
             places = self.elements(beam)
             slots = self.pattern.slots(self._unknowns(places))
             base = [beam.parameters()[name] for name in kind.parameters]
-            layout = pack(
-                kind.prepare,
-                kind.lanes,
-                places,
-                slots,
-                np.broadcast_to(base, (len(places), len(base))),
-            )
+            layout = pack(kind, places, slots, np.broadcast_to(base, (len(places), len(base))))
             groups.append(
                 {
                     "gather": layout.gather,
