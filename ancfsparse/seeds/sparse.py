@@ -36,8 +36,8 @@ class SparseSeed:
         n = self.n = len(indptr) - 1
         permutation = np.arange(n, dtype=np.int32)
         upper = _upper(indptr, indices, permutation)
-        _, column_start = compiled("ldl").elimination_tree(*upper[:2])
-        if column_start[-1] > len(indices) - n:
+        _, lengths = compiled("ldl").elimination_tree(*upper[:2])
+        if lengths.sum() > len(indices) - n:
             permutation = order(indptr, indices, ordering)
             upper = _upper(indptr, indices, permutation)
         sign = np.where(permutation < n_positive, 1, -1).astype(np.int8)
@@ -51,12 +51,12 @@ class SparseSeed:
     @property
     def nnz(self) -> int:
         """Entries of L below the diagonal."""
-        return int(self._ldl.nnz)
+        return int(self._ldl.column_length.sum())
 
     @property
     def factor_flops(self) -> int:
         """Operations of one factorisation: the squares of the column lengths of L."""
-        lengths = np.diff(self._ldl.column_start)
+        lengths = self._ldl.column_length
         return int(np.sum(lengths * (lengths + 3)))
 
     @property
@@ -78,9 +78,9 @@ class SparseSeed:
         """Return the solution ``(n,)`` for the right-hand side ``r (n,)``."""
         return np.asarray(self._ldl.solve(r))
 
-    def arrays(self) -> tuple[NDArray[Any], ...]:
+    def columns(self) -> tuple[NDArray[Any], ...]:
         """Return column starts, rows and values of L, the pivots and the permutation, as copies."""
-        arrays: tuple[NDArray[Any], ...] = self._ldl.arrays()
+        arrays: tuple[NDArray[Any], ...] = self._ldl.columns()
         return arrays
 
 
