@@ -284,19 +284,24 @@ cdef ptrdiff_t factor(void *context, const double *values) noexcept nogil:
     return bad
 
 
-cdef inline void forward(const Factor *self, ptrdiff_t s, ptrdiff_t width,
-                         double *x) noexcept nogil:
+cdef inline void forward(const Factor *self, ptrdiff_t s, ptrdiff_t width, double *x,
+                         double *held) noexcept nogil:
+    """Eliminate a supernode from the rows below it; ``held`` is its part of x, or a copy."""
     cdef const double *block = self.block + self.block_start[s]
     cdef const int32_t *row = self.row + self.row_start[s]
     cdef double *y = x + self.first[s]
-    cdef ptrdiff_t r
-    solve_triangle(self.triangle + self.triangle_start[s], y, width)
+    cdef ptrdiff_t r, c
+    for c in range(width):
+        held[c] = y[c]
+    solve_triangle(self.triangle + self.triangle_start[s], held, width)
+    for c in range(width):
+        y[c] = held[c]
     for r in range(self.row_start[s + 1] - self.row_start[s]):
-        x[row[r]] -= dot(block + r * width, y, width)
+        x[row[r]] -= dot(block + r * width, held, width)
 
 
-cdef inline void backward(const Factor *self, ptrdiff_t s, ptrdiff_t width,
-                          double *x) noexcept nogil:
+cdef inline void backward(const Factor *self, ptrdiff_t s, ptrdiff_t width, double *x,
+                          double *held) noexcept nogil:
     cdef const double *block = self.block + self.block_start[s]
     cdef const double *triangle = self.triangle + self.triangle_start[s + 1]
     cdef const int32_t *row = self.row + self.row_start[s]
@@ -305,45 +310,48 @@ cdef inline void backward(const Factor *self, ptrdiff_t s, ptrdiff_t width,
     cdef ptrdiff_t r, c, k
     cdef double value
     for c in range(width):
-        y[c] *= scale[c]
+        held[c] = y[c] * scale[c]
     for r in range(self.row_start[s + 1] - self.row_start[s]):
         value = x[row[r]]
         for c in range(width):
-            y[c] -= block[r * width + c] * value
+            held[c] -= block[r * width + c] * value
     for c in range(width - 1, 0, -1):
         triangle -= c
         for k in range(c):
-            y[k] -= triangle[k] * y[c]
+            held[k] -= triangle[k] * held[c]
+    for c in range(width):
+        y[c] = held[c]
 
 
 cdef void solve(void *context, const double *r, double *x) noexcept nogil:
     cdef const Factor *self = <const Factor *>context
     cdef const int32_t *permutation = self.permutation
     cdef double *y = self.work
+    cdef double held[12]
     cdef ptrdiff_t k, s, width
     for k in range(self.n):
         y[k] = r[permutation[k]]
-    # The widths of planar, spatial and thick nodes get loops of known length.
+    # Nodes of planar cables, spatial cables and thick beams: loops of known length, in registers.
     for s in range(self.n_super):
         width = self.first[s + 1] - self.first[s]
         if width == 4:
-            forward(self, s, 4, y)
+            forward(self, s, 4, y, held)
         elif width == 6:
-            forward(self, s, 6, y)
+            forward(self, s, 6, y, held)
         elif width == 12:
-            forward(self, s, 12, y)
+            forward(self, s, 12, y, held)
         else:
-            forward(self, s, width, y)
+            forward(self, s, width, y, y + self.first[s])
     for s in range(self.n_super - 1, -1, -1):
         width = self.first[s + 1] - self.first[s]
         if width == 4:
-            backward(self, s, 4, y)
+            backward(self, s, 4, y, held)
         elif width == 6:
-            backward(self, s, 6, y)
+            backward(self, s, 6, y, held)
         elif width == 12:
-            backward(self, s, 12, y)
+            backward(self, s, 12, y, held)
         else:
-            backward(self, s, width, y)
+            backward(self, s, width, y, y + self.first[s])
     for k in range(self.n):
         x[permutation[k]] = y[k]
         y[k] = 0.0  # the factorisation expects cleared work space
