@@ -176,6 +176,7 @@ def derive(element: Element) -> Program:
     makers = {
         "energy": d.energy,
         "force": d.force,
+        "inertia": d.inertia,
         "residual": d.residual,
         "tangent": d.tangent,
         "mass": d.mass,

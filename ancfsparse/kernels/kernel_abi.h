@@ -14,6 +14,7 @@
  *
  *   energy    strain energy, one number per element
  *   force     elastic force Q(q), n numbers
+ *   inertia   M a, n numbers
  *   residual  Q(q) + M a, n numbers
  *   tangent   dQ/dq, lower triangle by rows: entry (i, j <= i) is number i (i+1)/2 + j
  *   mass      M, lower triangle by rows

@@ -81,6 +81,8 @@ static inline vec vec_reciprocal(vec v) { return 1.0 / v; }
 
 #endif
 
+static inline vec vec_set1(double x) { return (vec){0} + x; }
+
 static inline vec vec_parameter(const double *set, int number)
 {
     return vec_load(set + number * ANCF_LANES);

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import sympy as sp
 
 from codegen.fields import (
+    KERNELS,
     Element,
     Field,
     Gauss,
@@ -78,9 +79,7 @@ def thick(dim: int, curvature: str, section_strain: str, *, by_quadrature: bool 
         ),
         energy=tuple(term for term in energy if term.strain != 0),
         inertia=((mass_per_length, r), (inertia_y, r_y), (inertia_z, r_z)),
-        kernels=("energy", "force")
-        if by_quadrature
-        else ("energy", "force", "residual", "tangent", "mass"),
+        kernels=("energy", "force") if by_quadrature else KERNELS,
     )
 
 

@@ -1,0 +1,57 @@
+# Everything a person does here. `make help` lists it.
+
+PYTHON ?=
+ARGS ?=
+BIN := .venv/bin
+export PATH := $(CURDIR)/$(BIN):$(PATH)
+ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test codegen codegen-check bench-paper bench-kernels lint format clean
+
+help: ## Show this list
+	@echo 'make TARGET            (ARGS="..." is handed on to the command behind it)'
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+setup: .venv/.installed ## Install what is missing: system packages, .venv, the package
+	@:
+
+.venv/.installed: pyproject.toml tools/setup.sh
+	@PYTHON="$(PYTHON)" tools/setup.sh
+	@touch $@
+
+.venv/.peers: .venv/.installed
+	$(BIN)/python -m pip --disable-pip-version-check --quiet install --no-build-isolation -e '.[peers]'
+	@touch $@
+
+demo: setup ## Reproduce the paper's table 1 and figures 1 and 2
+	$(ONE_THREAD) $(BIN)/ancfsparse table1 $(ARGS)
+
+test: setup ## Run the tests, e.g. ARGS="-m 'not slow'"
+	$(BIN)/python -m pytest $(ARGS)
+
+codegen: setup ## Derive the elements with SymPy and write generated/
+	$(BIN)/python -m codegen $(ARGS)
+
+codegen-check: setup ## Prove that generated/ is what `make codegen` writes
+	$(BIN)/python -m codegen --check $(ARGS)
+
+bench-paper: .venv/.peers ## Time the paper's pendulum beside Exudyn, one thread
+	$(ONE_THREAD) $(BIN)/ancfsparse bench-paper $(ARGS)
+
+bench-kernels: setup ## Time every element kernel on every instruction set
+	$(ONE_THREAD) $(BIN)/ancfsparse bench-kernels $(ARGS)
+
+lint: setup ## Check style, types and the order of the rooms
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/python tools/lint_imports.py
+
+format: setup ## Put the source into the shape `make lint` asks for
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+clean: ## Remove .venv and everything built
+	rm -rf .venv build results .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

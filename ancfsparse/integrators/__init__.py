@@ -1,0 +1,8 @@
+"""In comes a system at rest or in motion, out go its states, step after step.
+
+This room knows time and no elements.
+"""
+
+from ancfsparse.integrators.newmark import Newmark
+
+__all__ = ["Newmark"]

@@ -1,0 +1,62 @@
+/* How the compiled parts of the solver call each other.
+ *
+ *   time loop ──▶ nonlinear loop ──▶ equations (of one step, owned by the time loop) ──▶ system
+ *                      └──▶ inverse (quasi-Newton) ──▶ seed (sparse factor)
+ *
+ * Each part hands out one of these structures in a PyCapsule whose name is the structure's name.
+ * The unknowns are x = (free coordinates, multipliers); matrices are the lower triangle of
+ *
+ *   [ mass_factor M + stiffness_factor d(Q - f + phi_q^T lam)/dq    phi_q^T ]
+ *   [ phi_q                                                       -epsilon ]
+ *
+ * as one array of values on a pattern that is fixed before the first step.
+ */
+#ifndef ANCF_SOLVER_ABI_H
+#define ANCF_SOLVER_ABI_H
+
+#include <stddef.h>
+
+typedef struct {
+    void *context;
+    ptrdiff_t n_free, n_all, n_multipliers, n_values;
+    /* r[n_all] = M a + Q(q) - f(amplitudes) + phi_q^T lam,  phi[n_multipliers] = phi(q) */
+    void (*residual)(void *context, const double *q, const double *a, const double *lam,
+                     const double *dead_load, const double *amplitudes, double *r, double *phi);
+    void (*matrix)(void *context, double mass_factor, double stiffness_factor, const double *q,
+                   const double *lam, const double *amplitudes, double *values);
+} ancf_system;
+
+typedef struct {
+    void *context;
+    ptrdiff_t n;
+    /* 0 if every pivot has the sign it must have, else 1 + index of the first bad unknown */
+    ptrdiff_t (*factor)(void *context, const double *values);
+    void (*solve)(void *context, const double *r, double *x); /* x may be r */
+} ancf_seed;
+
+typedef struct {
+    void *context;
+    ptrdiff_t n, n_coordinates, n_values; /* unknowns; coordinates among them come first */
+    void (*restart)(void *context);                   /* x back to the predictor */
+    void (*correct)(void *context, const double *s);  /* x += s */
+    void (*residual)(void *context, double *r);       /* scaled residual at x */
+    void (*matrix)(void *context, double *values);    /* scaled iteration matrix at x */
+} ancf_equations;
+
+typedef struct {
+    void *context;
+    ptrdiff_t n;
+    int (*reseed)(void *context);  /* the seed has a new factor: forget all pairs */
+    void (*forget)(void *context); /* forget all pairs, keep the seed */
+    void (*apply)(void *context, const double *r, double *z); /* z = H r */
+    /* Learn from the pair (s, y): on entry z = H r_old with s = -z; on exit z = H_new r_new.
+     * Returns 1 if the pair was taken, 0 if it was skipped. */
+    int (*learn)(void *context, const double *s, const double *y, const double *r_new, double *z);
+} ancf_inverse;
+
+typedef struct {
+    void *context;
+    int (*solve)(void *context); /* one step; 0 or a reason of nonlinear/outcome.py */
+} ancf_nonlinear;
+
+#endif

@@ -1,0 +1,9 @@
+"""In come equations as functions and a seed, out comes their solution, step after step.
+
+This room knows vectors and ``solve(r)``, and no mechanics.
+"""
+
+from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.nonlinear.outcome import Outcome
+
+__all__ = ["Method", "ModifiedNewton", "Newton", "Outcome", "QuasiNewton"]

@@ -1,0 +1,315 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""One loop for Newton, modified Newton and quasi-Newton, with the rules for new seeds and recovery.
+
+It sees equations as four functions (restart, correct, residual, matrix) and knows no mechanics.
+"""
+from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from libc.math cimport fabs, fmax, fmin, isfinite, log, sqrt
+
+import numpy as np
+
+
+cdef extern from "vectors.h":
+    double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
+
+cdef extern from "solver_abi.h":
+    ctypedef struct ancf_seed:
+        void *context
+        ptrdiff_t n
+        ptrdiff_t (*factor)(void *, const double *) noexcept nogil
+        void (*solve)(void *, const double *, double *) noexcept nogil
+
+    ctypedef struct ancf_equations:
+        void *context
+        ptrdiff_t n, n_coordinates, n_values
+        void (*restart)(void *) noexcept nogil
+        void (*correct)(void *, const double *) noexcept nogil
+        void (*residual)(void *, double *) noexcept nogil
+        void (*matrix)(void *, double *) noexcept nogil
+
+    ctypedef struct ancf_inverse:
+        void *context
+        ptrdiff_t n
+        int (*reseed)(void *) noexcept nogil
+        void (*forget)(void *) noexcept nogil
+        void (*apply)(void *, const double *, double *) noexcept nogil
+        int (*learn)(void *, const double *, const double *, const double *, double *) noexcept nogil
+
+    ctypedef struct ancf_nonlinear:
+        void *context
+        int (*solve)(void *) noexcept nogil
+
+
+cdef enum:
+    CONVERGED = 0
+    TOO_MANY = 1
+    DIVERGED = 2
+    NOT_FINITE = 3
+
+cdef double GROWTH = 1e4  # residual beside the predictor's: past this an attempt is given up
+cdef double STALE = 1.2  # a contraction that was not measured again is trusted less in each step
+cdef double SLOW = 0.9  # a contraction from which waiting never pays
+
+
+cdef struct Counts:
+    ptrdiff_t iterations, residual_evaluations, factorizations, solves, skipped_pairs
+    ptrdiff_t reseeds_between, reseeds_inside  # why a quasi-Newton run factored again
+    ptrdiff_t recoveries_reseed, recoveries_newton  # steps saved by that rung of the ladder
+    ptrdiff_t indefinite  # factors with a pivot of the wrong sign
+
+
+cdef struct Loop:
+    const ancf_equations *equations
+    const ancf_seed *seed
+    const ancf_inverse *inverse
+    ptrdiff_t n
+    bint newton, carry, economical, by_correction
+    int max_iterations
+    double force_tolerance, constraint_tolerance, correction_tolerance, noise
+    double cost_iteration, cost_seed
+    bint seeded, reseed_due
+    double rate  # contraction of the corrections, carried from step to step
+    double cost_since  # since the last seed, its own cost included
+    ptrdiff_t steps_since
+    double *r
+    double *r_new
+    double *s
+    double *y
+    double *z
+    double *values
+    Counts counts
+
+
+cdef class Iteration:
+    """Solve one set of nonlinear equations after another, reusing seed and pairs between them."""
+
+    cdef ancf_nonlinear interface
+    cdef Loop loop
+    cdef object owners, arrays
+    cdef readonly object capsule
+
+    def __cinit__(self, equations, seed, inverse, *, bint newton, bint carry, bint economical,
+                  bint by_correction, int max_iterations, double force_tolerance,
+                  double constraint_tolerance, double correction_tolerance, double noise,
+                  double cost_iteration, double cost_seed):
+        cdef Loop *loop = &self.loop
+        cdef double[:, ::1] vectors
+        cdef double[::1] values
+        self.owners = (equations, seed, inverse)
+        loop.equations = <const ancf_equations *>PyCapsule_GetPointer(
+            equations.capsule, "ancf_equations")
+        loop.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
+        loop.inverse = <const ancf_inverse *>PyCapsule_GetPointer(inverse.capsule, "ancf_inverse")
+        loop.n = loop.equations.n
+        loop.newton, loop.carry, loop.economical = newton, carry, economical
+        loop.by_correction, loop.max_iterations = by_correction, max_iterations
+        loop.force_tolerance, loop.constraint_tolerance = force_tolerance, constraint_tolerance
+        loop.correction_tolerance, loop.noise = correction_tolerance, noise
+        loop.cost_iteration, loop.cost_seed = cost_iteration, cost_seed
+        loop.rate = SLOW
+        self.arrays = np.zeros((5, loop.n)), np.zeros(loop.equations.n_values + 1)
+        vectors, values = self.arrays
+        loop.r, loop.r_new, loop.s = &vectors[0, 0], &vectors[1, 0], &vectors[2, 0]
+        loop.y, loop.z, loop.values = &vectors[3, 0], &vectors[4, 0], &values[0]
+        self.interface.context, self.interface.solve = loop, solve
+        self.capsule = PyCapsule_New(&self.interface, "ancf_nonlinear", NULL)
+
+    @property
+    def counts(self):
+        """Counts since construction, by name."""
+        return dict(self.loop.counts)
+
+    def mark_seeded(self):
+        """Tell that the inverse was filled from outside (a finite-difference matrix)."""
+        self.loop.seeded = True
+
+    def solve(self):
+        """Solve the equations from their predictor; return 0 or a reason (`nonlinear.outcome`)."""
+        self.loop.equations.restart(self.loop.equations.context)
+        return solve(&self.loop)
+
+
+cdef bint all_below(const double *x, ptrdiff_t n, double bound) noexcept nogil:
+    cdef ptrdiff_t i
+    for i in range(n):
+        if not fabs(x[i]) < bound:  # a NaN is not below anything
+            return False
+    return True
+
+
+cdef double largest(const double *x, ptrdiff_t n) noexcept nogil:
+    cdef double m = 0.0
+    cdef ptrdiff_t i
+    for i in range(n):
+        m = fmax(m, fabs(x[i]))
+    return m
+
+
+cdef inline double rms(const double *x, ptrdiff_t n) noexcept nogil:
+    return sqrt(dot(x, x, n) / n)
+
+
+cdef int renew_seed(Loop *self) noexcept nogil:
+    """Factor the matrix at the current iterate; a wrong pivot sign is counted, a zero pivot fails."""
+    cdef ptrdiff_t bad
+    self.equations.matrix(self.equations.context, self.values)
+    bad = self.seed.factor(self.seed.context, self.values)
+    self.counts.factorizations += 1
+    if bad != 0:
+        self.counts.indefinite += 1
+    self.counts.solves += self.inverse.reseed(self.inverse.context)
+    self.seeded, self.reseed_due = True, False
+    if not self.newton:
+        self.rate = SLOW
+    self.cost_since, self.steps_since = self.cost_seed, 0
+    return CONVERGED
+
+
+cdef bint residual_is_small(Loop *self, const double *r) noexcept nogil:
+    cdef ptrdiff_t nq = self.equations.n_coordinates
+    return (all_below(r, nq, self.force_tolerance)
+            and all_below(r + nq, self.n - nq, self.constraint_tolerance))
+
+
+cdef bint correction_is_small(Loop *self, double size) noexcept nogil:
+    return self.rate / (1.0 - self.rate) * size <= self.correction_tolerance
+
+
+cdef bint waiting_costs_more(Loop *self, double progress, double remaining) noexcept nogil:
+    """Whether a new seed now is cheaper than the corrections still needed at this contraction."""
+    if progress >= SLOW:
+        return True
+    return (log(remaining) / -log(progress) * self.cost_iteration
+            > self.cost_seed + 2.0 * self.cost_iteration)
+
+
+cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil:
+    """Iterate from the predictor; return CONVERGED or the reason why not."""
+    cdef const ancf_equations *eq = self.equations
+    cdef const ancf_inverse *inverse = self.inverse
+    cdef double *r = self.r
+    cdef double *r_new = self.r_new
+    cdef double *s = self.s
+    cdef double *y = self.y
+    cdef double *z = self.z
+    cdef double *swap
+    cdef ptrdiff_t n = self.n, i
+    cdef int it, halvings
+    cdef double size, last_size = 0.0, norm, norm_new, start, theta, last_theta = 0.0, remaining
+    cdef double target
+    eq.residual(eq.context, r)
+    self.counts.residual_evaluations += 1
+    norm = start = rms(r, n)
+    if not isfinite(norm):
+        return NOT_FINITE
+    if residual_is_small(self, r) and not self.by_correction:
+        return CONVERGED
+    if newton or not self.seeded or self.reseed_due:
+        renew_seed(self)
+    elif not self.carry:
+        inverse.forget(inverse.context)
+    inverse.apply(inverse.context, r, z)
+    self.counts.solves += 1
+    for it in range(self.max_iterations):
+        for i in range(n):
+            s[i] = -z[i]
+        eq.correct(eq.context, s)
+        used[0] += 1
+        self.counts.iterations += 1
+        size = rms(s, eq.n_coordinates)
+        if it > 0 and last_size > 0.0:
+            self.rate = fmin(fmax(0.3 * self.rate, size / last_size), 0.99)
+        last_size = size
+        if (self.by_correction and n == eq.n_coordinates and not damped
+                and (correction_is_small(self, size) or size < self.noise)):
+            if it == 0:
+                self.rate = fmin(STALE * self.rate, SLOW)
+            return CONVERGED
+        eq.residual(eq.context, r_new)
+        self.counts.residual_evaluations += 1
+        norm_new = rms(r_new, n)
+        if damped:
+            # Halve a step that makes the residual larger; the last try is kept whatever it does.
+            halvings = 0
+            while not norm_new <= norm and halvings < 6:
+                halvings += 1
+                for i in range(n):
+                    s[i] *= -0.5
+                eq.correct(eq.context, s)
+                for i in range(n):
+                    s[i] = -s[i]
+                eq.residual(eq.context, r_new)
+                self.counts.residual_evaluations += 1
+                norm_new = rms(r_new, n)
+        if not isfinite(norm_new):
+            return NOT_FINITE
+        for i in range(n):
+            y[i] = r_new[i] - r[i]
+        if self.by_correction:
+            if (n > eq.n_coordinates and (correction_is_small(self, size) or size < self.noise)
+                    and all_below(r_new + eq.n_coordinates, n - eq.n_coordinates,
+                                  self.constraint_tolerance)):
+                return CONVERGED
+        elif residual_is_small(self, r_new):
+            if self.carry and not newton:
+                self.counts.skipped_pairs += 1 - inverse.learn(inverse.context, s, y, r_new, z)
+                self.counts.solves += 1
+            return CONVERGED
+        if norm_new > GROWTH * start and it > 0 and not damped:
+            return DIVERGED
+        theta = norm_new / norm
+        swap = r
+        r = r_new
+        r_new = swap
+        norm = norm_new
+        if newton:
+            renew_seed(self)
+            inverse.apply(inverse.context, r, z)
+            self.counts.solves += 1
+            continue
+        if self.economical and (it > 0 or theta > 0.7):
+            target = self.correction_tolerance if self.by_correction else self.force_tolerance
+            remaining = (size if self.by_correction else largest(r, eq.n_coordinates)) / target
+            if remaining > 1.0 and waiting_costs_more(
+                    self, sqrt(theta * last_theta) if it > 0 else theta, remaining):
+                self.counts.reseeds_inside += 1
+                renew_seed(self)
+                inverse.apply(inverse.context, r, z)
+                self.counts.solves += 1
+                last_theta = theta
+                continue
+        last_theta = theta
+        self.counts.skipped_pairs += 1 - inverse.learn(inverse.context, s, y, r, z)
+        self.counts.solves += 1
+    return TOO_MANY
+
+
+cdef int solve(void *context) noexcept nogil:
+    """Walk the ladder: the chosen method, the same with a new seed, damped Newton."""
+    cdef Loop *self = <Loop *>context
+    cdef const ancf_equations *eq = self.equations
+    cdef int used = 0
+    cdef int outcome = attempt(self, self.newton, False, &used)
+    cdef double cost
+    if outcome != CONVERGED and not self.newton:
+        eq.restart(eq.context)
+        self.reseed_due = True
+        used = 0
+        outcome = attempt(self, False, False, &used)
+        self.counts.recoveries_reseed += outcome == CONVERGED
+    if outcome != CONVERGED:
+        eq.restart(eq.context)
+        used = 0
+        outcome = attempt(self, True, True, &used)
+        self.counts.recoveries_newton += outcome == CONVERGED
+        self.reseed_due = True
+    if outcome != CONVERGED:
+        return outcome
+    if self.economical and not self.newton:
+        cost = used * self.cost_iteration
+        if self.steps_since > 0 and cost > self.cost_since / self.steps_since:
+            self.reseed_due = True
+            self.counts.reseeds_between += 1
+        self.cost_since += cost
+        self.steps_since += 1
+    return CONVERGED

@@ -1,0 +1,182 @@
+"""Configure the compiled nonlinear loop: tolerances, inverse, cost of a seed in counts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError, check_positive
+from ancfsparse.kernels.dispatch import compiled
+from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.seeds import SparseSeed
+
+EPSILON = float(np.finfo(float).eps)
+DENSE_LIMIT = 4000
+
+
+class Equations(Protocol):
+    """What the loop solves; see ``ancf_equations`` in kernels/solver_abi.h."""
+
+    capsule: object
+
+    def residual(self) -> NDArray[np.float64]:
+        """Return the scaled residual."""
+
+    def correct(self, s: NDArray[np.float64]) -> None:
+        """Add a correction."""
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """When a step counts as converged.
+
+    Attributes
+    ----------
+    by_correction : bool
+        Judge the correction (default) or the residual (the paper's way).
+    force, constraint : float
+        Bounds on the scaled residual: beta dt^2 times newtons, and metres.
+    correction : float
+        Bound on the estimated error of the coordinates that remains after a correction, rms [m].
+    noise : float
+        Corrections below this are rounding.
+    """
+
+    by_correction: bool
+    force: float
+    constraint: float
+    correction: float
+    noise: float
+
+
+def tolerance_of(wish: str | float, scale: float, force_scale: float, size: float) -> Tolerance:
+    """Translate what a person says into bounds.
+
+    Parameters
+    ----------
+    wish : "default", "paper" or float
+        ``"paper"``: max|r| < 1e-6 N (N m on slopes) and max|phi| < 1e-6 m, unscaled.  A number: the
+        error of the accelerations that a step may leave [m/s2]; ``"default"`` is 1e-3.
+    scale : float
+        beta dt^2 [s2].
+    force_scale : float
+        Size of the terms that cancel in the residual [N]; rounding puts a floor under ``"paper"``.
+    size : float
+        Largest coordinate [m].
+    """
+    floor = 4.0 * EPSILON * force_scale
+    noise = EPSILON * size
+    if wish == "paper":
+        return Tolerance(False, scale * max(1e-6, floor), 1e-6, 0.0, noise)
+    if isinstance(wish, str) and wish != "default":
+        raise InputError(f"tolerance must be 'default', 'paper' or a number in m/s2, got {wish!r}")
+    a_tol = 1e-3 if wish == "default" else check_positive("tolerance", wish, "m/s2")
+    bound = scale * a_tol
+    return Tolerance(True, scale * floor, max(bound, 4.0 * noise), bound, noise)
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Modelled cost of one iteration and of one new seed, in the same arbitrary unit.
+
+    Counts, not clocks, so that runs repeat bit for bit.
+    """
+
+    iteration: float
+    seed: float
+
+    @classmethod
+    def of(cls, residual: int, tangent: int, seed: SparseSeed) -> Costs:
+        """Weigh operation counts: kernels run in SIMD lanes, sweeps and factors do not."""
+        return cls(0.1 * residual + 0.5 * seed.solve_flops, 0.1 * tangent + 1.0 * seed.factor_flops)
+
+
+def make_inverse(
+    method: Method, seed: SparseSeed, weights: NDArray[np.float64], smallest_y: float
+) -> Any:
+    """Build the compiled inverse of a method on a seed.
+
+    Parameters
+    ----------
+    method : Method
+        The person's choice.
+    seed : SparseSeed
+        Factor of the iteration matrix.
+    weights : (n,) float
+        Inner product for limited-memory Broyden: the diagonal of the mass matrix, zero on
+        multipliers.
+    smallest_y : float
+        Differences of residuals below this are rounding, and their pairs are skipped.
+    """
+    module = compiled("inverse")
+    if isinstance(method, QuasiNewton) and method.memory == "full":
+        if seed.n > DENSE_LIMIT:
+            raise InputError(
+                f"memory='full' would keep a dense inverse of {seed.n} x {seed.n} numbers, "
+                f"{8 * seed.n**2 / 1e9:.3g} GB: use QuasiNewton({method.update!r}, memory=10)"
+            )
+        inverse = module.Dense(seed, method.update)
+    elif isinstance(method, QuasiNewton):
+        inverse = module.Limited(seed, method.update, int(method.memory), weights)
+    else:
+        inverse = module.Limited(seed, "broyden", 0)
+    inverse.set_smallest_y(smallest_y)
+    return inverse
+
+
+def make_iteration(
+    equations: Equations,
+    seed: SparseSeed,
+    inverse: Any,
+    method: Method,
+    tolerance: Tolerance,
+    costs: Costs,
+) -> Any:
+    """Build the compiled loop; a finite-difference seed is taken at the present iterate."""
+    full = isinstance(method, QuasiNewton) and method.memory == "full"
+    loop = compiled("iteration").Iteration(
+        equations,
+        seed,
+        inverse,
+        newton=isinstance(method, Newton),
+        carry=full or (isinstance(method, QuasiNewton) and method.carry),
+        economical=not full and not isinstance(method, Newton),
+        by_correction=tolerance.by_correction,
+        max_iterations=method.max_iterations,
+        force_tolerance=tolerance.force,
+        constraint_tolerance=tolerance.constraint,
+        correction_tolerance=tolerance.correction,
+        noise=tolerance.noise,
+        cost_iteration=costs.iteration,
+        cost_seed=costs.seed,
+    )
+    if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
+        inverse.matrix = np.linalg.inv(finite_difference(equations))
+        loop.mark_seeded()
+    return loop
+
+
+def finite_difference(equations: Equations, reach: float = 1e-6) -> NDArray[np.float64]:
+    """Return the iteration matrix (n, n) by central differences of the residual."""
+    n = len(equations.residual())
+    matrix = np.empty((n, n))
+    for j in range(n):
+        s = np.zeros(n)
+        s[j] = reach
+        equations.correct(s)
+        ahead = equations.residual()
+        equations.correct(-2.0 * s)
+        matrix[:, j] = (ahead - equations.residual()) / (2.0 * reach)
+        equations.correct(s)
+    return matrix
+
+
+def describe(method: Method) -> str:
+    """Name a method in a few words."""
+    if isinstance(method, QuasiNewton):
+        memory = "full memory" if method.memory == "full" else f"{method.memory} pairs"
+        return f"quasi-Newton ({method.update}, {memory})"
+    return "modified Newton" if isinstance(method, ModifiedNewton) else "Newton"

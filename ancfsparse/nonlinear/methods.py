@@ -1,0 +1,91 @@
+"""What a person chooses: Newton, modified Newton, or quasi-Newton with an update and a memory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ancfsparse.errors import InputError, check_choice, check_count
+
+UPDATES = ("broyden", "davidon", "dfp", "bfgs")
+SEEDS = ("tangent", "finite-difference")
+
+
+@dataclass(frozen=True)
+class Newton:
+    """Full Newton: the generated tangent is factored anew in every iteration.
+
+    Parameters
+    ----------
+    max_iterations : int, optional
+        Corrections allowed in a step before the recovery ladder is entered.
+    """
+
+    max_iterations: int = 25
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        check_count("max_iterations", self.max_iterations)
+
+
+@dataclass(frozen=True)
+class ModifiedNewton:
+    """Newton with one factor for many steps, renewed when counts say that it pays.
+
+    Parameters
+    ----------
+    max_iterations : int, optional
+        Corrections allowed in a step before the recovery ladder is entered.
+    """
+
+    max_iterations: int = 25
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        check_count("max_iterations", self.max_iterations)
+
+
+@dataclass(frozen=True)
+class QuasiNewton:
+    """Quasi-Newton: an inverse that learns from the corrections (equations 12 to 16).
+
+    Parameters
+    ----------
+    update : {"broyden", "davidon", "dfp", "bfgs"}
+        Broyden's first method (equation 13), Davidon's symmetric rank-one (14), Davidon, Fletcher,
+        Powell (15, "DPF" in the paper), Broyden, Fletcher, Goldfarb, Shanno (16).
+    memory : "full" or int
+        ``"full"``: a dense inverse that is never forgotten, the paper's form, for up to a few
+        thousand coordinates.  A number: that many secant pairs on a sparse seed.
+    carry : bool, optional
+        With a number: whether pairs outlive their step.  They save iterations, and on chains and
+        nets cost more than they save.
+    seed : {"tangent", "finite-difference"}, optional
+        The first inverse: from the generated tangent, or from finite differences of the residual
+        as in the paper (``memory="full"`` only).
+    max_iterations : int, optional
+        Corrections allowed in a step before the recovery ladder is entered.
+    """
+
+    update: str = "davidon"
+    memory: str | int = "full"
+    carry: bool = False
+    seed: str = "tangent"
+    max_iterations: int = 25
+
+    def __post_init__(self) -> None:
+        """Check names and numbers."""
+        check_choice("update", self.update, UPDATES)
+        check_choice("seed", self.seed, SEEDS)
+        check_count("max_iterations", self.max_iterations)
+        if self.memory != "full":
+            if isinstance(self.memory, str):
+                check_choice("memory", self.memory, ("full",))
+            check_count("memory (secant pairs)", self.memory)
+            if self.seed != "tangent":
+                raise InputError(
+                    "a finite-difference seed is a dense matrix: use it with memory='full', or "
+                    "leave seed='tangent'"
+                )
+
+
+Method = Newton | ModifiedNewton | QuasiNewton

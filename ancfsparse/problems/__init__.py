@@ -1,0 +1,8 @@
+"""Named scenes: in come the element, the mesh and a few numbers, out go the scene and its rod.
+
+Tests, studies, the command line and the README share them, so that a name means one thing.
+"""
+
+from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
+
+__all__ = ["Problem", "cantilever", "elastica", "pendulum", "roll_up"]

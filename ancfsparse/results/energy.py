@@ -1,0 +1,79 @@
+"""The energy balance of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancfsparse.results.source import Array, SolvedSystem
+
+
+@dataclass(frozen=True, eq=False)
+class Energy:
+    """Energies at the saved states.
+
+    Attributes
+    ----------
+    kinetic : ndarray, shape (k,)
+        Kinetic energy [J].
+    elastic : ndarray, shape (k,)
+        Strain energy [J].
+    potential : ndarray, shape (k,)
+        Potential of gravity [J].
+    work : ndarray, shape (k,)
+        Work of all applied forces but gravity since the first saved state [J]: their power,
+        summed by the trapezoidal rule over the saved states, so save often where loads change.
+    """
+
+    kinetic: Array
+    elastic: Array
+    potential: Array
+    work: Array
+
+    @property
+    def total(self) -> Array:
+        """Kinetic, elastic and potential energy together, shape (k,) [J]."""
+        return self.kinetic + self.elastic + self.potential
+
+    @property
+    def drift(self) -> float:
+        """Largest energy gained or lost without cause, over the largest kinetic energy [-].
+
+        ``max |E(t) - E(0) - work(t)| / max kinetic``; 0 where nothing ever moves.
+        """
+        largest = float(self.kinetic.max())
+        if largest == 0.0:
+            return 0.0
+        return float(np.abs(self.total - self.total[0] - self.work).max()) / largest
+
+    def __repr__(self) -> str:
+        """Give the balance in one line."""
+        return (
+            f"Energy: {self.total[0]:.6g} J at the start, {self.total[-1]:.6g} J at the end, "
+            f"work {self.work[-1]:.6g} J, drift {self.drift:.3g}"
+        )
+
+
+def energy_of(system: SolvedSystem, t: Array, q: Array, v: Array) -> Energy:
+    """Evaluate the energy balance.
+
+    Parameters
+    ----------
+    system : SolvedSystem
+        The system the states belong to.
+    t : ndarray, shape (k,)
+        Times [s].
+    q, v : ndarray, shape (k, n)
+        Coordinates and their rates.
+
+    Returns
+    -------
+    Energy
+        Energies at those times.
+    """
+    kinetic, elastic, potential = system.energies(q, v)
+    power = system.power(q, v, t)
+    work = np.zeros(len(t))
+    np.cumsum(0.5 * np.diff(t) * (power[1:] + power[:-1]), out=work[1:])
+    return Energy(kinetic, elastic, potential, work)

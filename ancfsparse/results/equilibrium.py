@@ -1,0 +1,114 @@
+"""The shape at rest that a static solution found, read by the names of the scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancfsparse.scene import Node
+from ancfsparse.results.source import Array, SolvedSystem, combine
+from ancfsparse.results.stats import RunStats
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Equilibrium:
+    """A state of rest under the loads at t = 0.
+
+    Parameters
+    ----------
+    system : SolvedSystem
+        The system at rest.
+    q : ndarray, shape (n,)
+        Coordinates, m for positions and dimensionless for slopes.
+    lam : ndarray, shape (m,)
+        Multipliers of the constraints.
+    stats : RunStats
+        What the solution cost; its steps are load steps.
+    """
+
+    system: SolvedSystem
+    q: Array
+    lam: Array
+    stats: RunStats
+
+    def __repr__(self) -> str:
+        """Sum the solution up in one line."""
+        return (
+            f"Equilibrium: {len(self.q)} coordinates, {len(self.lam)} multipliers, "
+            f"{self.stats.steps} load steps, {self.stats.iterations} iterations"
+        )
+
+    @property
+    def multipliers(self) -> Array:
+        """Multipliers of the constraints, shape (m,); another name for `lam`."""
+        return self.lam
+
+    @property
+    def elastic_energy(self) -> float:
+        """Strain energy of the scene [J]."""
+        state = self.q[None, :]
+        return float(self.system.energies(state, np.zeros_like(state))[1][0])
+
+    def position(self, node: Node) -> Array:
+        """Give the position of a point.
+
+        Parameters
+        ----------
+        node : Node
+            Any point of a beam.
+
+        Returns
+        -------
+        ndarray, shape (dim,)
+            Position [m].
+        """
+        return combine(self.system.point(node), self.q)
+
+    def displacement(self, node: Node) -> Array:
+        """Give how far a point has moved from the reference shape.
+
+        Parameters
+        ----------
+        node : Node
+            Any point of a beam.
+
+        Returns
+        -------
+        ndarray, shape (dim,)
+            Displacement [m].
+        """
+        return self.position(node) - node.position
+
+    def slope(self, node: Node) -> Array:
+        """Give the slope r', the derivative of position by reference arc length.
+
+        Parameters
+        ----------
+        node : Node
+            Any point of a beam.
+
+        Returns
+        -------
+        ndarray, shape (dim,)
+            Slope [-]; its length is the local stretch.
+        """
+        return combine(self.system.slope(node), self.q)
+
+    def reaction(self, node: Node) -> Array:
+        """Give the force that the joints at a node put on the beam.
+
+        Parameters
+        ----------
+        node : Node
+            A node with a joint.
+
+        Returns
+        -------
+        ndarray, shape (dim,)
+            Force [N].
+        """
+        state = self.q[None, :]
+        rest = np.zeros_like(state)
+        force = self.system.reaction(node, state, rest, self.lam[None, :], np.zeros(1))
+        return np.asarray(force[0])

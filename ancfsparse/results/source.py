@@ -1,0 +1,63 @@
+"""What results ask of a system: where things stand in its vectors, and what they add up to."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.scene import Node
+
+Array = NDArray[np.float64]
+Places = tuple[NDArray[np.integer], Array]
+
+
+class SolvedSystem(Protocol):
+    """The part of a system that results rely on.
+
+    Shapes: k saved states, n coordinates, m multipliers, dim components.
+    """
+
+    def point(self, node: Node) -> Places:
+        """Say how a position comes from the coordinates.
+
+        Returns ``places`` (dim, p) and ``weights`` (p,): component i of the position is
+        ``sum_j weights[j] q[places[i, j]]``.
+        """
+        ...
+
+    def slope(self, node: Node) -> Places:
+        """Say the same for the slope r' [-]."""
+        ...
+
+    def energies(self, q: Array, v: Array) -> tuple[Array, Array, Array]:
+        """Give kinetic, elastic and gravity's potential energy, each (k,) [J]."""
+        ...
+
+    def power(self, q: Array, v: Array, t: Array) -> Array:
+        """Give the power of all applied forces but gravity, (k,) [W]."""
+        ...
+
+    def reaction(self, node: Node, q: Array, a: Array, lam: Array, t: Array) -> Array:
+        """Give the force of the joints at a node on the beam, (k, dim) [N]."""
+        ...
+
+
+def combine(places: Places, q: Array) -> Array:
+    """Evaluate a position or slope for all states.
+
+    Parameters
+    ----------
+    places : tuple of ndarray
+        Places (dim, p) and weights (p,), as a system gives them.
+    q : ndarray, shape (..., n)
+        Coordinates, or velocities or accelerations: interpolation is linear.
+
+    Returns
+    -------
+    ndarray, shape (..., dim)
+        The interpolated vectors.
+    """
+    where, weights = places
+    return np.asarray(q[..., where] @ weights)

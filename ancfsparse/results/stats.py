@@ -1,0 +1,50 @@
+"""What a run cost, in counts first and in seconds second."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass
+class RunStats:
+    """Counts and times of one run.
+
+    Attributes
+    ----------
+    march_seconds : float
+        Time of the compiled march alone, without set-up and output [s].
+    steps : int
+        Accepted time steps or load steps.
+    iterations : int
+        Corrections, summed over all steps.
+    residual_evaluations : int
+        Evaluations of the residual; one more per step than iterations.
+    factorizations : int
+        Sparse factorizations.
+    solves : int
+        Solutions with a factor or a dense inverse.
+    skipped_pairs : int
+        Secant pairs an update refused.
+    recoveries : int
+        Times a step had to be helped: pairs dropped, seed renewed, line search.
+    seconds : dict of str to float
+        Time by part, where it was measured [s].
+    solver : str
+        What was chosen and why.
+    """
+
+    march_seconds: float = 0.0
+    steps: int = 0
+    iterations: int = 0
+    residual_evaluations: int = 0
+    factorizations: int = 0
+    solves: int = 0
+    skipped_pairs: int = 0
+    recoveries: int = 0
+    seconds: dict[str, float] = field(default_factory=dict)
+    solver: str = ""
+
+    @property
+    def iterations_per_step(self) -> float:
+        """Mean number of corrections per step; 0 if there was no step."""
+        return self.iterations / self.steps if self.steps else 0.0

@@ -1,0 +1,139 @@
+"""The motion a simulation found, read by the names of the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from ancfsparse.scene import Node
+from ancfsparse.results.energy import Energy, energy_of
+from ancfsparse.results.source import Array, SolvedSystem, combine
+from ancfsparse.results.stats import RunStats
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory:
+    """Saved states of a run, the first one included.
+
+    Parameters
+    ----------
+    system : SolvedSystem
+        The system that moved.
+    t : ndarray, shape (k,)
+        Times [s].
+    q, v, a : ndarray, shape (k, n)
+        Coordinates (m for positions, dimensionless for slopes), their rates and second rates.
+    lam : ndarray, shape (k, m)
+        Multipliers of the constraints, none for joints made by numbering.
+    stats : RunStats
+        What the run cost.
+    settings : mapping, optional
+        What it was run with.
+    """
+
+    system: SolvedSystem
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    lam: Array
+    stats: RunStats
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """Sum the run up in two lines."""
+        stats = self.stats
+        return (
+            f"Trajectory: {len(self.t)} states from t = {self.t[0]:.6g} s to {self.t[-1]:.6g} s, "
+            f"{self.q.shape[1]} coordinates, {self.lam.shape[1]} multipliers\n"
+            f"  {stats.steps} steps, {stats.iterations_per_step:.2f} iterations per step, "
+            f"{stats.factorizations} factorizations, {stats.march_seconds:.3g} s"
+            + (f", {stats.solver}" if stats.solver else "")
+        )
+
+    @property
+    def multipliers(self) -> Array:
+        """Multipliers of the constraints, shape (k, m); another name for `lam`."""
+        return self.lam
+
+    @cached_property
+    def energy(self) -> Energy:
+        """The energy balance, worked out when first asked for."""
+        return energy_of(self.system, self.t, self.q, self.v)
+
+    def position(self, node: Node) -> Array:
+        """Give the position of a point over time.
+
+        Parameters
+        ----------
+        node : Node
+            Any point of a beam, for example ``rod.end``.
+
+        Returns
+        -------
+        ndarray, shape (k, dim)
+            Positions [m].
+        """
+        return combine(self.system.point(node), self.q)
+
+    def velocity(self, node: Node) -> Array:
+        """Give the velocity of a point over time.
+
+        Parameters
+        ----------
+        node : Node
+            Any point of a beam.
+
+        Returns
+        -------
+        ndarray, shape (k, dim)
+            Velocities [m/s].
+        """
+        return combine(self.system.point(node), self.v)
+
+    def acceleration(self, node: Node) -> Array:
+        """Give the acceleration of a point over time.
+
+        Parameters
+        ----------
+        node : Node
+            Any point of a beam.
+
+        Returns
+        -------
+        ndarray, shape (k, dim)
+            Accelerations [m/s2].
+        """
+        return combine(self.system.point(node), self.a)
+
+    def slope(self, node: Node) -> Array:
+        """Give the slope r', the derivative of position by reference arc length, over time.
+
+        Parameters
+        ----------
+        node : Node
+            Any point of a beam.
+
+        Returns
+        -------
+        ndarray, shape (k, dim)
+            Slopes [-]; their length is the local stretch.
+        """
+        return combine(self.system.slope(node), self.q)
+
+    def reaction(self, node: Node) -> Array:
+        """Give the force that the joints at a node put on the beam, over time.
+
+        Parameters
+        ----------
+        node : Node
+            A node with a joint.
+
+        Returns
+        -------
+        ndarray, shape (k, dim)
+            Forces [N].
+        """
+        return self.system.reaction(node, self.q, self.a, self.lam, self.t)

@@ -1,0 +1,32 @@
+"""What a person says: in come beams, sections, materials, joints and loads in SI units.
+
+Out goes a `Scene`, a checked list of declarations that `ancfsparse.system` flattens into arrays.
+Nothing here computes a motion, and nothing here is left to be found wrong later.
+"""
+
+from ancfsparse.scene.beams import Beam, Node
+from ancfsparse.scene.joints import Clamp, Connect, Joint, Pin, Rod
+from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
+from ancfsparse.scene.material import Material
+from ancfsparse.scene.scene import Scene
+from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
+
+__all__ = [
+    "AnySection",
+    "Beam",
+    "Circle",
+    "Clamp",
+    "Connect",
+    "DistributedForce",
+    "Joint",
+    "Load",
+    "Material",
+    "Node",
+    "Pin",
+    "PointForce",
+    "PointMoment",
+    "Rectangle",
+    "Rod",
+    "Scene",
+    "Section",
+]

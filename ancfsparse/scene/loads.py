@@ -1,0 +1,136 @@
+"""Loads: constant, or functions of time that return the load at time t [s]."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.errors import InputError, check_finite, check_vector
+from ancfsparse.scene.beams import Beam, Node
+
+Vector = NDArray[np.float64]
+Value = ArrayLike | Callable[[float], ArrayLike]
+
+
+@dataclass(frozen=True, eq=False)
+class PointForce:
+    """A force at a point of a beam, fixed in space.
+
+    Attributes
+    ----------
+    node : Node
+        Where it acts; any point of a beam.
+    value : ndarray, shape (dim,), or callable
+        The force [N], or a function of t [s] that returns it.
+    """
+
+    node: Node
+    value: Value
+
+    def __post_init__(self) -> None:
+        """Try the load out, and keep a constant one as a checked vector."""
+        now = self.at(0.0)
+        if not callable(self.value):
+            object.__setattr__(self, "value", now)
+
+    def at(self, t: float) -> Vector:
+        """Give the force at time `t` [s], shape (dim,) [N]."""
+        return vector_at(f"the force on {self.node!r}", self.value, t, self.node.beam.dim, "N")
+
+
+@dataclass(frozen=True, eq=False)
+class PointMoment:
+    """A moment at a node of a beam, fixed in space.
+
+    Attributes
+    ----------
+    node : Node
+        Where it acts.
+    value : float, ndarray of shape (3,), or callable
+        The moment [N m], or a function of t [s] that returns it: a number about +z in a planar
+        scene, three components in a spatial one.
+    """
+
+    node: Node
+    value: Value
+
+    def __post_init__(self) -> None:
+        """Try the load out, and keep a constant one as a checked number or vector."""
+        now = self.at(0.0)
+        if not callable(self.value):
+            object.__setattr__(self, "value", now if self.node.beam.dim == 3 else float(now[0]))
+
+    def at(self, t: float) -> Vector:
+        """Give the moment at time `t` [s], shape (1,) in a planar scene, else (3,) [N m]."""
+        what = f"the moment on {self.node!r}"
+        if self.node.beam.dim == 3:
+            return vector_at(what, self.value, t, 3, "N m")
+        value = self.value(t) if callable(self.value) else self.value
+        name = _at_time(what, self.value, t)
+        if np.ndim(value) != 0:
+            raise InputError(
+                f"{name} must be one number about +z because the scene is planar, got {value!r}"
+            )
+        return np.array([check_finite(name, value, "N m")])
+
+
+@dataclass(frozen=True, eq=False)
+class DistributedForce:
+    """A force per reference length along a whole beam, fixed in space.
+
+    Attributes
+    ----------
+    beam : Beam
+        Where it acts.
+    value : ndarray, shape (dim,), or callable
+        The force per length [N/m], or a function of t [s] that returns it.
+    """
+
+    beam: Beam
+    value: Value
+
+    def __post_init__(self) -> None:
+        """Try the load out, and keep a constant one as a checked vector."""
+        now = self.at(0.0)
+        if not callable(self.value):
+            object.__setattr__(self, "value", now)
+
+    def at(self, t: float) -> Vector:
+        """Give the force per length at time `t` [s], shape (dim,) [N/m]."""
+        what = f"the distributed force on {self.beam.name}"
+        return vector_at(what, self.value, t, self.beam.dim, "N/m")
+
+
+Load = PointForce | PointMoment | DistributedForce
+
+
+def vector_at(what: str, value: Value, t: float, dim: int, unit: str) -> Vector:
+    """Evaluate a vector load and check what comes out.
+
+    Parameters
+    ----------
+    what : str
+        Name of the load in the message.
+    value : ndarray or callable
+        The load or a function of time.
+    t : float
+        Time [s].
+    dim : int
+        Number of components it must have.
+    unit : str
+        Its unit in the message.
+
+    Returns
+    -------
+    ndarray, shape (dim,)
+        The load at that time.
+    """
+    now = value(t) if callable(value) else value
+    return check_vector(_at_time(what, value, t), now, dim, unit)
+
+
+def _at_time(what: str, value: Value, t: float) -> str:
+    return f"{what}, a function of time, at t = {t:.6g} s," if callable(value) else what

@@ -1,0 +1,188 @@
+"""Cross-sections: from a shape, or from measured numbers, to what a beam needs.
+
+The section lies in its own y-z plane, the beam's axis is x.  In a planar scene y is in the plane
+and z points out of it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ancfsparse.errors import check_positive
+
+ZETA_5 = 1.0369277551433699  # Riemann's zeta(5) = 1 + 1/2^5 + 1/3^5 + ...
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """A solid rectangular section.
+
+    Parameters
+    ----------
+    width : float
+        Side along z, across the plane of a planar scene [m].
+    height : float
+        Side along y, in the plane of a planar scene [m].
+    """
+
+    width: float
+    height: float
+
+    def __post_init__(self) -> None:
+        """Check both sides."""
+        check_positive("width of the rectangle", self.width, "m")
+        check_positive("height of the rectangle", self.height, "m")
+
+    @property
+    def area(self) -> float:
+        """Area [m2]."""
+        return self.width * self.height
+
+    @property
+    def inertia_y(self) -> float:
+        """Second moment of area int z^2 dA, for bending about y [m4]."""
+        return self.height * self.width**3 / 12.0
+
+    @property
+    def inertia_z(self) -> float:
+        """Second moment of area int y^2 dA, for bending about z [m4]."""
+        return self.width * self.height**3 / 12.0
+
+    @property
+    def torsion_constant(self) -> float:
+        """Saint-Venant's torsion constant J [m4]; 0.140577 b^4 for a square.
+
+        Notes
+        -----
+        Saint-Venant's series (Timoshenko and Goodier, Theory of Elasticity, article 109) is
+        ``a b^3 (1/3 - 64 b / (pi^5 a) sum tanh(n pi a / 2 b) / n^5)`` over odd n, with a >= b.
+        The part of the sum with tanh replaced by 1 is 31/32 zeta(5); what remains falls off
+        like exp(-n pi a / b), so six terms give every digit.
+        """
+        a, b = max(self.width, self.height), min(self.width, self.height)
+        tail = 0.0
+        for n in range(1, 12, 2):
+            decay = math.exp(-n * math.pi * a / b)
+            tail += 2.0 * decay / (1.0 + decay) / n**5
+        series = 31.0 / 32.0 * ZETA_5 - tail
+        return a * b**3 * (1.0 / 3.0 - 64.0 * b / (math.pi**5 * a) * series)
+
+    def shear_correction(self, poisson_ratio: float) -> float:
+        """Shear correction factor k (Cowper 1966), the same for y and z.
+
+        Parameters
+        ----------
+        poisson_ratio : float
+            Poisson's ratio nu of the material.
+
+        Returns
+        -------
+        float
+            ``10 (1 + nu) / (12 + 11 nu)``.
+        """
+        return 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio)
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A solid circular section.
+
+    Parameters
+    ----------
+    diameter : float
+        Diameter [m].
+    """
+
+    diameter: float
+
+    def __post_init__(self) -> None:
+        """Check the diameter."""
+        check_positive("diameter of the circle", self.diameter, "m")
+
+    @property
+    def area(self) -> float:
+        """Area [m2]."""
+        return math.pi * self.diameter**2 / 4.0
+
+    @property
+    def inertia_y(self) -> float:
+        """Second moment of area int z^2 dA [m4]."""
+        return math.pi * self.diameter**4 / 64.0
+
+    @property
+    def inertia_z(self) -> float:
+        """Second moment of area int y^2 dA [m4]."""
+        return math.pi * self.diameter**4 / 64.0
+
+    @property
+    def torsion_constant(self) -> float:
+        """Torsion constant J, here the polar second moment [m4]."""
+        return math.pi * self.diameter**4 / 32.0
+
+    def shear_correction(self, poisson_ratio: float) -> float:
+        """Shear correction factor k (Cowper 1966), the same for y and z.
+
+        Parameters
+        ----------
+        poisson_ratio : float
+            Poisson's ratio nu of the material.
+
+        Returns
+        -------
+        float
+            ``6 (1 + nu) / (7 + 6 nu)``.
+        """
+        return 6.0 * (1.0 + poisson_ratio) / (7.0 + 6.0 * poisson_ratio)
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section known by its numbers: measured, tabulated, or computed elsewhere.
+
+    Parameters
+    ----------
+    area : float
+        Area [m2].
+    inertia_y : float
+        Second moment of area int z^2 dA, for bending about y [m4].
+    inertia_z : float
+        Second moment of area int y^2 dA, for bending about z and in a planar scene [m4].
+    torsion_constant : float
+        Torsion constant J [m4].
+    shear_factor : float, optional
+        Shear correction factor k, the same for y and z.  The default 5/6 is the value of a
+        rectangle at Poisson's ratio 0.
+    """
+
+    area: float
+    inertia_y: float
+    inertia_z: float
+    torsion_constant: float
+    shear_factor: float = 5.0 / 6.0
+
+    def __post_init__(self) -> None:
+        """Check every number."""
+        check_positive("area of the section", self.area, "m2")
+        check_positive("inertia_y of the section", self.inertia_y, "m4")
+        check_positive("inertia_z of the section", self.inertia_z, "m4")
+        check_positive("torsion constant of the section", self.torsion_constant, "m4")
+        check_positive("shear factor of the section", self.shear_factor)
+
+    def shear_correction(self, poisson_ratio: float) -> float:
+        """Shear correction factor k, as it was given.
+
+        Parameters
+        ----------
+        poisson_ratio : float
+            Poisson's ratio of the material; does not change the factor.
+
+        Returns
+        -------
+        float
+            The factor.
+        """
+        return self.shear_factor
+
+
+AnySection = Rectangle | Circle | Section

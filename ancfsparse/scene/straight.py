@@ -1,0 +1,178 @@
+"""From what was said about a straight beam to a checked `Beam`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.errors import InputError, check_count, check_positive, check_vector
+from ancfsparse.scene.beams import Beam, VelocityField
+from ancfsparse.scene.elements import options_of
+from ancfsparse.scene.material import Material
+from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
+
+Vector = NDArray[np.float64]
+
+# Start and end closer than this share of their distance from the origin differ by rounding only.
+NO_LENGTH = 1e-12
+# Second moments further apart than this share make a section that is not round.
+NOT_ROUND = 1e-9
+
+
+def straight_beam(
+    label: str,
+    dim: int,
+    element: str,
+    start: ArrayLike,
+    end: ArrayLike,
+    n_elements: int,
+    section: AnySection,
+    material: Material,
+    options: Mapping[str, str],
+    up: ArrayLike | None,
+    velocity: ArrayLike | VelocityField | None,
+) -> Beam:
+    """Check everything said about a straight beam and make its handle.
+
+    Parameters
+    ----------
+    label : str
+        Its name.
+    dim : int
+        Dimension of its scene.
+    element, start, end, n_elements, section, material, up, velocity
+        As in `Scene.add_beam`.
+    options : mapping of str to str
+        A value for every option of every element.
+
+    Returns
+    -------
+    Beam
+        The handle, not yet part of a scene.
+    """
+    chosen = options_of(label, element, dim, options)
+    tail = check_vector(f"start of {label}", start, dim, "m")
+    head = check_vector(f"end of {label}", end, dim, "m")
+    count = check_count(f"n_elements of {label}", n_elements)
+    if not isinstance(section, (Rectangle, Circle, Section)):
+        raise InputError(
+            f"section of {label} must be a Rectangle, Circle or Section, got {section!r}: "
+            "try ancf.Rectangle(0.01, 0.01)"
+        )
+    if not isinstance(material, Material):
+        raise InputError(
+            f"material of {label} must be a Material, got {material!r}: "
+            "try ancf.Material(youngs_modulus=1e8, density=4000)"
+        )
+    far = max(np.abs(tail).max(), np.abs(head).max())
+    if np.linalg.norm(head - tail) <= NO_LENGTH * far:
+        raise InputError(
+            f"{label} has zero length: start and end are both at {place(tail)}, move one of them"
+        )
+    if element == "thin" and dim == 3:
+        _check_round(label, section)
+    if up is not None and dim == 2:
+        raise InputError(
+            f"`up` of {label} has no meaning in a planar scene, where the height of the section "
+            "lies in the plane: leave it out"
+        )
+    upwards = None if up is None else check_vector(f"`up` of {label}", up, 3)
+    positions = np.linspace(tail, head, count + 1)
+    axes = section_axes(head - tail, upwards, label)
+    positions.flags.writeable = axes.flags.writeable = False
+    field = None if velocity is None else _velocity_field(label, velocity, positions)
+    return Beam(label, element, chosen, section, material, count, positions, axes, field)
+
+
+def place(position: Vector) -> str:
+    """Write a position for a message.
+
+    Parameters
+    ----------
+    position : ndarray, shape (dim,)
+        Position [m].
+
+    Returns
+    -------
+    str
+        For example ``(0, 1.5) m``.
+    """
+    return "(" + ", ".join(f"{each:.6g}" for each in position) + ") m"
+
+
+def section_axes(axis: Vector, up: Vector | None, where: str) -> Vector:
+    """Set up the unit vectors of a section.
+
+    Parameters
+    ----------
+    axis : ndarray, shape (dim,)
+        From the start of the beam to its end [m], not zero.
+    up : ndarray, shape (3,), or None
+        Rough direction of e_y in a spatial scene; only its part normal to the beam counts.
+        None: as in the plane, e_z is as near to +z as it can be, and e_y = e_z x e_x; a beam
+        along z takes e_y = +y.
+    where : str
+        Name of the beam, for the message.
+
+    Returns
+    -------
+    ndarray, shape (dim, dim)
+        Rows e_x, e_y and, if spatial, e_z: right-handed and orthonormal.  In the plane e_y is e_x
+        turned by +90 degrees.
+    """
+    e_x = axis / np.linalg.norm(axis)
+    if len(axis) == 2:
+        return np.array([e_x, [-e_x[1], e_x[0]]])
+    if up is None:
+        side = np.cross([0.0, 0.0, 1.0], e_x)
+        if np.linalg.norm(side) < 1e-8:
+            side = np.array([0.0, 1.0, 0.0])
+    else:
+        direction = up / check_positive(f"length of `up` of {where}", np.linalg.norm(up))
+        side = direction - (direction @ e_x) * e_x
+        if np.linalg.norm(side) < 1e-6:
+            raise InputError(
+                f"`up` of {where} is parallel to the beam and cannot say where its section "
+                "points: give a direction across the beam"
+            )
+    e_z = np.cross(e_x, side)
+    e_z /= np.linalg.norm(e_z)
+    return np.array([e_x, np.cross(e_z, e_x), e_z])
+
+
+def _check_round(label: str, section: AnySection) -> None:
+    about_y, about_z = section.inertia_y, section.inertia_z
+    if abs(about_y - about_z) > NOT_ROUND * max(about_y, about_z):
+        raise InputError(
+            f"{label} is a spatial cable, which bends alike in all directions, but its section "
+            f"has inertia_y = {about_y:.6g} m4 and inertia_z = {about_z:.6g} m4: make them equal, "
+            "or take the element 'thick'"
+        )
+
+
+def _velocity_field(
+    label: str, velocity: ArrayLike | VelocityField, positions: Vector
+) -> VelocityField:
+    """Turn an initial velocity into a function of the reference position and try it out."""
+    what = f"velocity of {label}"
+    if not callable(velocity):
+        constant = check_vector(what, velocity, positions.shape[1], "m/s")
+        return lambda x: np.broadcast_to(constant, np.shape(x)).copy()
+    values: Any = velocity(positions.copy())
+    try:
+        values = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must return numbers, got {values!r}") from None
+    if values.shape != positions.shape:
+        raise InputError(
+            f"{what} returned shape {values.shape} for positions of shape {positions.shape}: "
+            "one row of velocities per row of positions is needed"
+        )
+    bad = ~np.isfinite(values).all(axis=1)
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise InputError(f"{what} must be finite, got {values[i]} at {place(positions[i])}")
+    return velocity

@@ -1,0 +1,5 @@
+"""In comes a symmetric matrix on a fixed sparse pattern, out goes its inverse as a solve."""
+
+from ancfsparse.seeds.sparse import SparseSeed
+
+__all__ = ["SparseSeed"]

@@ -1,0 +1,212 @@
+"""Motion in time: set up once, march compiled, hand back a trajectory."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from ancfsparse.errors import InputError, StepFailure, check_count, check_positive
+from ancfsparse.integrators import Newmark
+from ancfsparse.integrators.march import make_march
+from ancfsparse.nonlinear import Method, Outcome, QuasiNewton
+from ancfsparse.nonlinear.iteration import (
+    EPSILON,
+    Costs,
+    make_inverse,
+    make_iteration,
+    tolerance_of,
+)
+from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.scene import Scene
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.choose import choose
+from ancfsparse.solve.start import check_constraints, initial_acceleration, regularize
+from ancfsparse.system import System
+
+Vector = NDArray[np.float64]
+
+# Steps between two looks at the clock, and rows of loads that are tabulated at once.
+CHUNK = 2000
+
+
+def simulate(
+    scene: Scene,
+    t_end: float,
+    dt: float,
+    *,
+    integrator: Newmark = Newmark(),
+    solver: Method | str = "auto",
+    tolerance: str | float = "default",
+    save_every: int = 1,
+    progress: bool = False,
+) -> Trajectory:
+    """March a scene through time with a fixed step.
+
+    Each step finds coordinates and multipliers such that the equations of motion and the position
+    constraints hold together at the new time (equation 6 of the paper).
+
+    Parameters
+    ----------
+    scene : Scene
+        Beams, joints and loads; the motion starts at t = 0 from the reference shape with the
+        beams' initial velocities.
+    t_end : float
+        End time [s], a whole number of steps.
+    dt : float
+        Time step [s].
+    integrator : Newmark, optional
+        The trapezoidal rule by default.
+    solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
+        How the equations of a step are solved.
+    tolerance : "default", "paper" or float, optional
+        ``"paper"``: max|r| < 1e-6 N and max|phi| < 1e-6 m.  A number [m/s2]: the error in the
+        accelerations that the iteration of a step may leave; ``"default"`` is 1e-3.
+    save_every : int, optional
+        Steps from one saved state to the next.
+    progress : bool, optional
+        Whether to draw a progress bar.
+
+    Returns
+    -------
+    Trajectory
+        The saved states, the one at t = 0 first, with counts in ``stats``.
+
+    Raises
+    ------
+    InputError
+        If something said cannot be meant.
+    StepFailure
+        If a step cannot be solved; it carries the trajectory so far.
+
+    Notes
+    -----
+    A step that does not converge is tried again with a new seed, then with damped Newton; both are
+    counted in ``stats.recoveries``.  No step is accepted unconverged.
+    """
+    n_steps = count_steps(t_end, dt)
+    check_count("save_every", save_every)
+    if not isinstance(integrator, Newmark):
+        raise InputError(f"integrator must be Newmark(alpha), got {integrator!r}")
+    begin = time.perf_counter()
+    system = System(scene)
+    march, iteration, why = prepare(system, dt, integrator, solver, tolerance)
+    rows = n_steps // save_every + 1
+    saved = [np.zeros((rows, system.n_all)) for _ in range(3)]
+    saved.append(np.zeros((rows, system.n_multipliers)))
+    for array, start in zip(saved, march.state, strict=True):
+        array[0] = start
+
+    stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
+    outcome = Outcome.CONVERGED
+    with tqdm(total=n_steps, unit="step", disable=not progress, leave=False) as bar:
+        while stats.steps < n_steps and outcome == Outcome.CONVERGED:
+            wanted = min(CHUNK, n_steps - stats.steps)
+            times = dt * np.arange(stats.steps + 1.0, stats.steps + wanted + 1.0, dtype=np.float64)
+            amplitudes = system.loads.amplitudes(times)
+            clock = time.perf_counter()
+            taken, code = march.advance(
+                iteration, wanted, amplitudes, save_every, stats.steps, *saved
+            )
+            stats.march_seconds += time.perf_counter() - clock
+            stats.steps += taken
+            outcome = Outcome(code)
+            bar.update(taken)
+    stats.seconds["march"] = stats.march_seconds
+    count(stats, iteration)
+    rows = stats.steps // save_every + 1
+    settings = {
+        "dt": dt,
+        "t_end": t_end,
+        "integrator": repr(integrator),
+        "solver": repr(solver),
+        "tolerance": tolerance,
+        "save_every": save_every,
+    }
+    q, v, a, lam = (array[:rows] for array in saved)
+    t = dt * save_every * np.arange(rows, dtype=np.float64)
+    path = Trajectory(system, t, q, v, a, lam, stats, settings)
+    if outcome != Outcome.CONVERGED:
+        raise failure(system, march, outcome, stats.steps + 1, dt, path)
+    return path
+
+
+def count_steps(t_end: float, dt: float) -> int:
+    """Return the number of steps of length ``dt`` that make ``t_end``.
+
+    Raises
+    ------
+    InputError
+        If either is not positive or the step does not divide the time.
+    """
+    check_positive("t_end", t_end, "s")
+    check_positive("dt", dt, "s")
+    n_steps = round(t_end / dt)
+    if n_steps < 1 or abs(n_steps * dt - t_end) > 1e-9 * t_end:
+        fitting = t_end / max(n_steps, 1)
+        raise InputError(
+            f"dt = {dt:g} s does not divide t_end = {t_end:g} s into whole steps "
+            f"({t_end / dt:.6g} of them): try dt = {fitting:.9g} s"
+        )
+    return n_steps
+
+
+def prepare(
+    system: System,
+    dt: float,
+    integrator: Newmark,
+    solver: Method | str,
+    tolerance: str | float,
+) -> tuple[Any, Any, str]:
+    """Return the compiled march, the compiled nonlinear loop, and why this method."""
+    method, why = choose(solver, system.n_free + system.n_multipliers)
+    scale = integrator.beta * dt**2
+    regularize(system, scale)
+    check_constraints(system)
+    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    a, lam = initial_acceleration(system, seed)
+    amplitudes = system.loads.amplitudes(np.array([dt]))
+    march = make_march(system, dt, integrator, a, lam)
+    march.prepare(amplitudes)
+    force_scale = system.force_scale(system.q0)
+    weights = np.concatenate([system.mass_diagonal, np.zeros(system.n_multipliers)])
+    inverse = make_inverse(method, seed, weights, 10.0 * EPSILON * scale * force_scale)
+    iteration = make_iteration(
+        march,
+        seed,
+        inverse,
+        method,
+        tolerance_of(tolerance, scale, force_scale, float(np.max(np.abs(system.q0)))),
+        Costs.of(system.operations("residual"), system.operations("tangent"), seed),
+    )
+    if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
+        why += ", first inverse from finite differences"
+    return march, iteration, why
+
+
+def count(stats: RunStats, iteration: Any) -> None:
+    """Copy the counts of the compiled loop."""
+    counts = iteration.counts
+    stats.iterations = counts["iterations"]
+    stats.residual_evaluations = counts["residual_evaluations"]
+    stats.factorizations = counts["factorizations"]
+    stats.solves = counts["solves"]
+    stats.skipped_pairs = counts["skipped_pairs"]
+    stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]
+
+
+def failure(
+    system: System, march: Any, outcome: Outcome, step: int, dt: float, path: Trajectory
+) -> StepFailure:
+    """Name the place where the last iterate is furthest from balance."""
+    r, phi = march.unbalanced
+    worst = int(np.argmax(np.abs(np.nan_to_num(r[: system.n_free], nan=np.inf))))
+    where, size = system.describe(worst), float(r[worst])
+    if len(phi) and np.max(np.abs(phi)) > abs(size):
+        worst = int(np.argmax(np.abs(phi)))
+        where, size = system.constraints.labels[worst], float(phi[worst])
+    reason = f"it {outcome.sentence}, also with a new seed and with damped Newton"
+    return StepFailure(reason, step * dt, step, dt, size, where, path)

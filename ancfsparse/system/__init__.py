@@ -1,0 +1,8 @@
+"""In comes a scene, out goes a system: flat arrays, one numbering, one sparsity pattern.
+
+The system evaluates residual, matrix and energy in compiled code; it knows no time.
+"""
+
+from ancfsparse.system.system import System
+
+__all__ = ["System"]

@@ -1,0 +1,114 @@
+"""Holonomic constraints as sums of terms ``c q_i q_j`` and ``c q_i``, one row for each equation.
+
+Quadratic terms reach further than they seem: rigid rods, rigid bodies in natural coordinates and
+nearly all joints between them are of this form, and its second derivative is constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.scene import Clamp, Node, Pin, Rod, Scene
+from ancfsparse.system.numbering import along_axis
+
+LINEAR = -1
+
+
+@dataclass
+class Constraints:
+    """Terms of all constraint equations, and where each equation comes from.
+
+    Attributes
+    ----------
+    row, i, j : lists of int
+        Equation of each term and the places it multiplies; ``j = LINEAR`` in a linear term.
+    coefficient : list of float
+        Its factor [1 or 1/m].
+    offset : list of float
+        Constant of each equation [m].
+    labels : list of str
+        What each equation holds, for messages.
+    """
+
+    row: list[int] = field(default_factory=list)
+    i: list[int] = field(default_factory=list)
+    j: list[int] = field(default_factory=list)
+    coefficient: list[float] = field(default_factory=list)
+    offset: list[float] = field(default_factory=list)
+    labels: list[str] = field(default_factory=list)
+
+    def add(self, label: str, offset: float, *terms: tuple[float, int, int]) -> None:
+        """Add the equation ``offset + sum of terms = 0``."""
+        for coefficient, i, j in terms:
+            self.row.append(len(self.offset))
+            self.i.append(int(i))
+            self.j.append(int(j))
+            self.coefficient.append(float(coefficient))
+        self.offset.append(float(offset))
+        self.labels.append(label)
+
+    def jacobian(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return phi_q, shape (m, n_all), dense: for checks and reactions, not for the loop."""
+        phi_q = np.zeros((len(self.offset), len(q)))
+        for row, i, j, c in zip(self.row, self.i, self.j, self.coefficient, strict=True):
+            if j == LINEAR:
+                phi_q[row, i] += c
+            else:
+                phi_q[row, i] += c * q[j]
+                phi_q[row, j] += c * q[i]
+        return phi_q
+
+    def curvature(self, v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (phi_q v)_q v, shape (m,) [m/s2]: what phi_q a must cancel."""
+        out = np.zeros(len(self.offset))
+        for row, i, j, c in zip(self.row, self.i, self.j, self.coefficient, strict=True):
+            if j != LINEAR:
+                out[row] += 2.0 * c * v[i] * v[j]
+        return out
+
+
+def constraints_of(scene: Scene, place: Callable[[Node], NDArray[np.int64]]) -> Constraints:
+    """Write down the joints of a scene that numbering cannot make.
+
+    Parameters
+    ----------
+    scene : Scene
+        The joints.
+    place : callable
+        Gives the places of a node's coordinates, shape (n_c,).
+    """
+    out = Constraints()
+    for joint in scene.joints:
+        if isinstance(joint, Pin) and joint.as_constraint:
+            for d in range(scene.dim):
+                out.add(
+                    f"pin at {joint.node!r}, component {d + 1}",
+                    -joint.node.position[d],
+                    (1.0, place(joint.node)[d], LINEAR),
+                )
+        elif isinstance(joint, Clamp):
+            _clamp(out, joint, place(joint.node))
+        elif isinstance(joint, Rod):
+            # (|r - p|^2 - l^2) / (2 l): in metres, with a gradient of length one.
+            scale = 0.5 / joint.length
+            terms = []
+            for d, i in enumerate(place(joint.node)[: scene.dim]):
+                terms += [(scale, i, i), (-2.0 * scale * joint.anchor[d], i, LINEAR)]
+            constant = scale * float(joint.anchor @ joint.anchor - joint.length**2)
+            out.add(f"rod at {joint.node!r}", constant, *terms)
+    return out
+
+
+def _clamp(out: Constraints, joint: Clamp, place: NDArray[np.int64]) -> None:
+    """Hold the direction of a slope that is not along a coordinate axis: e.r_x = 0 across it."""
+    beam = joint.node.beam
+    if beam.element == "thick" or joint.stretch == "fixed" or along_axis(beam) is not None:
+        return
+    slope = place[beam.dim : 2 * beam.dim]
+    for k, across in enumerate(beam.axes[1:]):
+        terms = [(across[d], slope[d], LINEAR) for d in range(beam.dim)]
+        out.add(f"clamp at {joint.node!r}, direction {k + 1}", 0.0, *terms)

@@ -1,0 +1,134 @@
+"""Applied forces: what is constant becomes one vector, what changes columns of amplitudes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.scene import DistributedForce, Node, PointForce, PointMoment, Scene
+
+Vector = NDArray[np.float64]
+Points = Callable[[Node], tuple[NDArray[np.int64], Vector]]
+
+
+@dataclass
+class Loads:
+    """Loads of a scene on its coordinates.
+
+    Attributes
+    ----------
+    constant : (n_all,) float
+        Constant forces without gravity [N, N m].
+    place, weight, column : lists
+        Changing forces: ``force[place] += weight * amplitude[column]``.
+    moment_place : list of (dim,) int
+        Slopes on which moments act: force m x r' / |r'|^2.
+    moment_column : list of (1,) or (3,) int
+        Their amplitudes [N m].
+    sources : list of (load, n_columns)
+        Where the amplitudes come from, in order.
+    """
+
+    constant: Vector
+    place: list[int] = field(default_factory=list)
+    weight: list[float] = field(default_factory=list)
+    column: list[int] = field(default_factory=list)
+    moment_place: list[NDArray[np.int64]] = field(default_factory=list)
+    moment_column: list[list[int]] = field(default_factory=list)
+    sources: list[tuple[Any, int]] = field(default_factory=list)
+
+    @property
+    def n_amplitudes(self) -> int:
+        """Number of amplitudes."""
+        return sum(width for _, width in self.sources)
+
+    def amplitudes(self, times: Vector) -> Vector:
+        """Return the amplitudes at the given times [s], shape (k, n_amplitudes) [N or N m]."""
+        out = np.empty((len(times), self.n_amplitudes))
+        start = 0
+        for load, width in self.sources:
+            columns = out[:, start : start + width]
+            if callable(load.value):
+                for row, t in zip(columns, times, strict=True):
+                    row[:] = load.at(float(t))
+            else:
+                columns[:] = load.at(0.0)
+            start += width
+        return out
+
+    def power(self, q: Vector, v: Vector, times: Vector) -> Vector:
+        """Return the power of all these loads, shape (k,) [W], for states (k, n_all)."""
+        amplitude = self.amplitudes(times)
+        power = v @ self.constant
+        if self.place:
+            power += np.sum(v[:, self.place] * self.weight * amplitude[:, self.column], axis=1)
+        for place, column in zip(self.moment_place, self.moment_column, strict=True):
+            slope, rate = np.zeros((len(times), 3)), np.zeros((len(times), 3))
+            slope[:, : len(place)], rate[:, : len(place)] = q[:, place], v[:, place]
+            moment = np.zeros((len(times), 3))
+            moment[:, 3 - len(column) :] = amplitude[:, column]
+            spin = np.cross(slope, rate) / np.sum(slope**2, axis=1, keepdims=True)
+            power += np.sum(moment * spin, axis=1)
+        return power
+
+
+def loads_of(
+    scene: Scene,
+    n_all: int,
+    point: Points,
+    slope: Points,
+    elements: Callable[[Any], NDArray[np.int64]],
+) -> Loads:
+    """Spread the loads of a scene over its coordinates.
+
+    Parameters
+    ----------
+    scene : Scene
+        The loads.
+    n_all : int
+        Number of coordinates.
+    point, slope : callable
+        Give places (dim, p) and weights (p,) of the position and of r' of a node.
+    elements : callable
+        Gives the places (n_e, n_c) of a beam's elements.
+    """
+    out = Loads(np.zeros(n_all))
+    for load in scene.loads:
+        if isinstance(load, PointMoment):
+            places, _ = slope(load.node)
+            first, width = out.n_amplitudes, 1 if scene.dim == 2 else 3
+            out.moment_place.append(places[:, 0])
+            out.moment_column.append(list(range(first, first + width)))
+            out.sources.append((load, width))
+            continue
+        if isinstance(load, PointForce):
+            places, weights = point(load.node)
+        else:
+            places, weights = _distributed(load, scene.dim, elements(load.beam))
+        if not callable(load.value):
+            np.add.at(out.constant, places, load.at(0.0)[:, None] * weights)
+            continue
+        first = out.n_amplitudes
+        for d in range(scene.dim):
+            out.place += [int(p) for p in places[d]]
+            out.weight += [float(w) for w in weights]
+            out.column += [first + d] * len(weights)
+        out.sources.append((load, scene.dim))
+    return out
+
+
+def _distributed(
+    load: DistributedForce, dim: int, places: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], Vector]:
+    """Places (dim, p) and weights (p,) of a force per length: integrated shape functions."""
+    length = load.beam.length / load.beam.n_elements
+    half = places.shape[1] // 2
+    weights = length * np.array([1 / 2, length / 12, 1 / 2, -length / 12])
+    where = np.stack(
+        [places[:, [d, dim + d, half + d, half + dim + d]].ravel() for d in range(dim)]
+    )
+    return where, np.tile(weights, len(places))

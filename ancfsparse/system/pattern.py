@@ -1,0 +1,74 @@
+"""The sparsity pattern of the saddle point matrix, made once, and the maps that write into it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.kernels.dispatch import compiled
+
+Unknowns = NDArray[np.integer[Any]]
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Lower triangle by columns of the matrix over (free coordinates, multipliers).
+
+    Attributes
+    ----------
+    indptr : (n + 1,) int64
+        Where each column starts; it starts with its diagonal.
+    indices : (n_values,) int32
+        Rows, sorted within each column.
+    """
+
+    indptr: NDArray[np.int64]
+    indices: NDArray[np.int32]
+
+    @property
+    def n(self) -> int:
+        """Number of unknowns."""
+        return len(self.indptr) - 1
+
+    @property
+    def n_values(self) -> int:
+        """Number of stored entries; this is also the slot for what must be thrown away."""
+        return len(self.indices)
+
+    def slots(self, members: Unknowns) -> NDArray[np.int32]:
+        """Return where all pairs of the unknowns in a row are stored.
+
+        Parameters
+        ----------
+        members : (n_rows, k) int
+            Unknowns that meet; negative ones are fixed and their pairs go to the bin.
+
+        Returns
+        -------
+        (n_rows, k (k + 1) / 2) int32
+            Lower triangle by rows.
+        """
+        rows = np.ascontiguousarray(members, dtype=np.int32)
+        slots: NDArray[np.int32] = compiled("pattern").pair_slots(self.indptr, self.indices, rows)
+        return slots
+
+
+def build(n: int, cliques: Sequence[Unknowns]) -> Pattern:
+    """Collect the pattern of unknowns that meet in groups; the diagonal is always part of it.
+
+    Parameters
+    ----------
+    n : int
+        Number of unknowns.
+    cliques : sequence of (n_rows, k) int arrays
+        The unknowns in a row all meet; negative ones are left out.
+    """
+    tables = [np.ascontiguousarray(table, dtype=np.int32) for table in cliques]
+    sizes = [np.full(len(table), table.shape[1], dtype=np.int64) for table in tables]
+    start = np.concatenate([np.zeros(1, dtype=np.int64), *sizes]).cumsum()
+    member = np.concatenate([np.empty(0, np.int32), *(table.ravel() for table in tables)])
+    return Pattern(*compiled("pattern").lower_triangle(n, start, member))

@@ -1,0 +1,259 @@
+"""The flattened scene: what every solver works on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import element_kind
+from ancfsparse.kernels.dispatch import compiled
+from ancfsparse.kernels.layout import pack
+from ancfsparse.scene import Beam, Node, Scene
+from ancfsparse.system.constraints import constraints_of
+from ancfsparse.system.loads import loads_of
+from ancfsparse.system.numbering import number
+from ancfsparse.system.pattern import Pattern, build
+
+Vector = NDArray[np.float64]
+
+
+class System:
+    """A scene as flat arrays, with compiled evaluation.
+
+    The coordinate vector q holds the free coordinates first and the fixed ones after them; within
+    each part beam by beam and node by node.
+
+    Parameters
+    ----------
+    scene : Scene
+        At least one beam.
+
+    Attributes
+    ----------
+    n_free, n_all, n_multipliers : int
+        Free coordinates, all coordinates, constraint equations.
+    q0, v0 : (n_all,) float
+        Reference coordinates [m, 1] and initial velocities [m/s, 1/s].
+    gravity_load, dead_load : (n_all,) float
+        Generalized gravity; gravity and all constant loads together [N, N m].
+    pattern : Pattern
+        Lower triangle of the saddle point matrix.
+    constraints : Constraints
+        The equations with multipliers.
+    assembly : compiled object
+        ``residual``, ``matrix``, ``force``, ``inertia``, ``strain_energy``.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        if not scene.beams:
+            raise InputError("the scene has no beam: add one with scene.add_beam")
+        self.scene = scene
+        self.dim = scene.dim
+        self.kinds = [element_kind(b.element, scene.dim, **b.options) for b in scene.beams]
+        numbering = number(scene, [len(kind.node_coordinates) for kind in self.kinds])
+        self.n_free, self.n_all = numbering.n_free, numbering.n_all
+        self.q0, self.v0, self.places = numbering.q, numbering.v, numbering.places
+        self._index = {id(beam): k for k, beam in enumerate(scene.beams)}
+        self.constraints = constraints_of(scene, self.place)
+        self.n_multipliers = len(self.constraints.offset)
+        self.loads = loads_of(scene, self.n_all, self.point, self.slope, self.elements)
+        self.pattern = self._pattern()
+        self.assembly = self._assembly()
+        self.capsule = self.assembly.capsule
+        uniform = np.zeros(self.n_all)
+        for places in self.places:
+            uniform[places[:, : self.dim]] = scene.gravity
+        self.gravity_load = np.asarray(self.assembly.inertia(uniform))
+        self.dead_load = self.gravity_load + self.loads.constant
+
+    def place(self, node: Node) -> NDArray[np.int64]:
+        """Return the places of a node's coordinates, shape (n_c,)."""
+        places: NDArray[np.int64] = self.places[self._of(node.beam)][node.index]
+        return places
+
+    def elements(self, beam: Beam) -> NDArray[np.int64]:
+        """Return the places of a beam's element coordinates, shape (n_e, 2 n_c)."""
+        places = self.places[self._of(beam)]
+        return np.hstack([places[:-1], places[1:]])
+
+    def point(self, node: Node) -> tuple[NDArray[np.int64], Vector]:
+        """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
+        xi, length = node.xi, node.beam.length / node.beam.n_elements
+        return self._interpolate(
+            node,
+            [1.0, 0.0, 0.0, 0.0],
+            [
+                1 - 3 * xi**2 + 2 * xi**3,
+                length * (xi - 2 * xi**2 + xi**3),
+                3 * xi**2 - 2 * xi**3,
+                length * (xi**3 - xi**2),
+            ],
+        )
+
+    def slope(self, node: Node) -> tuple[NDArray[np.int64], Vector]:
+        """Return places (dim, p) and weights (p,) of the slope r'."""
+        xi, length = node.xi, node.beam.length / node.beam.n_elements
+        return self._interpolate(
+            node,
+            [0.0, 1.0, 0.0, 0.0],
+            [
+                6 * (xi**2 - xi) / length,
+                1 - 4 * xi + 3 * xi**2,
+                6 * (xi - xi**2) / length,
+                3 * xi**2 - 2 * xi,
+            ],
+        )
+
+    def _interpolate(
+        self, node: Node, at_node: Sequence[float], inside: Sequence[float]
+    ) -> tuple[NDArray[np.int64], Vector]:
+        places = self.places[self._of(node.beam)]
+        if node.is_node:
+            part = at_node.index(1.0)
+            return places[node.index, self.dim * part : self.dim * (part + 1)][:, None], np.ones(1)
+        ends = [places[node.index], places[node.index + 1]]
+        where = [[e[d], e[self.dim + d]] for d in range(self.dim) for e in ends]
+        return np.array(where).reshape(self.dim, 4), np.array(inside)
+
+    def describe(self, place: int) -> str:
+        """Say which beam, node and coordinate a place in q is."""
+        for beam, kind, places in zip(self.scene.beams, self.kinds, self.places, strict=True):
+            found = np.argwhere(places == place)
+            if len(found):
+                node, coordinate = found[0]
+                return f"{beam.name}, node {node}, {kind.node_coordinates[coordinate]}"
+        raise IndexError(f"no coordinate stands at place {place}")
+
+    def energies(self, q: Vector, v: Vector) -> tuple[Vector, Vector, Vector]:
+        """Return kinetic, elastic and gravity potential energies [J], each of shape (k,).
+
+        Parameters
+        ----------
+        q, v : (k, n_all) float
+            States.
+        """
+        kinetic = np.array([0.5 * row @ self.assembly.inertia(row) for row in v])
+        elastic = np.array([self.assembly.strain_energy(row) for row in q])
+        return kinetic, elastic, -(q @ self.gravity_load)
+
+    def power(self, q: Vector, v: Vector, t: Vector) -> Vector:
+        """Return the power of the applied forces without gravity, shape (k,) [W]."""
+        return self.loads.power(q, v, t)
+
+    def reaction(self, node: Node, q: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
+        """Return the force of the joints on a node's position, shape (k, dim) [N].
+
+        Fixed coordinates give it as what is missing for equilibrium, constraint equations as
+        ``-phi_q^T lam``.
+
+        Raises
+        ------
+        InputError
+            If no joint to the ground holds the node.
+        """
+        places = self.place(node)[: self.dim]
+        rows = {i for i, j in zip(self.constraints.i, self.constraints.j, strict=True)}
+        if np.all(places < self.n_free) and rows.isdisjoint(places.tolist()):
+            raise InputError(f"no joint holds {node!r}, so it has no reaction")
+        amplitudes = self.loads.amplitudes(t)
+        out = np.empty((len(t), self.dim))
+        for k in range(len(t)):
+            r, _ = self.assembly.residual(q[k], a[k], lam[k], self.dead_load, amplitudes[k])
+            held = -(self.constraints.jacobian(q[k]).T @ lam[k])
+            # The residual counts the force of the multipliers as part of the balance.
+            out[k] = np.where(places < self.n_free, held[places], (r + held)[places])
+        return out
+
+    def force_scale(self, q: Vector) -> float:
+        """Return the size of the terms that cancel in the residual [N]: max |K_ii| max |q|."""
+        lam, amplitudes = np.zeros(self.n_multipliers), self.loads.amplitudes(np.zeros(1))[0]
+        values = self.assembly.matrix(0.0, 1.0, q, lam, amplitudes)
+        diagonal = values[self.pattern.indptr[:-1]][: self.n_free]
+        return float(np.max(np.abs(diagonal), initial=0.0) * np.max(np.abs(q)))
+
+    @property
+    def mass_diagonal(self) -> Vector:
+        """Diagonal of the mass matrix over the free coordinates, (n_free,) [kg, kg m2]."""
+        mass = np.asarray(self.assembly.mass)
+        return mass[self.pattern.indptr[: self.n_free]]
+
+    def operations(self, kernel: str) -> int:
+        """Arithmetic operations of one evaluation of a kernel over all elements."""
+        beams = zip(self.scene.beams, self.kinds, strict=True)
+        return sum(beam.n_elements * kind.operations[kernel] for beam, kind in beams)
+
+    def _of(self, beam: Beam) -> int:
+        try:
+            return self._index[id(beam)]
+        except KeyError:
+            raise InputError(f"{beam!r} is not part of this scene") from None
+
+    def _unknowns(self, places: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Numbers of coordinates in the matrix; -1 for the fixed ones."""
+        return np.where(places < self.n_free, places, -1)
+
+    def _term_unknowns(self) -> NDArray[np.int64]:
+        """Per constraint term its equation and the one or two coordinates in it, (n_terms, 3)."""
+        c = self.constraints
+        row, i, j = (np.array(x, dtype=np.int64) for x in (c.row, c.i, c.j))
+        return np.stack([self.n_free + row, self._unknowns(i), self._unknowns(j)], axis=1)
+
+    def _pattern(self) -> Pattern:
+        cliques = [self._unknowns(self.elements(beam)) for beam in self.scene.beams]
+        cliques += [self._unknowns(slope[None]) for slope in self.loads.moment_place]
+        return build(self.n_free + self.n_multipliers, [*cliques, self._term_unknowns()])
+
+    def _assembly(self) -> Any:
+        groups = []
+        for beam, kind in zip(self.scene.beams, self.kinds, strict=True):
+            places = self.elements(beam)
+            slots = self.pattern.slots(self._unknowns(places))
+            base = [beam.parameters()[name] for name in kind.parameters]
+            layout = pack(kind, places, slots, np.broadcast_to(base, (len(places), len(base))))
+            groups.append(
+                {
+                    "gather": layout.gather,
+                    "matrix_scatter": layout.scatter,
+                    "energy_scatter": np.zeros((len(layout.gather), kind.lanes), dtype=np.int32),
+                    "set_of": layout.set_of,
+                    "parameters": layout.parameters,
+                    "kernels": kind.kernels,
+                }
+            )
+        return compiled("assembly").Assembly(
+            self.n_free, self.n_all, self.pattern.n_values, groups, *self._terms()
+        )
+
+    def _terms(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+        """Constraints, changing loads and moments as arrays for the assembly."""
+        c, loads = self.constraints, self.loads
+        # Pairs by rows: (row, row), (i, row), (i, i), (j, row), (j, i), (j, j).
+        pairs = self.pattern.slots(self._term_unknowns())
+        ends = self.n_free + np.arange(self.n_multipliers)
+        constraints = {
+            "row": np.array(c.row, dtype=np.int32),
+            "i": np.array(c.i, dtype=np.int32),
+            "j": np.array(c.j, dtype=np.int32),
+            "slot_i": pairs[:, 1].copy(),
+            "slot_j": pairs[:, 3].copy(),
+            "slot_ij": pairs[:, 4].copy(),
+            "coefficient": np.array(c.coefficient, dtype=float),
+            "offset": np.array(c.offset, dtype=float),
+            "diagonal": self.pattern.slots(ends[:, None])[:, 0].copy(),
+        }
+        changing = {
+            "place": np.array(loads.place, dtype=np.int32),
+            "column": np.array(loads.column, dtype=np.int32),
+            "weight": np.array(loads.weight, dtype=float),
+        }
+        places = np.array(loads.moment_place, dtype=np.int64).reshape(-1, self.dim)
+        moments = {
+            "place": places.astype(np.int32),
+            "slot": self.pattern.slots(self._unknowns(places)),
+            "column": np.array(loads.moment_column, dtype=np.int32).ravel(),
+        }
+        return constraints, changing, moments

@@ -1,0 +1,137 @@
+"""The checks say what is wrong, where, how much and what to try."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from ancfsparse.errors import (
+    AncfError,
+    EquilibriumFailure,
+    InputError,
+    SingularSceneError,
+    StepFailure,
+    check_choice,
+    check_count,
+    check_finite,
+    check_positive,
+    check_vector,
+)
+
+
+def test_every_error_is_one_of_ours_and_of_the_builtin_kind():
+    assert issubclass(InputError, AncfError)
+    assert issubclass(InputError, ValueError)
+    assert issubclass(SingularSceneError, InputError)
+    assert issubclass(StepFailure, RuntimeError)
+    assert issubclass(EquilibriumFailure, RuntimeError)
+
+
+def test_step_failure_reads_as_sentences():
+    error = StepFailure(
+        "no convergence in 25 iterations",
+        0.206,
+        412,
+        5e-4,
+        3.1e-4,
+        "beam 0, node 7, slope y",
+        "run",
+    )
+    assert str(error) == (
+        "step 412 (t = 0.206 s, dt = 0.0005 s) failed: no convergence in 25 iterations. "
+        "The largest residual is 0.00031 at beam 0, node 7, slope y. "
+        "Try a smaller dt, solver=Newton(), or a finer mesh. "
+        "The accepted states are in the attribute `trajectory` of this error."
+    )
+    assert (error.time, error.step, error.dt, error.residual) == (0.206, 412, 5e-4, 3.1e-4)
+    assert error.trajectory == "run"
+
+
+def test_failures_survive_the_way_between_processes():
+    step = pickle.loads(pickle.dumps(StepFailure("reason", 1.0, 2, 0.5, 1e-3, "beam 0")))
+    assert (step.reason, step.step, step.where, step.trajectory) == ("reason", 2, "beam 0", None)
+    still = pickle.loads(pickle.dumps(EquilibriumFailure("no convergence.", 0.25, 7.0, "node 3")))
+    assert still.load_fraction == 0.25
+    assert "no equilibrium at 25 % of the load: no convergence. The" in str(still)
+    assert "residual is 7 at node 3" in str(still)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("broydn", "unknown update 'broydn': did you mean 'broyden'? Valid are 'broyden', 'bfgs'"),
+        ("BFGS", "unknown update 'BFGS': did you mean 'bfgs'? Valid are 'broyden', 'bfgs'"),
+        ("xyz", "unknown update 'xyz': valid are 'broyden', 'bfgs'"),
+        (3, "unknown update 3: valid are 'broyden', 'bfgs'"),
+    ],
+)
+def test_unknown_names_meet_the_nearest_valid_one(name, message):
+    with pytest.raises(InputError) as caught:
+        check_choice("update", name, ["broyden", "bfgs"])
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (0.0, "dt must be positive, got 0 s"),
+        (-1e-3, "dt must be positive, got -0.001 s"),
+        (np.nan, "dt must be finite, got nan s"),
+        (np.inf, "dt must be finite, got inf s"),
+        ("fast", "dt must be a number, got 'fast'"),
+        (None, "dt must be a number, got None"),
+        (True, "dt must be a number, got True"),
+        ([1.0], r"dt must be a number, got \[1.0\]"),
+    ],
+)
+def test_positive_numbers(value, message):
+    with pytest.raises(InputError, match=message):
+        check_positive("dt", value, "s")
+
+
+def test_good_numbers_pass_unchanged():
+    assert check_positive("dt", np.float64(0.5), "s") == 0.5
+    assert check_finite("x", -3) == -3.0
+    assert check_count("n", np.int64(4)) == 4
+    assert check_choice("x", "a", ["a"]) == "a"
+
+
+@pytest.mark.parametrize("value", [0, -2, True])
+def test_counts_below_the_lowest(value):
+    with pytest.raises(InputError, match=f"n must be an integer of at least 1, got {value}"):
+        check_count("n", value)
+
+
+@pytest.mark.parametrize("value", [2.0, "two", None])
+def test_counts_that_are_no_integers(value):
+    with pytest.raises(InputError, match="n must be an integer, got"):
+        check_count("n", value)
+
+
+@pytest.mark.parametrize(
+    ("value", "dim", "message"),
+    [
+        ((0, 0, 1), 2, r"start has 3 components, but the scene is planar: give \(x, y\), or give "
+                       r"the gravity of the scene 3 components to make it spatial"),
+        ((0, 0), 3, r"start has 2 components, but the scene is spatial: give \(x, y, z\), or give "
+                    r"the gravity of the scene 2 components to make it planar"),
+        ([[0, 0]], 2, r"start has shape \(1, 2\)"),
+        (1.0, 2, r"start has shape \(\)"),
+        ((0, np.nan), 2, "start must be finite, but its y component is nan m"),
+        ((np.inf, 0), 2, "start must be finite, but its x component is inf m"),
+        ("ab", 2, "start must be 2 numbers, got 'ab'"),
+        ([[1], [1, 2]], 2, "start must be 2 numbers, got"),
+    ],
+)  # fmt: skip
+def test_vectors(value, dim, message):
+    with pytest.raises(InputError, match=message):
+        check_vector("start", value, dim, "m")
+
+
+def test_a_checked_vector_is_a_read_only_copy():
+    given = np.array([1.0, 2.0])
+    checked = check_vector("start", given, 2)
+    given[0] = 5.0
+    assert checked[0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        checked[0] = 3.0

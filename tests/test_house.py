@@ -1,0 +1,68 @@
+"""What the repository says about itself is true."""
+
+import importlib.metadata
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAPER = (
+    "On the Numerical Treatment of Nonlinear Flexible Multibody Systems "
+    "with the Use of Quasi-Newton Methods"
+)
+
+
+def output_of(*command):
+    return subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+
+
+def text_of(name):
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def tracked(*patterns):
+    return [ROOT / name for name in output_of("git", "ls-files", *patterns).splitlines()]
+
+
+def test_help_lists_every_target():
+    targets = re.search(r"^\.PHONY: (.*)$", text_of("Makefile"), re.MULTILINE)[1].split()
+    listed = re.findall(r"^  (\S+) +\S", output_of("make", "--no-print-directory", "help"), re.M)
+    assert sorted(listed) == sorted(targets)
+
+
+def test_no_tracked_file_names_a_place_on_somebodys_machine():
+    place = re.compile(r"(?<![\w.$}])/(?:tmp|root|home|work|Users)/")
+    found = [
+        f"{file.relative_to(ROOT)}: {line.strip()}"
+        for file in tracked()
+        if file.is_file() and file.suffix not in {".png", ".gif"}
+        for line in file.read_text(encoding="utf-8").splitlines()
+        if place.search(line)
+    ]
+    assert not found
+
+
+def test_version_is_the_same_everywhere():
+    version = re.search(r"^version: (\S+)$", text_of("CITATION.cff"), re.MULTILINE)[1]
+    assert importlib.metadata.version("ancfsparse") == version
+    assert re.search(r"^## (\S+)", text_of("CHANGELOG.md"), re.MULTILINE)[1] == version
+
+
+def test_licence_and_its_limits_are_stated():
+    assert text_of("LICENSE").startswith("BSD 3-Clause License")
+    assert {"CHOLMOD", "LGPL-2.1", "GPL-2.0"} <= set(re.findall(r"[\w.-]+\w", text_of("NOTICE")))
+    assert importlib.metadata.metadata("ancfsparse")["License-Expression"] == "BSD-3-Clause"
+
+
+def test_paper_is_cited():
+    for name in "README.md", "CITATION.cff":
+        assert PAPER in " ".join(text_of(name).split())
+
+
+@pytest.mark.parametrize("file", tracked("*.md"), ids=lambda f: str(f.relative_to(ROOT)))
+def test_links_between_pages_lead_somewhere(file):
+    links = re.findall(r"\]\((?!https?:|#)([^)#]+)", file.read_text(encoding="utf-8"))
+    missing = [link for link in links if not (file.parent / link).exists()]
+    assert not missing

@@ -1,0 +1,109 @@
+#!/usr/bin/env bash
+# Install what is missing to build and run ancfsparse: system packages (apt), .venv, the package itself.
+# Usage: tools/setup.sh        PYTHON=python3.12 tools/setup.sh chooses another interpreter
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+venv=.venv
+
+say() { printf 'setup: %s\n' "$*" >&2; }
+stop() { say "$*"; exit 1; }
+
+# ---- the interpreter ----------------------------------------------------------------------------
+
+find_python() {
+  local candidate
+  for candidate in "${PYTHON:-python3}" python3.11 python3.12 python3.13 python3.14; do
+    if "$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then
+      python=$candidate
+      return
+    fi
+    if [ -n "${PYTHON:-}" ]; then return; fi # asked for by name: take no other
+  done
+}
+
+stop_without_python() {
+  local found
+  found=$("${PYTHON:-python3}" -V 2>/dev/null) || found="not there"
+  stop "needs Python 3.11 or newer; ${PYTHON:-python3} is $found. Name another: make setup PYTHON=/path/to/python3.11"
+}
+
+# ---- system packages ----------------------------------------------------------------------------
+
+missing_packages() {
+  local package
+  for package in libsuitesparse-dev libopenblas-dev; do # without OpenBLAS, CHOLMOD runs on reference BLAS
+    [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || echo "$package"
+  done
+  command -v cc >/dev/null || echo build-essential
+  command -v make >/dev/null || echo make
+  if [ -z "$python" ]; then
+    echo python3 python3-dev python3-venv
+  elif [ "$("$python" -c 'import sys; print(sys.base_prefix)')" = /usr ]; then # Debian's own
+    local name
+    name=$("$python" -c 'import sys; print("python%d.%d" % sys.version_info[:2])')
+    "$python" -c 'import ensurepip, venv' 2>/dev/null || echo "$name-venv"
+    has_headers || echo "$name-dev"
+  fi
+}
+
+has_headers() {
+  "$python" -c 'import os, sys, sysconfig
+sys.exit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.h")))'
+}
+
+install_packages() {
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null ||
+      stop "needs the system packages $*, and may not install them: neither root nor sudo. Ask an administrator for 'apt-get install $*'."
+    if [ -t 0 ]; then as_root=(sudo); else as_root=(sudo -n); fi
+  fi
+  say "installing the system packages $*"
+  { "${as_root[@]}" apt-get update -qq &&
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >/dev/null; } ||
+    stop "could not install the system packages $* with apt-get (its message stands above). Install them, then run this again."
+}
+
+python=
+find_python
+[ -n "$python" ] || [ -z "${PYTHON:-}" ] || stop_without_python
+if command -v dpkg-query >/dev/null && command -v apt-get >/dev/null; then
+  missing=$(missing_packages | tr '\n' ' ')
+  if [ -n "$missing" ]; then
+    # shellcheck disable=SC2086
+    install_packages $missing
+    find_python
+  fi
+else
+  say "no apt on this system: SuiteSparse (with headers), OpenBLAS, a C compiler and Python headers must be present."
+fi
+[ -n "$python" ] || stop_without_python
+"$python" -c 'import ensurepip, venv' 2>/dev/null ||
+  stop "$python cannot make virtual environments (modules venv and ensurepip). Name another: make setup PYTHON=/path/to/python3.11"
+has_headers ||
+  stop "$python comes without its C headers (Python.h). Install them, or name another: make setup PYTHON=/path/to/python3.11"
+
+# ---- the environment ----------------------------------------------------------------------------
+
+if ! "$venv/bin/python" -c pass 2>/dev/null; then
+  say "making $venv with $("$python" -V)"
+  rm -rf "$venv"
+  "$python" -m venv "$venv"
+fi
+export PATH="$PWD/$venv/bin:$PATH"
+pip() { "$venv/bin/python" -m pip --disable-pip-version-check --no-input --quiet "$@"; }
+
+# The package is built without isolation, so that it can rebuild itself on import with the same tools;
+# its requirements (scikit-sparse is built from source) come first, each with its own build tools.
+say "installing requirements (a few minutes the first time)"
+"$venv/bin/python" - pyproject.toml >"$venv/requirements.txt" <<'PYTHON'
+import sys, tomllib
+with open(sys.argv[1], "rb") as file:
+    project = tomllib.load(file)
+print(*project["build-system"]["requires"], *project["project"]["dependencies"], sep="\n")
+PYTHON
+pip install -r "$venv/requirements.txt"
+say "building ancfsparse"
+pip install --no-build-isolation -e '.[dev]'
+say "done"
