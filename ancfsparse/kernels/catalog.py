@@ -17,6 +17,9 @@ OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
 }
 """Elements, their options, and the values of each; the first value is the default."""
 
+PLANAR = ("l2t2",)
+"""Elements that have no spatial form."""
+
 REFERENCES = ("thick_axis_consistent_gauss",)
 """Modules that are there to be compared with, for tests and benchmarks only."""
 
@@ -131,13 +134,13 @@ def _module_name(element: str, dim: int, options: Mapping[str, str]) -> str:
         check_choice(f"option of element {element!r}", option, allowed)
         check_choice(option, value, allowed[option])
     choice = {option: options.get(option, values[0]) for option, values in allowed.items()}
-    if element == "l2t2":
+    if element in PLANAR:
         if dim == 3:
             raise InputError(
-                'element "l2t2" is planar; in a spatial scene use "thin", '
+                f'element "{element}" is planar; in a spatial scene use "thin", '
                 "or give the scene a gravity with 2 components"
             )
-        return "l2t2"
+        return element
     if element == "thin":
         return f"thin_{'planar' if dim == 2 else 'spatial'}_{choice['strain']}"
     plane = "planar_" if dim == 2 else ""
