@@ -107,8 +107,9 @@ def test_changing_loads_follow_the_clock():
     times = np.array([0.0, 0.25, 1.5])
     table = system.loads.amplitudes(times)
     # The constant force needs no column; a moment does, because its force follows the slope.
-    expected = np.column_stack([times, 0 * times, 0 * times + 1, 0 * times, np.cos(times), 0 * times,
-                                0 * times + 1, 0 * times, 0 * times + 2])  # fmt: skip
+    zero, one = np.zeros(3), np.ones(3)
+    columns = [times, zero, one, zero, np.cos(times), zero, one, zero, 2 * one]
+    expected = np.column_stack(columns)
     np.testing.assert_allclose(table, expected, rtol=1e-15)
     zero = np.zeros(system.n_all)
     for row, t in zip(table, times, strict=True):

@@ -58,8 +58,8 @@ def test_a_pin_by_constraint_holds_nothing_by_numbering():
     scene, rod = pendulum("l2t2", 2, as_constraint=True)
     system = System(scene)
     assert (system.n_free, system.n_all, system.n_multipliers) == (12, 12, 2)
-    np.testing.assert_array_equal(system.constraints.jacobian(system.q0)[:, system.place(rod.start)],
-                                  np.eye(2, 4))  # fmt: skip
+    jacobian = system.constraints.jacobian(system.q0)
+    np.testing.assert_array_equal(jacobian[:, system.place(rod.start)], np.eye(2, 4))
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def turning(x):
     full = np.zeros((len(x), 3))
     full[:, : x.shape[1]] = x
     spin = SPIN if x.shape[1] == 3 else SPIN * [0, 0, 1]
-    return (np.cross(spin, full) + [1.0, 2.0, 3.0])[:, : x.shape[1]]
+    return (np.array([1.0, 2.0, 3.0]) + np.cross(spin, full))[:, : x.shape[1]]
 
 
 @pytest.mark.parametrize("element", ["thin", "thick"])
