@@ -41,7 +41,7 @@ def seed_of(a, n_positive):
     row, column = row[order], column[order]
     indptr = np.searchsorted(column, np.arange(len(a) + 1))
     values = np.ascontiguousarray(a[row, column])
-    seed = SparseSeed(indptr, row.astype(np.int32), values, n_positive)
+    seed = SparseSeed(indptr, row.astype(np.int32), n_positive)
     seed.factor(values)
     return seed
 

@@ -81,10 +81,7 @@ class Equations:
             _DO(restart), _PASS(correct), _PASS(write_residual), _PASS(write_matrix),
         )  # fmt: skip
         self.capsule = _new_capsule(ct.addressof(self.interface), _NAME, None)
-        self.seed = SparseSeed(
-            self.indptr, self.row.astype(np.int32),
-            np.where(self.row == self.column, 1.0, 0.0), self.n_coordinates,
-        )  # fmt: skip
+        self.seed = SparseSeed(self.indptr, self.row.astype(np.int32), self.n_coordinates)
 
     def calls(self, name):
         return self.trace.count(name)

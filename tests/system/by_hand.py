@@ -109,10 +109,8 @@ class ByHand:
         n_e, n = places.shape
         n_out = n * (n + 1) // 2 if kernel in ("mass", "tangent") else n
         base = [[beam.parameters()[name] for name in kind.parameters]] * n_e
-        layout = pack(
-            kind.module.prepare, kind.module.LANES, np.arange(n_e * n).reshape(n_e, n),
-            np.arange(n_e * n_out).reshape(n_e, n_out), base,
-        )  # fmt: skip
+        own = np.arange(n_e * n).reshape(n_e, n)
+        layout = pack(kind, own, np.arange(n_e * n_out).reshape(n_e, n_out), base)
         out, q_e = np.zeros((n_e, n_out)), np.ascontiguousarray(q[places]).ravel()
         self.call(
             kind.kernels[kernel], layout.gather, layout.scatter, layout.set_of,

@@ -7,6 +7,7 @@ from by_hand import ZOO, ByHand, full, state
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
 from ancfsparse.system import System
+from ancfsparse.system.pattern import build
 
 TIME = 0.37
 
@@ -124,13 +125,28 @@ def test_pattern_holds_each_entry_once_and_the_whole_diagonal(system):
         assert rows[0] == j  # the diagonal comes first, used or not
         assert (np.diff(rows) > 0).all()
     column = np.repeat(np.arange(p.n), np.diff(p.indptr))
-    np.testing.assert_array_equal(p.slots(p.indices, column), np.arange(p.n_values))
-    np.testing.assert_array_equal(p.slots(column, p.indices), np.arange(p.n_values))
+    for pair in (column, p.indices), (p.indices, column):
+        slots = p.slots(np.stack(pair, axis=1))  # the pairs (i, i), (j, i), (j, j)
+        np.testing.assert_array_equal(slots[:, 1], np.arange(p.n_values))
+        np.testing.assert_array_equal(slots[:, 0], p.indptr[pair[0]])
 
 
 def test_entries_of_fixed_coordinates_go_to_the_bin():
     p = System(pendulum("l2t2", 2).scene).pattern
-    assert p.slots(np.array([-1, 3, 99]), np.array([0, -1, 2])).tolist() == [p.n_values] * 3
+    found = p.slots(np.array([[-1, 0, 1]]))[0]
+    assert found[[0, 1, 3]].tolist() == [p.n_values] * 3
+    assert (found[[2, 4, 5]] < p.n_values).all()
+
+
+def test_a_pattern_is_the_union_of_its_cliques(rng):
+    cliques = [rng.integers(-1, 20, (5, 3)), rng.integers(-1, 20, (2, 4)), np.empty((0, 2), int)]
+    p = build(20, cliques)
+    expected = np.eye(20, dtype=bool)
+    for row in (row[row >= 0] for table in cliques for row in table):
+        expected[np.ix_(row, row)] = True
+    found = np.zeros((20, 20), dtype=bool)
+    found[p.indices, np.repeat(np.arange(20), np.diff(p.indptr))] = True
+    np.testing.assert_array_equal(found, np.tril(expected))
 
 
 def test_pattern_of_a_chain_grows_with_its_length():
