@@ -1,8 +1,9 @@
-"""Time kernels: nanoseconds of processor time per element, data in cache, gather and scatter included.
+"""Time kernels: nanoseconds of processor time per element, with data in cache.
 
-``python -m ancfsparse.kernels.benchmark`` prints every kernel on every instruction set of this machine,
-the thick force in closed form against exact-order Gauss quadrature, and full vectors against one lane.
-For the last it compiles the same generated file once more with ``ANCF_LANES=1``, so it needs a checkout.
+Gather and scatter are included.  ``python -m ancfsparse.kernels.benchmark`` prints every kernel
+on every instruction set of this machine, the thick force in closed form against exact-order Gauss
+quadrature, and full vectors against one lane. For the last it compiles the same generated file
+once more with ``ANCF_LANES=1``, so it needs a checkout.
 """
 
 import subprocess
@@ -100,7 +101,12 @@ def kernel_table(
 def _timings(kind: ElementKind, set_name: str) -> list[Timing]:
     return [
         Timing(
-            kind.name, kernel, set_name, kind.lanes, kind.operations[kernel], time_kernel(kind, kernel)
+            kind.name,
+            kernel,
+            set_name,
+            kind.lanes,
+            kind.operations[kernel],
+            time_kernel(kind, kernel),
         )
         for kernel in kind.kernels
     ]
@@ -115,7 +121,13 @@ def one_lane(name: str, folder: Path) -> ElementKind:
     translate = [sys.executable, "-m", "cython", "-3", "--module-name", module_name]
     subprocess.run([*translate, str(source), "-o", str(c_file)], check=True)
     march = "-march=" + instruction_set().replace("_v", "-v").replace("x86_", "x86-")
-    flags = ["-O2", "-fno-tree-vectorize", "-ffp-contract=fast", "-fno-math-errno", "-DANCF_LANES=1"]
+    flags = [
+        "-O2",
+        "-fno-tree-vectorize",
+        "-ffp-contract=fast",
+        "-fno-math-errno",
+        "-DANCF_LANES=1",
+    ]
     include = [f"-I{Path(__file__).parent}", f"-I{sysconfig.get_paths()['include']}"]
     build = ["cc", march, *flags, *include, "-shared", "-fPIC", str(c_file), "-o", str(library)]
     subprocess.run([*build, "-lm"], check=True)
@@ -154,7 +166,7 @@ def main() -> None:
         print(f"thick force, Gauss / closed form, {set_name}: {gauss / closed:.2f}")
     names = ("l2t2", "thin_planar_green", "thin_spatial_green", "thick_axis_consistent")
     for name, (single, full) in speed_ratios(names).items():
-        print(f"{name} force, one lane {single:.1f} ns, full vectors {full:.1f} ns: {single / full:.2f}")
+        print(f"{name} force: one lane {single:.1f} ns, all {full:.1f} ns, {single / full:.2f}")
 
 
 if __name__ == "__main__":

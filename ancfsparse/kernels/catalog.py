@@ -1,4 +1,4 @@
-"""The elements there are, in the user's words, and what their compiled modules say about themselves."""
+"""The elements there are, in the user's words, and what their modules say about themselves."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -62,12 +62,14 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
     n = len(places)
     if base.shape != (n, len(kind.parameters)) or len(scatter) != n:
         raise ValueError(
-            f"{n} elements of kind {kind.name} need as many rows of scatter, not {len(scatter)}, and "
-            f"base parameters of shape ({n}, {len(kind.parameters)}), not {base.shape}."
+            f"{n} elements of kind {kind.name} need as many rows of scatter, not {len(scatter)}, "
+            f"and base parameters of shape ({n}, {len(kind.parameters)}), not {base.shape}."
         )
     if not (base[:, length] > 0).all():
         worst = int(np.argmin(base[:, length]))
-        raise ValueError(f"Element {worst} has length {base[worst, length]:g}; it must be positive.")
+        raise ValueError(
+            f"Element {worst} has length {base[worst, length]:g}; it must be positive."
+        )
     n_blocks = -(-n // lanes)
     rows = np.minimum(np.arange(n_blocks * lanes), n - 1)
     block_base = base[rows]

@@ -19,8 +19,8 @@ def order(
     ----------
     indptr, indices : integer arrays
         Lower triangle by columns, diagonal included.
-    method : {"amd", "metis", "nesdis", "best"}
-        AMD suits chains and trees, METIS nets; "best" tries several.
+    method : {"amd", "metis"}
+        Approximate minimum degree, or nested dissection.
 
     Returns
     -------

@@ -11,6 +11,10 @@ from ancfsparse.kernels.dispatch import compiled
 from ancfsparse.seeds.cholmod import order
 
 Indices = NDArray[np.integer[Any]]
+Upper = tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32]]
+
+# Entries of L beside those of the matrix from which another ordering is worth a try.
+HEAVY_FILL = 3.0
 
 
 class SparseSeed:
@@ -26,20 +30,16 @@ class SparseSeed:
     n_positive : int
         The first ``n_positive`` unknowns must have positive pivots (coordinates), the others
         negative ones (multipliers).
-    ordering : {"amd", "metis", "nesdis", "best"}, optional
-        What CHOLMOD should use.
+
+    Attributes
+    ----------
+    ordering : str
+        ``"natural"``, ``"amd"`` or ``"metis"``: what was found cheapest to factor.
     """
 
-    def __init__(
-        self, indptr: Indices, indices: Indices, n_positive: int, ordering: str = "amd"
-    ) -> None:
-        n = self.n = len(indptr) - 1
-        permutation = np.arange(n, dtype=np.int32)
-        upper = _upper(indptr, indices, permutation)
-        _, column_start = compiled("ldl").elimination_tree(*upper[:2])
-        if column_start[-1] > len(indices) - n:
-            permutation = order(indptr, indices, ordering)
-            upper = _upper(indptr, indices, permutation)
+    def __init__(self, indptr: Indices, indices: Indices, n_positive: int) -> None:
+        self.n = len(indptr) - 1
+        self.ordering, permutation, upper = _cheapest(indptr, indices)
         sign = np.where(permutation < n_positive, 1, -1).astype(np.int8)
         self._ldl = compiled("ldl").Ldl(permutation, *upper, sign)
 
@@ -51,12 +51,12 @@ class SparseSeed:
     @property
     def nnz(self) -> int:
         """Entries of L below the diagonal."""
-        return int(self._ldl.nnz)
+        return int(self._ldl.column_length.sum())
 
     @property
     def factor_flops(self) -> int:
         """Operations of one factorisation: the squares of the column lengths of L."""
-        lengths = np.diff(self._ldl.column_start)
+        lengths = self._ldl.column_length
         return int(np.sum(lengths * (lengths + 3)))
 
     @property
@@ -78,15 +78,43 @@ class SparseSeed:
         """Return the solution ``(n,)`` for the right-hand side ``r (n,)``."""
         return np.asarray(self._ldl.solve(r))
 
-    def arrays(self) -> tuple[NDArray[Any], ...]:
+    def columns(self) -> tuple[NDArray[Any], ...]:
         """Return column starts, rows and values of L, the pivots and the permutation, as copies."""
-        arrays: tuple[NDArray[Any], ...] = self._ldl.arrays()
+        arrays: tuple[NDArray[Any], ...] = self._ldl.columns()
         return arrays
 
 
-def _upper(
-    indptr: Indices, indices: Indices, permutation: NDArray[np.int32]
-) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32]]:
+def _cheapest(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32], Upper]:
+    """Return the name of an ordering, the permutation, and the permuted upper triangle.
+
+    The natural order is kept where nothing fills in.  Minimum degree (AMD) is best for chains and
+    trees; where it fills in heavily, as on nets, nested dissection (METIS) is tried too.
+    """
+    n = len(indptr) - 1
+    permutation = np.arange(n, dtype=np.int32)
+    upper = _upper(indptr, indices, permutation)
+    if _lengths(upper).sum() <= len(indices) - n:
+        return "natural", permutation, upper
+    best, cost = ("natural", permutation, upper), np.inf
+    for method in ("amd", "metis"):
+        permutation = order(indptr, indices, method)
+        upper = _upper(indptr, indices, permutation)
+        lengths = _lengths(upper)
+        flops = float(np.sum(lengths.astype(float) ** 2))
+        if flops < cost:
+            best, cost = (method, permutation, upper), flops
+        if lengths.sum() < HEAVY_FILL * len(indices):
+            break
+    return best
+
+
+def _lengths(upper: Upper) -> NDArray[np.int64]:
+    """Lengths of the columns of L below the diagonal."""
+    _, lengths = compiled("ldl").elimination_tree(*upper[:2])
+    return np.asarray(lengths)
+
+
+def _upper(indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> Upper:
     """Return the upper triangle of the permuted matrix by columns: starts, rows, slots."""
     n = len(permutation)
     place = np.empty(n, dtype=np.int32)

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+
 from codegen.__main__ import GENERATED, main
 from codegen.elements import ELEMENTS
 from codegen.stamp import digest_of_inputs

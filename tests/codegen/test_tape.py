@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import pytest
 import sympy as sp
+
 from codegen.symbols import to_tape
 from codegen.tape import Tape
 
