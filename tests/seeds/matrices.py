@@ -32,6 +32,20 @@ def saddle(rng, n=32, m=6, epsilon=1e-3):
     return a
 
 
+def net(rng, side=10, per_node=3):
+    """Positive definite, every node of a square grid coupled to its neighbours."""
+    n = side * side * per_node
+    a = np.zeros((n, n))
+    for i in range(side):
+        for j in range(side):
+            here = i * side + j
+            for there in [here + 1] * (j + 1 < side) + [here + side] * (i + 1 < side):
+                ends = np.concatenate([per_node * e + np.arange(per_node) for e in (here, there)])
+                factor = rng.normal(size=(2 * per_node, 2 * per_node))
+                a[np.ix_(ends, ends)] += factor @ factor.T
+    return a + 0.1 * np.eye(n)
+
+
 def lower_csc(a, also=()):
     """Lower triangle by columns as (indptr, indices, values), the diagonal always stored.
 

@@ -262,6 +262,23 @@ def test_torsion_is_exact_with_one_element(options):
     assert np.abs(u[end[:6]]).max() < 1e-12 * abs(twist)
 
 
+def test_a_twisting_moment_on_a_thick_beam_is_not_lost():
+    # It may be refused, but must not be taken and then do nothing.
+    scene = ancf.Scene((0.0, 0.0, 0.0))
+    section, material = ancf.Rectangle(0.1, 0.1), ancf.Material(2.1e11, 7850.0, 0.3)
+    rod = scene.add_beam("thick", (0, 0, 0), (1, 0, 0), 1, section, material)
+    scene.clamp(rod.start)
+    moment = 30.0
+    try:
+        scene.point_moment(rod.end, (moment, 0.0, 0.0))
+    except ancf.InputError:
+        return
+    equilibrium = ancf.solve_static(scene)
+    r_y = equilibrium.q[System(scene).place(rod.end)[6:9]]
+    twist = moment * rod.length / rod.parameters()["torsion_stiffness"]
+    assert np.arctan2(r_y[2], r_y[1]) == pytest.approx(twist, rel=1e-3)
+
+
 # What cannot be solved says so.
 
 
