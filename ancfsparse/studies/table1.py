@@ -1,0 +1,189 @@
+"""Table 1 of the paper: the flexible pendulum by every method, timed and checked."""
+
+from __future__ import annotations
+
+import math
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from ancfsparse.kernels.dispatch import instruction_set
+from ancfsparse.problems import Problem
+from ancfsparse.results import Trajectory
+from ancfsparse.solve import simulate
+from ancfsparse.studies import paper
+from ancfsparse.studies.cells import COLUMNS, METHODS, ROWS, Bench, Cell
+
+Vector = NDArray[np.float64]
+
+# How many times the step is halved, at most, to reach the tip error of another method.
+HALVINGS = 6
+
+
+@dataclass(frozen=True)
+class Match:
+    """Davidon with the largest step whose tip error is no larger than that of an ode column.
+
+    Attributes
+    ----------
+    row, column : str
+        The cell it is compared with.
+    dt, seconds, tip_error : float
+        Step [s], median time [s], tip error [m]; NaN if no step down to dt / 2^6 was enough.
+    ratio : float
+        Time of the ode column over that of Davidon.
+    """
+
+    row: str
+    column: str
+    dt: float = math.nan
+    seconds: float = math.nan
+    tip_error: float = math.nan
+    ratio: float = math.nan
+
+    @property
+    def found(self) -> bool:
+        """Whether a step was small enough."""
+        return not math.isnan(self.dt)
+
+
+@dataclass(frozen=True)
+class Table:
+    """The table, with what figures and findings need.
+
+    Attributes
+    ----------
+    t : (k,) float
+        Instants at which tips are compared [s].
+    cells : dict
+        Cells by row and column.
+    references : dict of str to (k, dim) float
+        Tip on the same mesh, converged in time, by row [m].
+    matches : dict
+        By row and column of the finished ode cells: Davidon at equal or better tip error.
+    motion : Trajectory
+        A run to draw.
+    problem : Problem
+        Its scene and rod.
+    settings : dict
+        What was run, and on what.
+    """
+
+    t: Vector
+    cells: dict[tuple[str, str], Cell]
+    references: dict[str, Vector]
+    matches: dict[tuple[str, str], Match]
+    motion: Trajectory
+    problem: Problem
+    settings: dict[str, Any]
+
+    @property
+    def rows(self) -> list[str]:
+        """Names of the rows, in order."""
+        return list(self.references)
+
+
+def table1(
+    rows: Sequence[str] = tuple(ROWS),
+    t_end: float = paper.T_END,
+    dt: float = paper.DT,
+    cap: float = 30.0,
+    runs: int = 5,
+    progress: bool = False,
+) -> Table:
+    """Run the table.
+
+    Parameters
+    ----------
+    rows : sequence of str, optional
+        Which of `ROWS`.
+    t_end, dt : float, optional
+        Simulated time and time step [s]; the paper's by default.
+    cap : float, optional
+        Wall time an integrator of SciPy may take [s].
+    runs : int, optional
+        How often a fast cell is run; its time is the median.
+    progress : bool, optional
+        Whether to draw a progress bar.
+
+    Returns
+    -------
+    Table
+        Cells, references, and Davidon's time at equal or better tip error.
+    """
+    cells: dict[tuple[str, str], Cell] = {}
+    references: dict[str, Vector] = {}
+    matches: dict[tuple[str, str], Match] = {}
+    with tqdm(
+        total=len(rows) * (len(COLUMNS) + 2), unit="cell", disable=not progress, leave=False
+    ) as bar:
+
+        def at(time: float) -> None:
+            bar.set_postfix_str(f"t = {time:.2f} s of {t_end:g} s")
+
+        def begin(what: str) -> None:
+            bar.set_postfix_str("", refresh=False)
+            bar.set_description(what)
+
+        for row in rows:
+            begin(f"{row}, reference")
+            bench = Bench(row, t_end, dt, cap, runs, at)
+            references[row] = bench.reference
+            bar.update()
+            for column in COLUMNS:
+                begin(f"{row}, {column}")
+                cells[row, column] = bench.run(column)
+                bar.update()
+            begin(f"{row}, Davidon at equal errors")
+            finished = [cells[row, c] for c in paper.ODE_FUNCTIONS if cells[row, c].finished]
+            matches |= {(row, m.column): m for m in _match(bench, cells[row, "Davidon"], finished)}
+            bar.update()
+    problem = ROWS["Thin" if "Thin" in rows else rows[0]].problem()
+    motion = simulate(
+        problem.scene, t_end, dt, solver=METHODS["Davidon"], tolerance="paper", save_every=1
+    )
+    settings = {
+        "t_end_s": t_end,
+        "dt_s": dt,
+        "elements": paper.ELEMENTS,
+        "tolerance": "paper",
+        "alpha": 0.0,
+        "ode_rtol": paper.RTOL,
+        "ode_atol": paper.ATOL,
+        "ode_cap_s": cap,
+        "instruction_set": instruction_set(),
+        "machine": platform.machine(),
+        "python": platform.python_version(),
+        "scipy": scipy.__version__,
+    }
+    return Table(bench.t, cells, references, matches, motion, problem, settings)
+
+
+def _match(bench: Bench, davidon: Cell, finished: Sequence[Cell]) -> list[Match]:
+    """Halve Davidon's step until it is as good as each finished ode cell."""
+    levels = [davidon]
+    matches = []
+    for cell in finished:
+        found = Match(cell.row, cell.column)
+        for k in range(HALVINGS + 1):
+            if k == len(levels):
+                levels.append(bench.march("Davidon", 2**k))
+            ours = levels[k]
+            if ours.tip_error <= cell.tip_error:
+                found = Match(
+                    cell.row,
+                    cell.column,
+                    bench.dt / 2**k,
+                    ours.seconds,
+                    ours.tip_error,
+                    cell.seconds / ours.seconds,
+                )
+                break
+        matches.append(found)
+    return matches
