@@ -22,9 +22,7 @@ class Mechanics(Protocol):
     dead_load: Vector
 
 
-def make_march(
-    system: Mechanics, dt: float, integrator: Newmark, a: Vector, lam: Vector
-) -> Any:
+def make_march(system: Mechanics, dt: float, integrator: Newmark, a: Vector, lam: Vector) -> Any:
     """Build the compiled march from the system's initial state.
 
     Parameters
@@ -39,6 +37,13 @@ def make_march(
         Initial accelerations [m/s2, 1/s2] and multipliers [N].
     """
     return compiled("march").March(
-        system, dt, integrator.beta, integrator.gamma, system.q0, system.v0, a, lam,
+        system,
+        dt,
+        integrator.beta,
+        integrator.gamma,
+        system.q0,
+        system.v0,
+        a,
+        lam,
         system.dead_load,
     )

@@ -17,6 +17,9 @@ cdef extern from "simd.h":
     ctypedef double vec
     vec set1 "vec_set1" (double) noexcept nogil
 
+cdef extern from "vectors.h":
+    double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
+
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_seed:
         void *context
@@ -46,21 +49,6 @@ RULES = {"broyden": BROYDEN, "davidon": DAVIDON, "dfp": DFP, "bfgs": BFGS}
 # looked at: on a saddle point it says nothing (a curvature s.y may be negative and right).
 cdef double SMALLEST_COSINE = 1e-8
 cdef double SMALLEST_BROYDEN = 1e-3
-
-
-cdef double dot(const double *x, const double *y, ptrdiff_t n) noexcept nogil:
-    # Eight running sums: the compiler may not reorder a single one.
-    cdef double[8] total
-    cdef ptrdiff_t i, k, full = n - n % 8
-    for k in range(8):
-        total[k] = 0.0
-    for i in range(0, full, 8):
-        for k in range(8):
-            total[k] += x[i + k] * y[i + k]
-    for i in range(full, n):
-        total[i - full] += x[i] * y[i]
-    return (((total[0] + total[4]) + (total[1] + total[5]))
-            + ((total[2] + total[6]) + (total[3] + total[7])))
 
 
 cdef int pair_terms(Rule rule, ptrdiff_t n, const double *s, const double *y, const double *p,

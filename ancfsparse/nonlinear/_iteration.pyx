@@ -9,6 +9,9 @@ from libc.math cimport fabs, fmax, fmin, isfinite, log, sqrt
 import numpy as np
 
 
+cdef extern from "vectors.h":
+    double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
+
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_seed:
         void *context
@@ -44,6 +47,7 @@ cdef enum:
     NOT_FINITE = 3
 
 cdef double GROWTH = 1e4  # residual beside the predictor's: past this an attempt is given up
+cdef double STALE = 1.2  # a contraction that was not measured again is trusted less in each step
 cdef double SLOW = 0.9  # a contraction from which waiting never pays
 
 
@@ -125,24 +129,24 @@ cdef class Iteration:
         return solve(&self.loop)
 
 
+cdef bint all_below(const double *x, ptrdiff_t n, double bound) noexcept nogil:
+    cdef ptrdiff_t i
+    for i in range(n):
+        if not fabs(x[i]) < bound:  # a NaN is not below anything
+            return False
+    return True
+
+
 cdef double largest(const double *x, ptrdiff_t n) noexcept nogil:
-    # A NaN must win: `not (a <= m)` lets it in and keeps it.
     cdef double m = 0.0
     cdef ptrdiff_t i
     for i in range(n):
-        if not fabs(x[i]) <= m:
-            m = fabs(x[i])
-            if m != m:
-                return m
+        m = fmax(m, fabs(x[i]))
     return m
 
 
-cdef double length(const double *x, ptrdiff_t n) noexcept nogil:
-    cdef double total = 0.0
-    cdef ptrdiff_t i
-    for i in range(n):
-        total += x[i] * x[i]
-    return sqrt(total / n)
+cdef inline double rms(const double *x, ptrdiff_t n) noexcept nogil:
+    return sqrt(dot(x, x, n) / n)
 
 
 cdef int renew_seed(Loop *self) noexcept nogil:
@@ -155,15 +159,16 @@ cdef int renew_seed(Loop *self) noexcept nogil:
         self.counts.indefinite += 1
     self.counts.solves += self.inverse.reseed(self.inverse.context)
     self.seeded, self.reseed_due = True, False
-    self.rate = SLOW
+    if not self.newton:
+        self.rate = SLOW
     self.cost_since, self.steps_since = self.cost_seed, 0
     return CONVERGED
 
 
 cdef bint residual_is_small(Loop *self, const double *r) noexcept nogil:
     cdef ptrdiff_t nq = self.equations.n_coordinates
-    return (largest(r, nq) < self.force_tolerance
-            and (self.n == nq or largest(r + nq, self.n - nq) < self.constraint_tolerance))
+    return (all_below(r, nq, self.force_tolerance)
+            and all_below(r + nq, self.n - nq, self.constraint_tolerance))
 
 
 cdef bint correction_is_small(Loop *self, double size) noexcept nogil:
@@ -194,7 +199,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
     cdef double target
     eq.residual(eq.context, r)
     self.counts.residual_evaluations += 1
-    norm = start = length(r, n)
+    norm = start = rms(r, n)
     if not isfinite(norm):
         return NOT_FINITE
     if residual_is_small(self, r) and not self.by_correction:
@@ -211,16 +216,18 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
         eq.correct(eq.context, s)
         used[0] += 1
         self.counts.iterations += 1
-        size = length(s, eq.n_coordinates)
+        size = rms(s, eq.n_coordinates)
         if it > 0 and last_size > 0.0:
             self.rate = fmin(fmax(0.3 * self.rate, size / last_size), 0.99)
         last_size = size
         if (self.by_correction and n == eq.n_coordinates and not damped
                 and (correction_is_small(self, size) or size < self.noise)):
+            if it == 0:
+                self.rate = fmin(STALE * self.rate, SLOW)
             return CONVERGED
         eq.residual(eq.context, r_new)
         self.counts.residual_evaluations += 1
-        norm_new = length(r_new, n)
+        norm_new = rms(r_new, n)
         if damped:
             # Halve a step that makes the residual larger; the last try is kept whatever it does.
             halvings = 0
@@ -233,15 +240,15 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
                     s[i] = -s[i]
                 eq.residual(eq.context, r_new)
                 self.counts.residual_evaluations += 1
-                norm_new = length(r_new, n)
+                norm_new = rms(r_new, n)
         if not isfinite(norm_new):
             return NOT_FINITE
         for i in range(n):
             y[i] = r_new[i] - r[i]
         if self.by_correction:
             if (n > eq.n_coordinates and (correction_is_small(self, size) or size < self.noise)
-                    and largest(r_new + eq.n_coordinates, n - eq.n_coordinates)
-                    < self.constraint_tolerance):
+                    and all_below(r_new + eq.n_coordinates, n - eq.n_coordinates,
+                                  self.constraint_tolerance)):
                 return CONVERGED
         elif residual_is_small(self, r_new):
             if self.carry and not newton:

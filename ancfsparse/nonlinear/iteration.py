@@ -52,9 +52,7 @@ class Tolerance:
     noise: float
 
 
-def tolerance_of(
-    wish: str | float, scale: float, force_scale: float, size: float
-) -> Tolerance:
+def tolerance_of(wish: str | float, scale: float, force_scale: float, size: float) -> Tolerance:
     """Translate what a person says into bounds.
 
     Parameters
@@ -74,9 +72,7 @@ def tolerance_of(
     if wish == "paper":
         return Tolerance(False, scale * max(1e-6, floor), 1e-6, 0.0, noise)
     if isinstance(wish, str) and wish != "default":
-        raise InputError(
-            f"tolerance must be 'default', 'paper' or a number in m/s2, got {wish!r}"
-        )
+        raise InputError(f"tolerance must be 'default', 'paper' or a number in m/s2, got {wish!r}")
     a_tol = 1e-3 if wish == "default" else check_positive("tolerance", wish, "m/s2")
     bound = scale * a_tol
     return Tolerance(True, scale * floor, max(bound, 4.0 * noise), bound, noise)
@@ -95,9 +91,7 @@ class Costs:
     @classmethod
     def of(cls, residual: int, tangent: int, seed: SparseSeed) -> Costs:
         """Weigh operation counts: kernels run in SIMD lanes, sweeps and factors do not."""
-        return cls(
-            0.1 * residual + 0.5 * seed.solve_flops, 0.1 * tangent + 1.0 * seed.factor_flops
-        )
+        return cls(0.1 * residual + 0.5 * seed.solve_flops, 0.1 * tangent + 1.0 * seed.factor_flops)
 
 
 def make_inverse(

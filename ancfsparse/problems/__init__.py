@@ -3,6 +3,6 @@
 Tests, studies, the command line and the README share them, so that a name means one thing.
 """
 
-from .benchmarks import Problem, cantilever, elastica, pendulum, roll_up
+from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
 
 __all__ = ["Problem", "cantilever", "elastica", "pendulum", "roll_up"]

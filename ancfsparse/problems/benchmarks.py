@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..errors import InputError, check_positive
-from ..scene import AnySection, Beam, Circle, Material, Rectangle, Scene
+from ancfsparse.errors import InputError, check_positive
+from ancfsparse.scene import AnySection, Beam, Circle, Material, Rectangle, Scene
 
 
 class Problem(NamedTuple):

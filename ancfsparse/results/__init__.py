@@ -4,11 +4,11 @@ Out go positions, reactions, energies and counts by the names a person used in t
 Pictures are in `ancfsparse.results.plots`, apart, so that a run does not wait for matplotlib.
 """
 
-from .energy import Energy
-from .equilibrium import Equilibrium
-from .source import SolvedSystem
-from .stats import RunStats
-from .trajectory import Trajectory
+from ancfsparse.results.energy import Energy
+from ancfsparse.results.equilibrium import Equilibrium
+from ancfsparse.results.source import SolvedSystem
+from ancfsparse.results.stats import RunStats
+from ancfsparse.results.trajectory import Trajectory
 
 __all__ = [
     "Energy",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .source import Array, SolvedSystem
+from ancfsparse.results.source import Array, SolvedSystem
 
 
 @dataclass(frozen=True, eq=False)

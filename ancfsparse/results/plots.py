@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from ..errors import InputError, check_finite
-from ..scene import Beam
-from .source import Array
-from .trajectory import Trajectory
+from ancfsparse.errors import InputError, check_finite
+from ancfsparse.scene import Beam
+from ancfsparse.results.source import Array
+from ancfsparse.results.trajectory import Trajectory
 
 
 def centre_line(

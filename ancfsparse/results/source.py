@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Node
+from ancfsparse.scene import Node
 
 Array = NDArray[np.float64]
 Places = tuple[NDArray[np.integer], Array]

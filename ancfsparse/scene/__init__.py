@@ -4,12 +4,12 @@ Out goes a `Scene`, a checked list of declarations that `ancfsparse.system` flat
 Nothing here computes a motion, and nothing here is left to be found wrong later.
 """
 
-from .beams import Beam, Node
-from .joints import Clamp, Connect, Joint, Pin, Rod
-from .loads import DistributedForce, Load, PointForce, PointMoment
-from .material import Material
-from .scene import Scene
-from .sections import AnySection, Circle, Rectangle, Section
+from ancfsparse.scene.beams import Beam, Node
+from ancfsparse.scene.joints import Clamp, Connect, Joint, Pin, Rod
+from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
+from ancfsparse.scene.material import Material
+from ancfsparse.scene.scene import Scene
+from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
 
 __all__ = [
     "AnySection",

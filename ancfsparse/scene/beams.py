@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, check_finite
-from .material import Material
-from .sections import AnySection
+from ancfsparse.errors import InputError, check_finite
+from ancfsparse.scene.material import Material
+from ancfsparse.scene.sections import AnySection
 
 VelocityField = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 

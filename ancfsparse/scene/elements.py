@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ..errors import InputError, check_choice
+from ancfsparse.errors import InputError, check_choice
 
 
 class ElementFacts(NamedTuple):

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, SingularSceneError
-from .beams import Node
+from ancfsparse.errors import InputError, SingularSceneError
+from ancfsparse.scene.beams import Node
 
 # Share of a beam's length within which two nodes count as being at one place.
 SAME_PLACE = 1e-9

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputError, check_finite, check_vector
-from .beams import Beam, Node
+from ancfsparse.errors import InputError, check_finite, check_vector
+from ancfsparse.scene.beams import Beam, Node
 
 Vector = NDArray[np.float64]
 Value = ArrayLike | Callable[[float], ArrayLike]

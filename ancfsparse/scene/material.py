@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..errors import InputError, check_finite, check_positive
+from ancfsparse.errors import InputError, check_finite, check_positive
 
 
 @dataclass(frozen=True)

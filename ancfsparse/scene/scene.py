@@ -8,13 +8,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputError, check_choice, check_vector
-from .beams import Beam, Node, VelocityField
-from .joints import SAME_PLACE, Clamp, Connect, Joint, Pin, Rod, check_joints, check_node
-from .loads import DistributedForce, Load, PointForce, PointMoment
-from .material import Material
-from .sections import AnySection
-from .straight import place, straight_beam
+from ancfsparse.errors import InputError, check_choice, check_vector
+from ancfsparse.scene.beams import Beam, Node, VelocityField
+from ancfsparse.scene.joints import SAME_PLACE, Clamp, Connect, Joint, Pin, Rod, check_joints, check_node
+from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
+from ancfsparse.scene.material import Material
+from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.straight import place, straight_beam
 
 AnyJoint = TypeVar("AnyJoint", Pin, Clamp, Rod, Connect)
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import InputError, check_count, check_positive, check_vector
-from .beams import Beam, VelocityField
-from .elements import options_of
-from .material import Material
-from .sections import AnySection, Circle, Rectangle, Section
+from ancfsparse.errors import InputError, check_count, check_positive, check_vector
+from ancfsparse.scene.beams import Beam, VelocityField
+from ancfsparse.scene.elements import options_of
+from ancfsparse.scene.material import Material
+from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
 
 Vector = NDArray[np.float64]
 

@@ -105,7 +105,7 @@ def simulate(
     with tqdm(total=n_steps, unit="step", disable=not progress, leave=False) as bar:
         while stats.steps < n_steps and outcome == Outcome.CONVERGED:
             wanted = min(CHUNK, n_steps - stats.steps)
-            times = dt * np.arange(stats.steps + 1, stats.steps + wanted + 1)
+            times = dt * np.arange(stats.steps + 1.0, stats.steps + wanted + 1.0, dtype=np.float64)
             amplitudes = system.loads.amplitudes(times)
             clock = time.perf_counter()
             taken, code = march.advance(
@@ -126,9 +126,9 @@ def simulate(
         "tolerance": tolerance,
         "save_every": save_every,
     }
-    path = Trajectory(
-        system, dt * save_every * np.arange(rows), *(x[:rows] for x in saved), stats, settings
-    )
+    q, v, a, lam = (array[:rows] for array in saved)
+    t = dt * save_every * np.arange(rows, dtype=np.float64)
+    path = Trajectory(system, t, q, v, a, lam, stats, settings)
     if outcome != Outcome.CONVERGED:
         raise failure(system, march, outcome, stats.steps + 1, dt, path)
     return path
@@ -170,9 +170,7 @@ def prepare(
     amplitudes = system.loads.amplitudes(np.array([dt]))
     march = make_march(system, dt, integrator, a, lam)
     march.prepare(amplitudes)
-    seed = SparseSeed(
-        system.pattern.indptr, system.pattern.indices, march.matrix(), system.n_free
-    )
+    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, march.matrix(), system.n_free)
     force_scale = system.force_scale(system.q0)
     weights = np.concatenate([system.mass_diagonal, np.zeros(system.n_multipliers)])
     inverse = make_inverse(method, seed, weights, 10.0 * EPSILON * scale * force_scale)

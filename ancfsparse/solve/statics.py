@@ -21,9 +21,7 @@ MAX_ITERATIONS = 30
 SMALLEST_STEP = 1.0 / 4096.0
 
 
-def solve_static(
-    scene: Scene, *, load_steps: int = 10, tolerance: float = 1e-12
-) -> Equilibrium:
+def solve_static(scene: Scene, *, load_steps: int = 10, tolerance: float = 1e-12) -> Equilibrium:
     """Find the static equilibrium under gravity and the loads at t = 0.
 
     The load grows from zero to its full size; a load step at which Newton does not converge is

@@ -1,4 +1,4 @@
-"""Applied forces: what is constant becomes one vector, what changes becomes columns of amplitudes."""
+"""Applied forces: what is constant becomes one vector, what changes columns of amplitudes."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def loads_of(
 def _distributed(
     load: DistributedForce, dim: int, places: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], Vector]:
-    """Places (dim, p) and weights (p,) of a force per length: the integral of the shape functions."""
+    """Places (dim, p) and weights (p,) of a force per length: integrated shape functions."""
     length = load.beam.length / load.beam.n_elements
     half = places.shape[1] // 2
     weights = length * np.array([1 / 2, length / 12, 1 / 2, -length / 12])

@@ -37,7 +37,7 @@ class Numbering:
 
 
 def number(scene: Scene, coordinates_per_node: Sequence[int]) -> Numbering:
-    """Number the coordinates of a scene.
+    """Give every coordinate of a scene its place.
 
     Held coordinates are fixed and joined positions shared by numbering; what cannot be said that
     way is left to `constraints`.
@@ -63,7 +63,8 @@ def number(scene: Scene, coordinates_per_node: Sequence[int]) -> Numbering:
     index = {id(beam): k for k, beam in enumerate(scene.beams)}
 
     def at(node: Node) -> NDArray[np.int64]:
-        return raw[index[id(node.beam)]][node.index]
+        numbers: NDArray[np.int64] = raw[index[id(node.beam)]][node.index]
+        return numbers
 
     owner = np.arange(starts[-1])
     for joint in scene.joints:
@@ -92,7 +93,9 @@ def number(scene: Scene, coordinates_per_node: Sequence[int]) -> Numbering:
         q[where] = reference(beam, where.shape[1])
         if beam.velocity is not None:
             v[where] = velocities(beam, where.shape[1])
-    moving = np.flatnonzero(np.abs(v[len(free) :]) > 1e-9 * max(1.0, float(np.abs(v).max(initial=0.0))))
+    moving = np.flatnonzero(
+        np.abs(v[len(free) :]) > 1e-9 * max(1.0, float(np.abs(v).max(initial=0.0)))
+    )
     if len(moving):
         raise InputError(
             f"the initial velocity moves {len(moving)} held coordinates, the first by "

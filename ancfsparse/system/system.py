@@ -72,7 +72,8 @@ class System:
 
     def place(self, node: Node) -> NDArray[np.int64]:
         """Return the places of a node's coordinates, shape (n_c,)."""
-        return self.places[self._of(node.beam)][node.index]
+        places: NDArray[np.int64] = self.places[self._of(node.beam)][node.index]
+        return places
 
     def elements(self, beam: Beam) -> NDArray[np.int64]:
         """Return the places of a beam's element coordinates, shape (n_e, 2 n_c)."""
@@ -219,7 +220,9 @@ class System:
                 {
                     "gather": layout.gather,
                     "matrix_scatter": layout.scatter,
-                    "energy_scatter": np.zeros((len(layout.gather), 1, kind.module.LANES), dtype=np.int32),
+                    "energy_scatter": np.zeros(
+                        (len(layout.gather), 1, kind.module.LANES), dtype=np.int32
+                    ),
                     "set_of": layout.set_of,
                     "parameters": layout.parameters,
                     "kernels": kind.kernels,

@@ -1,24 +1,28 @@
 """The elements, one file each: coordinates, interpolation, energy."""
 
 from collections.abc import Callable
+from functools import partial
 
 from codegen.elements.l2t2 import l2t2
+from codegen.elements.thick import thick
 from codegen.elements.thin import thin
 from codegen.fields import Element
 
 
 def _table() -> dict[str, tuple[str, Callable[[], Element]]]:
-    table: dict[str, tuple[str, Callable[[], Element]]] = {
-        "l2t2": ("codegen/elements/l2t2.py", l2t2),
-    }
+    table: dict[str, tuple[str, Callable[[], Element]]] = {"l2t2": ("l2t2.py", l2t2)}
     for dim, where in ((2, "planar"), (3, "spatial")):
         for strain in ("green", "biot"):
-            table[f"thin_{where}_{strain}"] = (
-                "codegen/elements/thin.py",
-                lambda dim=dim, strain=strain: thin(dim, strain),
-            )
-    return table
+            table[f"thin_{where}_{strain}"] = ("thin.py", partial(thin, dim, strain))
+    for dim, where in ((3, "thick"), (2, "thick_planar")):
+        for curvature in ("axis", "section"):
+            for section_strain in ("consistent", "nodal"):
+                name = f"{where}_{curvature}_{section_strain}"
+                table[name] = ("thick.py", partial(thick, dim, curvature, section_strain))
+    by_quadrature = partial(thick, 3, "axis", "consistent", by_quadrature=True)
+    table["thick_axis_consistent_gauss"] = ("thick.py", by_quadrature)
+    return {name: (f"codegen/elements/{file}", make) for name, (file, make) in table.items()}
 
 
 ELEMENTS = _table()
-"""Name of the module, the file that says what the element is, and how to build it."""
+"""Name of the module: the file that says what the element is, and how to build it."""

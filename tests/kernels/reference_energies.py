@@ -78,6 +78,76 @@ def thin(dim, strain):
     return energy
 
 
+def dot(u, v):
+    return (u * v).sum(axis=-1)
+
+
+def thick(curvature, section_strain):
+    """Thick beam in space, 24 coordinates; the published energy, term by term."""
+
+    def energy(q, p):
+        nodes, length = q.reshape(2, 4, 3), LONG(p["length"])
+        lam, shear = p["lame_area"], p["shear_modulus_area"]
+
+        def fields(xi):
+            line = np.concatenate([nodes[0, :2], nodes[1, :2]])
+            r_x, r_xx = centre_line(line, xi, length)
+            r_y, r_z = (np.outer(1 - xi, nodes[0, k]) + np.outer(xi, nodes[1, k]) for k in (2, 3))
+            return r_x, r_xx, r_y, r_z
+
+        def green(*vectors):
+            return [(square(u) - 1) / 2 for u in vectors]
+
+        xi, w = gauss(6)
+        r_x, r_xx, r_y, r_z = fields(xi)
+        r_yx, r_zx = ((nodes[1, k] - nodes[0, k]) / length for k in (2, 3))
+        if section_strain == "consistent":
+            e = green(r_x, r_y, r_z)
+            density = lam * sum(e) ** 2 + 2 * shear * sum(x * x for x in e)
+            section = w @ (density + shear * dot(r_y, r_z) ** 2)
+        else:
+            section = w @ (p["youngs_modulus_area"] * green(r_x)[0] ** 2)
+            for node in nodes:
+                eps_x, eps_y, eps_z = green(*node[1:])
+                a, b = (eps + p["poisson_ratio"] * eps_x for eps in (eps_y, eps_z))
+                density = lam * (a + b) ** 2 + 2 * shear * (a * a + b * b)
+                section += (density + shear * dot(node[2], node[3]) ** 2) / 2
+        reissner = np.array([[4, -2], [-2, 4]])
+        shearing = 0
+        for stiffness, u in ((p["shear_stiffness_y"], r_y), (p["shear_stiffness_z"], r_z)):
+            mean = np.array([w @ ((1 - xi) * dot(r_x, u)), w @ (xi * dot(r_x, u))])
+            shearing = shearing + stiffness * (mean @ reissner @ mean)
+        kap_x = (dot(r_z, r_yx) - dot(r_y, r_zx)) / 2
+        if curvature == "axis":
+            kap_y, kap_z = dot(r_z, r_xx), -dot(r_y, r_xx)
+        else:
+            kap_y, kap_z = -dot(r_x, r_zx), dot(r_x, r_yx)
+        bending = w @ (
+            p["torsion_stiffness"] * kap_x**2
+            + p["bending_stiffness_y"] * kap_y**2
+            + p["bending_stiffness_z"] * kap_z**2
+        )
+        return length / 2 * (section + shearing + bending)
+
+    return energy
+
+
+IN_PLANE = np.array([0, 1, 3, 4, 6, 7, 11, 12, 13, 15, 16, 18, 19, 23])
+"""Coordinates of the spatial thick beam that its planar form keeps."""
+
+
+def thick_planar(curvature, section_strain):
+    """The spatial energy with every other coordinate zero."""
+    spatial = thick(curvature, section_strain)
+
+    def energy(q, p):
+        full = np.zeros(24, dtype=q.dtype)
+        full[IN_PLANE] = q
+        return spatial(full, p)
+
+    return energy
+
+
 ENERGIES: dict[str, Energy] = {
     "l2t2": l2t2,
     **{
@@ -85,6 +155,13 @@ ENERGIES: dict[str, Energy] = {
         for dim, where in ((2, "planar"), (3, "spatial"))
         for strain in ("green", "biot")
     },
+    **{
+        f"{where}_{curvature}_{section_strain}": make(curvature, section_strain)
+        for where, make in (("thick", thick), ("thick_planar", thick_planar))
+        for curvature in ("axis", "section")
+        for section_strain in ("consistent", "nodal")
+    },
+    "thick_axis_consistent_gauss": thick("axis", "consistent"),
 }
 
 
@@ -99,16 +176,11 @@ def gradient(energy: Energy, q, p):
     return result
 
 
-def hessian(energy: Energy, q, p, step=1e-3):
-    """Sixth-order central differences of the complex-step gradient, in extended precision."""
-    n = len(q)
-    result = np.empty((n, n), dtype=LONG)
-    for j in range(n):
-        total = np.zeros(n, dtype=LONG)
-        for k, weight in ((1, LONG(3) / 4), (2, -LONG(3) / 20), (3, LONG(1) / 60)):
-            for sign in (1, -1):
-                z = np.asarray(q, dtype=LONG)
-                z[j] += sign * k * LONG(step)
-                total += sign * weight * gradient(energy, z, p)
-        result[:, j] = total / LONG(step)
-    return result
+def hessian_times(energy: Energy, q, p, v, step=1e-3):
+    """Derivative of the gradient along v: sixth-order differences of complex steps."""
+    result = np.zeros(len(q), dtype=LONG)
+    for k, weight in ((1, LONG(3) / 4), (2, -LONG(3) / 20), (3, LONG(1) / 60)):
+        for sign in (1, -1):
+            z = np.asarray(q, dtype=LONG) + sign * k * LONG(step) * v
+            result += sign * weight * gradient(energy, z, p)
+    return result / LONG(step)

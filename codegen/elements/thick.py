@@ -1,0 +1,100 @@
+"""Thick beam: nodes with r, r_x, r_y, r_z; elastic line of Schwab and Meijaard, all strains on the axis."""
+
+import sympy as sp
+
+from codegen.fields import Element, Field, Gauss, Legendre, Nodal, Rule, Term, interpolate, parameter
+
+lame_area = parameter("lame_area")
+shear_modulus_area = parameter("shear_modulus_area")
+youngs_modulus_area = parameter("youngs_modulus_area")
+poisson_ratio = parameter("poisson_ratio")
+shear_stiffness_y = parameter("shear_stiffness_y")
+shear_stiffness_z = parameter("shear_stiffness_z")
+torsion_stiffness = parameter("torsion_stiffness")
+bending_stiffness_y = parameter("bending_stiffness_y")
+bending_stiffness_z = parameter("bending_stiffness_z")
+mass_per_length = parameter("mass_per_length")
+inertia_y = parameter("inertia_y")
+inertia_z = parameter("inertia_z")
+
+eps_x, eps_y, eps_z, a, b = sp.symbols("eps_x eps_y eps_z a b")
+
+
+def thick(dim: int, curvature: str, section_strain: str, *, by_quadrature: bool = False) -> Element:
+    """U = W_l + W_s + W_t + W_b; in the plane r_z keeps only its component out of it.
+
+    `by_quadrature` integrates the same energy at as many Gauss points as each term needs to be exact:
+    slower, and there to be compared with.
+    """
+    axes, across = ((0, 1), (2,)) if dim == 2 else ((0, 1, 2), (0, 1, 2))
+    r = interpolate("r", axes, "r", "r_x")
+    r_x = r.diff()
+    r_xx = r_x.diff()
+    r_y = interpolate("r_y", axes, "r_y")
+    r_z = interpolate("r_z", across, "r_z")
+    r_yx, r_zx = r_y.diff(), r_z.diff()
+
+    def exact(points: int, modes: int | None = None) -> Rule:
+        return Gauss(points, modes) if by_quadrature else Legendre(modes)
+
+    if curvature == "axis":
+        kap_y, kap_z = r_z @ r_xx, -(r_y @ r_xx)
+    else:
+        kap_y, kap_z = -(r_x @ r_zx), r_x @ r_yx
+    kap_x = (r_z @ r_yx - r_y @ r_zx) / 2
+    energy = (
+        *_section_and_axis(section_strain, r_y @ r_z, exact),
+        Term(shear_stiffness_y, r_x @ r_y, exact(3, modes=2)),
+        Term(shear_stiffness_z, r_x @ r_z, exact(3, modes=2)),
+        Term(torsion_stiffness, kap_x, exact(1)),
+        Term(bending_stiffness_y, kap_y, exact(3)),
+        Term(bending_stiffness_z, kap_z, exact(3)),
+    )
+    plane = "planar_" if dim == 2 else ""
+    where = {2: "planar", 3: "spatial"}[dim]
+    how = "by exact Gauss quadrature, reference only" if by_quadrature else "in closed form"
+    return Element(
+        name=f"thick_{plane}{curvature}_{section_strain}{'_gauss' if by_quadrature else ''}",
+        title=f"thick beam, {where}, {curvature} curvature, {section_strain} section strain; {how}",
+        dim=dim,
+        node=(("r", axes), ("r_x", axes), ("r_y", axes), ("r_z", across)),
+        fields=(r_x, r_xx, r_y, r_yx, r_z, r_zx),
+        strains=(
+            *((eps, _green(u)) for eps, u in ((eps_x, r_x), (eps_y, r_y), (eps_z, r_z))),
+            (a, eps_y + poisson_ratio * eps_x),
+            (b, eps_z + poisson_ratio * eps_x),
+        ),
+        energy=tuple(term for term in energy if term.strain != 0),
+        inertia=((mass_per_length, r), (inertia_y, r_y), (inertia_z, r_z)),
+        kernels=("energy", "force")
+        if by_quadrature
+        else ("energy", "force", "residual", "tangent", "mass"),
+    )
+
+
+def _green(u: Field) -> sp.Expr:
+    return (u @ u - 1) / 2
+
+
+def _section_and_axis(section_strain: str, gamma_yz: sp.Expr, exact) -> tuple[Term, ...]:
+    """W_l, either as published or rearranged around the section that is free of stress.
+
+    lam (eps_x + eps_y + eps_z)^2 + 2G (eps_x^2 + eps_y^2 + eps_z^2)
+      = E eps_x^2 + lam (a + b)^2 + 2G (a^2 + b^2),  a = eps_y + nu eps_x,  b = eps_z + nu eps_x.
+
+    Section vectors are interpolated linearly, so between nodes at an angle they shorten and a and b cannot
+    vanish; evaluated at the nodes alone they can, and the beam does not lock.
+    """
+    if section_strain == "consistent":
+        return (
+            Term(lame_area, eps_x + eps_y + eps_z, exact(5)),
+            *(Term(2 * shear_modulus_area, eps, exact(5)) for eps in (eps_x, eps_y, eps_z)),
+            Term(shear_modulus_area, gamma_yz, exact(3)),
+        )
+    return (
+        Term(youngs_modulus_area, eps_x, exact(5)),
+        Term(lame_area, a + b, Nodal()),
+        Term(2 * shear_modulus_area, a, Nodal()),
+        Term(2 * shear_modulus_area, b, Nodal()),
+        Term(shear_modulus_area, gamma_yz, Nodal()),
+    )
