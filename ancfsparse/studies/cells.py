@@ -116,7 +116,7 @@ class Cell:
 
     def record(self) -> dict[str, str | float | None]:
         """Return everything but the tip, by the names that files use; None for what is missing."""
-        record = {
+        record: dict[str, str | float | None] = {
             "element": self.row,
             "method": self.column,
             "stands_for": paper.ODE_FUNCTIONS.get(self.column, ""),
@@ -245,7 +245,7 @@ def instants(t_end: float, dt: float) -> tuple[int, Vector]:
     """Return every how many steps the tip is compared, and when: (k,) [s]."""
     steps = round(t_end / dt)
     every = next(each for each in range(max(1, steps // INSTANTS), steps + 1) if steps % each == 0)
-    return every, dt * every * np.arange(steps // every + 1)
+    return every, np.arange(steps // every + 1, dtype=np.float64) * (dt * every)
 
 
 def median_of(once: Callable[[], tuple[float, Any]], runs: int) -> tuple[float, int, Any]:

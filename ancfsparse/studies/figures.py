@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from ancfsparse.results.plots import snapshots
 from ancfsparse.studies import paper
@@ -17,6 +18,10 @@ from ancfsparse.studies.table1 import Table
 Vector = NDArray[np.float64]
 
 SNAPSHOTS = 11
+
+# Instants around each one whose largest difference is drawn.
+WINDOW = 11
+
 COLOURS = {
     "Broyden": "#e69f00", "Davidon": "#0072b2", "DFP": "#009e73", "BFGS": "#cc79a7",
     "RK23": "#56b4e9", "LSODA": "#d55e00", "Radau": "#333333",
@@ -49,11 +54,13 @@ def write(table: Table, folder: Path) -> list[Path]:
 def figure1(table: Table) -> Figure:
     """Draw snapshots of the motion."""
     run, rod = table.motion, table.problem.rod
-    figure = Figure(figsize=(6.4, 4.4), layout="constrained")
+    figure = Figure(figsize=(7.2, 3.9), layout="constrained")
     ax = figure.add_subplot()
     times = run.t[-1] * np.linspace(0.0, 1.0, SNAPSHOTS)
     snapshots(run, rod, times.tolist(), ax)
-    ax.plot(0.0, 0.0, "k^", markersize=8)
+    ax.plot(0.0, 0.0, "k^", markersize=9)
+    ax.set_aspect("equal", adjustable="box")
+    ax.legend(title="time", fontsize="small", loc="center left", bbox_to_anchor=(1.01, 0.5))
     ax.set_title(
         f"A rod of {rod.length:g} m pinned at one end falls from rest and bends as it swings",
         fontsize="medium",
@@ -70,48 +77,66 @@ def figure2(table: Table) -> Figure:
         if name == row and cell.tip is not None
     }
     exact = table.references[row][:, 1]
-    figure = Figure(figsize=(6.4, 8.6), layout="constrained")
+    figure = Figure(figsize=(7.2, 8.4), layout="constrained")
     among, against, off = figure.subplots(3, 1, sharex=True)
-    figure.suptitle(f"Vertical position of the tip, {row} element", fontsize="medium")
+    figure.suptitle(f"Differences in the vertical position of the tip, {row} element")
 
-    others = [c for c in paper.QUASI_NEWTON if c != "Davidon" and c in height]
-    pairs = {f"Davidon – {c}": (c, height["Davidon"] - height[c]) for c in others}
-    largest = _draw(among, table.t, pairs)
-    among.set_title(f"Quasi-Newton methods differ by at most {largest:.0e} m", fontsize="medium")
+    pairs = [("Davidon", each) for each in paper.QUASI_NEWTON if each != "Davidon"]
+    size = _draw(among, table.t, _between(pairs, height))
+    among.set_title(f"Quasi-Newton methods agree to {_power(max(size.values()))}", fontsize=10)
 
-    pairs = {
-        f"{a} – {b}": (c, height[a] - height[b])
-        for a, b, c in (("Davidon", "Radau", "Davidon"), ("Radau", "RK23", "RK23"))
-        if a in height and b in height
-    }
-    largest = _draw(against, table.t, pairs)
+    pairs = [("Davidon", "Radau"), ("RK23", "Radau")]
+    size = _draw(against, table.t, _between(pairs, height))
     against.set_title(
-        f"Newmark and SciPy at the paper's tolerances differ by at most {largest:.0e} m",
-        fontsize="medium",
+        "From the stand-in for ode23t: "
+        + ", ".join(f"{name.partition(' –')[0]} {_power(each)}" for name, each in size.items()),
+        fontsize=10,
     )
 
-    shown = ("Davidon", *paper.ODE_FUNCTIONS)
-    pairs = {c: (c, height[c] - exact) for c in shown if c in height}
-    _draw(off, table.t, pairs)
-    closest = min(pairs, key=lambda c: float(np.abs(pairs[c][1]).max()))
-    error = float(np.abs(pairs[closest][1]).max())
+    shown = [each for each in ("Davidon", *paper.ODE_FUNCTIONS) if each in height]
+    size = _draw(off, table.t, {each: (each, height[each] - exact) for each in shown})
     off.set_title(
-        f"Closest to the motion converged in time: {closest}, within {error:.0e} m",
-        fontsize="medium",
+        "From the motion converged in time: "
+        + ", ".join(f"{name} {_power(each)}" for name, each in size.items()),
+        fontsize=10,
     )
     off.set_xlabel("time [s]")
     return figure
 
 
-def _draw(ax: Axes, t: Vector, curves: Mapping[str, tuple[str, Vector]]) -> float:
-    """Draw sizes of differences on a logarithmic scale and return the largest."""
+def _between(
+    pairs: Sequence[tuple[str, str]], height: Mapping[str, Vector]
+) -> dict[str, tuple[str, Vector]]:
+    """Return the finished differences, with the method that gives each its colour."""
+    return {
+        f"{a} – {b}": (a if b == "Radau" else b, height[a] - height[b])
+        for a, b in pairs
+        if a in height and b in height
+    }
+
+
+def _draw(ax: Axes, t: Vector, curves: Mapping[str, tuple[str, Vector]]) -> dict[str, float]:
+    """Draw the sizes of differences over time and return the largest of each.
+
+    A difference that oscillates crosses zero all the time; drawn is the largest nearby.
+    """
+    largest = {label: float(np.abs(each).max()) for label, (_, each) in curves.items()}
     for label, (colour, difference) in curves.items():
-        size = np.abs(difference)
-        ax.plot(
-            t, np.where(size > 0.0, size, np.nan), color=COLOURS[colour], linewidth=1.1, label=label
-        )
-    ax.set_yscale("log")
-    ax.set_ylabel("difference [m]")
+        nearby = maximum_filter1d(np.abs(difference), WINDOW)
+        ax.plot(t[1:], nearby[1:], color=COLOURS[colour], linewidth=1.4, label=label)
+    if largest:
+        ax.set_yscale("log")
+        top = max(largest.values())
+        ax.set_ylim(1e-5 * top, 3.0 * top)
+        ax.legend(fontsize="small", loc="lower right", ncols=len(largest))
+    ax.set_ylabel(f"largest within {t[WINDOW // 2] - t[0]:.2g} s [m]")
     ax.grid(alpha=0.3)
-    ax.legend(fontsize="small", loc="lower right")
-    return max((float(np.abs(d).max()) for _, d in curves.values()), default=0.0)
+    return largest
+
+
+def _power(size: float) -> str:
+    """Set a length with one digit: 2e-7 m as a power of ten."""
+    if size == 0.0:
+        return "0 m"
+    digit, _, exponent = f"{size:.0e}".partition("e")
+    return rf"${digit} \cdot 10^{{{int(exponent)}}}$ m"

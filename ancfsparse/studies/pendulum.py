@@ -77,7 +77,8 @@ def run_pendulum(wish: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         ``residual_evaluations``, ``factorizations``, ``energy_drift`` [-] and ``settings``, made
         of lists and numbers.
     """
-    problem = pendulum(wish.element, wish.elements, wish.dim, wish.nu, **wish.options)
+    options: dict[str, Any] = wish.options
+    problem = pendulum(wish.element, wish.elements, wish.dim, wish.nu, **options)
     run = simulate(
         problem.scene,
         wish.time,

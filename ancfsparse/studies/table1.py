@@ -22,20 +22,22 @@ from ancfsparse.studies.cells import COLUMNS, METHODS, ROWS, Bench, Cell
 
 Vector = NDArray[np.float64]
 
-# How many times the step is halved, at most, to reach the tip error of another method.
-HALVINGS = 6
+# The step is divided by this at most, to reach the tip error of another method.
+FINEST = 64
 
 
 @dataclass(frozen=True)
 class Match:
-    """Davidon with the largest step whose tip error is no larger than that of an ode column.
+    """Davidon with a step that makes its tip error no larger than that of an ode column.
 
     Attributes
     ----------
     row, column : str
         The cell it is compared with.
     dt, seconds, tip_error : float
-        Step [s], median time [s], tip error [m]; NaN if no step down to dt / 2^6 was enough.
+        Step [s], median time [s], tip error [m]; NaN if none down to dt / 64 was enough.
+    evaluations : int
+        Evaluations of the residual.
     ratio : float
         Time of the ode column over that of Davidon.
     """
@@ -45,6 +47,7 @@ class Match:
     dt: float = math.nan
     seconds: float = math.nan
     tip_error: float = math.nan
+    evaluations: int = 0
     ratio: float = math.nan
 
     @property
@@ -121,11 +124,14 @@ def table1(
     references: dict[str, Vector] = {}
     matches: dict[tuple[str, str], Match] = {}
     with tqdm(
-        total=len(rows) * (len(COLUMNS) + 2), unit="cell", disable=not progress, leave=False
+        total=len(rows) * (len(COLUMNS) + 2),
+        unit="cell",
+        disable=None if progress else True,
+        leave=False,
     ) as bar:
 
         def at(time: float) -> None:
-            bar.set_postfix_str(f"t = {time:.2f} s of {t_end:g} s")
+            bar.set_postfix_str(f"t = {time:.2f} s of {t_end:g} s", refresh=False)
 
         def begin(what: str) -> None:
             bar.set_postfix_str("", refresh=False)
@@ -166,24 +172,27 @@ def table1(
 
 
 def _match(bench: Bench, davidon: Cell, finished: Sequence[Cell]) -> list[Match]:
-    """Halve Davidon's step until it is as good as each finished ode cell."""
-    levels = [davidon]
+    """Divide Davidon's step until it is as good as each finished ode cell."""
+    runs = {1: davidon}
     matches = []
     for cell in finished:
+        # The rule is of second order, so the step to try first is known.
+        parts = max(1, math.ceil(math.sqrt(davidon.tip_error / cell.tip_error)))
         found = Match(cell.row, cell.column)
-        for k in range(HALVINGS + 1):
-            if k == len(levels):
-                levels.append(bench.march("Davidon", 2**k))
-            ours = levels[k]
+        while not found.found and parts <= FINEST:
+            if parts not in runs:
+                runs[parts] = bench.march("Davidon", parts)
+            ours = runs[parts]
             if ours.tip_error <= cell.tip_error:
                 found = Match(
                     cell.row,
                     cell.column,
-                    bench.dt / 2**k,
+                    bench.dt / parts,
                     ours.seconds,
                     ours.tip_error,
+                    ours.evaluations,
                     cell.seconds / ours.seconds,
                 )
-                break
+            parts += 1
         matches.append(found)
     return matches
