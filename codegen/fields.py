@@ -35,6 +35,10 @@ def parameter(name: str) -> sp.Symbol:
     return sp.Symbol(name, positive=True)
 
 
+KERNELS = ("energy", "force", "inertia", "residual", "tangent", "mass")
+"""What is generated for an element unless it says otherwise."""
+
+
 @dataclass(frozen=True)
 class Field:
     """A vector field interpolated between two nodes.
@@ -143,7 +147,7 @@ class Element:
     energy: tuple[Term, ...]
     inertia: tuple[tuple[sp.Expr, Field], ...]
     strains: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
-    kernels: tuple[str, ...] = ("energy", "force", "inertia", "residual", "tangent", "mass")
+    kernels: tuple[str, ...] = KERNELS
 
     @property
     def node_coordinates(self) -> tuple[str, ...]:

@@ -2,7 +2,18 @@
 
 import sympy as sp
 
-from codegen.fields import Element, Field, Gauss, Legendre, Nodal, Rule, Term, interpolate, parameter
+from codegen.fields import (
+    KERNELS,
+    Element,
+    Field,
+    Gauss,
+    Legendre,
+    Nodal,
+    Rule,
+    Term,
+    interpolate,
+    parameter,
+)
 
 lame_area = parameter("lame_area")
 shear_modulus_area = parameter("shear_modulus_area")
@@ -66,9 +77,7 @@ def thick(dim: int, curvature: str, section_strain: str, *, by_quadrature: bool 
         ),
         energy=tuple(term for term in energy if term.strain != 0),
         inertia=((mass_per_length, r), (inertia_y, r_y), (inertia_z, r_z)),
-        kernels=("energy", "force")
-        if by_quadrature
-        else ("energy", "force", "residual", "tangent", "mass"),
+        kernels=("energy", "force") if by_quadrature else KERNELS,
     )
 
 
