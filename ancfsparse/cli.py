@@ -10,8 +10,9 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ancfsparse.errors import InputError, StepFailure
+from ancfsparse.errors import InputError, StepFailure, check_count
 from ancfsparse.studies import figures, paper, report
+from ancfsparse.studies.bench_paper import bench_paper as run_bench_paper
 from ancfsparse.studies.pendulum import SOLVERS, PendulumRun, run_pendulum
 from ancfsparse.studies.table1 import table1 as run_table1
 
@@ -101,6 +102,21 @@ def table1(
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
     if readme is not None:
         report.fill_readme(table, readme)
+
+
+@app.command("bench-paper")
+def bench_paper(
+    repeats: Annotated[int, typer.Option(help="Interleaved runs of each contestant.")] = 9,
+    save: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write one JSON object to FILE.")
+    ] = None,
+) -> None:
+    """Time the paper's pendulum beside Exudyn, in turn, and against the paper's own times."""
+    check_count("repeats", repeats)
+    result = run_bench_paper(repeats=repeats, progress=True)
+    typer.echo(str(result))
+    if save is not None:
+        write_json(result.record(), save)
 
 
 def write_json(data: dict[str, Any], target: str) -> None:

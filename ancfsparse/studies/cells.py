@@ -186,14 +186,8 @@ class Bench:
         empty = Cell(self.row, column)
 
         def once() -> tuple[float, Trajectory]:
-            run = simulate(
-                self.problem.scene,
-                self._t_end,
-                self.dt / divide,
-                solver=METHODS[column],
-                tolerance="paper",
-                save_every=self._every * divide,
-            )
+            dt, save_every = self.dt / divide, self._every * divide
+            run = march(self.problem, column, self._t_end, dt, save_every)
             return run.stats.march_seconds, run
 
         try:
@@ -239,6 +233,32 @@ class Bench:
 
     def _tip(self, run: OdeRun) -> Vector:
         return combine(self._system.point(self.problem.rod.end), run.q)
+
+
+def march(
+    problem: Problem, column: str, t_end: float, dt: float, save_every: int = 1
+) -> Trajectory:
+    """Simulate as the paper does: the trapezoidal rule, and its bounds on the residual.
+
+    Parameters
+    ----------
+    problem : Problem
+        What to simulate.
+    column : str
+        Key of `METHODS`.
+    t_end, dt : float
+        Simulated time and time step [s].
+    save_every : int, optional
+        Steps between saved states.
+    """
+    return simulate(
+        problem.scene,
+        t_end,
+        dt,
+        solver=METHODS[column],
+        tolerance="paper",
+        save_every=save_every,
+    )
 
 
 def instants(t_end: float, dt: float) -> tuple[int, Vector]:

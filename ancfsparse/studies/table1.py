@@ -16,9 +16,8 @@ from tqdm import tqdm
 from ancfsparse.kernels.dispatch import instruction_set
 from ancfsparse.problems import Problem
 from ancfsparse.results import Trajectory
-from ancfsparse.solve import simulate
 from ancfsparse.studies import paper
-from ancfsparse.studies.cells import COLUMNS, METHODS, ROWS, Bench, Cell
+from ancfsparse.studies.cells import COLUMNS, ROWS, Bench, Cell, march
 
 Vector = NDArray[np.float64]
 
@@ -151,9 +150,7 @@ def table1(
             matches |= {(row, m.column): m for m in _match(bench, cells[row, "Davidon"], finished)}
             bar.update()
     problem = ROWS["Thin" if "Thin" in rows else rows[0]].problem()
-    motion = simulate(
-        problem.scene, t_end, dt, solver=METHODS["Davidon"], tolerance="paper", save_every=1
-    )
+    motion = march(problem, "Davidon", t_end, dt)
     settings = {
         "t_end_s": t_end,
         "dt_s": dt,
