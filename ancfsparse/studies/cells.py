@@ -25,7 +25,9 @@ from ancfsparse.system import System
 Vector = NDArray[np.float64]
 
 REFERENCE = "DOP853"
-REFERENCE_RTOL, REFERENCE_ATOL = 1e-10, 1e-12
+# Stability bounds its steps, so the error is far below: 1e-11 m where compared.  Much tighter
+# tolerances meet the rounding of the forces and cost many times the steps.
+REFERENCE_RTOL, REFERENCE_ATOL = 1e-8, 1e-9
 
 # Tips are compared, and drawn, at about this many times after the start.
 INSTANTS = 400
