@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from codegen.derive import Program
-from codegen.tape import PARAMETER, VARIABLE, Node, Tape
+from codegen.tape import PARAMETER, Node, Tape
 
 LINE = 100
 TIGHT, LOOSE = 2, 1
@@ -51,7 +51,7 @@ cdef void {name}(
 
 
 class Printer:
-    """Prints nodes as expressions; a node used once is written inside its user while the line fits."""
+    """Prints nodes as expressions; what is used once is written inside its user if short."""
 
     def __init__(self, tape: Tape, outputs: Sequence[Node]) -> None:
         self.tape = tape
@@ -88,6 +88,7 @@ class Printer:
         raise NotImplementedError
 
     def expression(self, node: Node) -> tuple[str, int]:
+        """Text of a node in terms of its operands, and how tightly it binds."""
         entry = self.tape[node]
         args = [self.text[a] for a in entry.args]
         closed = [text if binding == TIGHT else f"({text})" for text, binding in args]
@@ -102,9 +103,11 @@ class Printer:
         return self.function(entry.op, args[0][0]), TIGHT
 
     def function(self, op: str, argument: str) -> str:
+        """Text of a function call."""
         raise NotImplementedError
 
     def visit(self, node: Node) -> None:
+        """Give a node its text, on a line of its own if it is used more than once or long."""
         if node in self.text:
             return
         leaf = self.leaf(node)
@@ -129,6 +132,7 @@ class KernelPrinter(Printer):
         self.inputs: list[str] = []
 
     def leaf(self, node: Node) -> str | None:
+        """Text of a constant or an input."""
         entry = self.tape[node]
         if entry.op == "const":
             return repr(float(entry.value))
@@ -143,6 +147,7 @@ class KernelPrinter(Printer):
         return None
 
     def function(self, op: str, argument: str) -> str:
+        """Text of a call into `simd.h`."""
         return f"vec_{op}({argument})"
 
 
@@ -150,12 +155,14 @@ class PreparePrinter(Printer):
     """The same for parameters, as NumPy columns."""
 
     def leaf(self, node: Node) -> str | None:
+        """Text of a constant or an input."""
         entry = self.tape[node]
         if entry.op == "const":
             return repr(float(entry.value))
         return str(entry.value) if entry.op == "parameter" else None
 
     def function(self, op: str, argument: str) -> str:
+        """Text of a NumPy call."""
         return f"np.sqrt({argument})" if op == "sqrt" else f"(1.0 / ({argument}))"
 
 
@@ -172,35 +179,30 @@ def wrapped(prefix: str, names: Sequence[str], indent: str) -> list[str]:
 
 
 def kernel(program: Program, name: str) -> str:
-    """One kernel as a Cython function."""
+    """Print one kernel as a Cython function."""
     tape, outputs = program.tape, program.outputs[name]
     printer = KernelPrinter(program, outputs)
-    body: list[str] = []
+    lines = [SIGNATURE.format(name=name).rstrip("\n")]
+    body = [f"p = parameters + <ptrdiff_t>set_of[b] * {len(program.derived)} * ANCF_LANES"]
     for number, output in enumerate(outputs):
         if tape.constant_value(output) == 0:
             continue
         for node in printer.order([output]):
-            if tape.level[node] == VARIABLE or node in printer.derived:
-                printer.visit(node)
-            elif tape.level[node] < PARAMETER:
+            if tape.level[node] != PARAMETER or node in printer.derived:
                 printer.visit(node)
         body += printer.lines
         printer.lines = []
         text = printer.text[output][0]
         body.append(f"vec_scatter_add(out, scatter + {number} * ANCF_LANES, {text})")
-    lines = [SIGNATURE.format(name=name).rstrip("\n")]
+    body.append(f"gather += {program.element.n_coordinates} * ANCF_LANES")
+    body.append(f"scatter += {len(outputs)} * ANCF_LANES")
     lines += wrapped("cdef vec ", printer.inputs + printer.names, "    ")
     lines.append("    for b in range(n_blocks):")
-    lines.append("        p = parameters + set_of[b] * N_DERIVED_C * ANCF_LANES")
-    lines += ["        " + line for line in body]
-    n = program.element.n_coordinates
-    lines.append(f"        gather += {n} * ANCF_LANES")
-    lines.append(f"        scatter += {len(outputs)} * ANCF_LANES")
-    return "\n".join(lines).replace("N_DERIVED_C", str(len(program.derived)))
+    return "\n".join(lines + ["        " + line for line in body])
 
 
 def prepare(program: Program) -> str:
-    """The function that turns base parameters into derived ones."""
+    """Print the function that turns base parameters into derived ones."""
     printer = PreparePrinter(program.tape, program.derived)
     for node in printer.order(program.derived):
         printer.visit(node)
@@ -218,7 +220,7 @@ def prepare(program: Program) -> str:
 
 
 def module(program: Program, header: str) -> str:
-    """The whole text of a generated module."""
+    """Print a whole generated module."""
     element = program.element
     preamble = PREAMBLE.format(
         title=element.title,
@@ -234,4 +236,6 @@ def module(program: Program, header: str) -> str:
         f'    "{name}": PyCapsule_New(<void *>{name}, ANCF_KERNEL_SIGNATURE, NULL),'
         for name in program.outputs
     )
-    return f"{header}{preamble}\n\n{prepare(program)}\n\n\n{kernels}\n\n\nkernels = {{\n{table}\n}}\n"
+    return (
+        f"{header}{preamble}\n\n{prepare(program)}\n\n\n{kernels}\n\n\nkernels = {{\n{table}\n}}\n"
+    )

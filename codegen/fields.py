@@ -43,8 +43,9 @@ KERNELS = ("energy", "force", "inertia", "residual", "tangent", "mass")
 class Field:
     """A vector field interpolated between two nodes.
 
-    `nodal` names the nodal vectors at the start and then at the end; `shape` holds one polynomial in
-    x for each of them.  `axes` says which of the three directions the vector has components in.
+    `nodal` names the nodal vectors at the start and then at the end; `shape` holds one polynomial
+    in x for each of them.  `axes` says which of the three directions the vector has components
+    in.
     """
 
     name: str
@@ -53,7 +54,7 @@ class Field:
     shape: tuple[sp.Expr, ...]
 
     def diff(self) -> "Field":
-        """Derivative along the axis: r -> r_x -> r_xx, r_y -> r_yx."""
+        """Differentiate along the axis: r -> r_x -> r_xx, r_y -> r_yx."""
         name = self.name + ("x" if "_" in self.name else "_x")
         return Field(name, self.axes, self.nodal, tuple(sp.diff(s, x) for s in self.shape))
 
@@ -70,7 +71,7 @@ class Field:
 
 
 def interpolate(name: str, axes: Sequence[int], *nodal: str) -> Field:
-    """Polynomial field with the given nodal vectors at both ends: the value and, if named, the slope.
+    """Polynomial field with nodal vectors at both ends: the value and, if named, the slope.
 
     The shape functions follow from being one in their own nodal vector and zero in the others.
     """
@@ -101,14 +102,14 @@ def norm(u: Field) -> sp.Expr:
 
 @dataclass(frozen=True)
 class Legendre:
-    """Exact integral of the square of a polynomial strain, or of its first `modes` Legendre modes."""
+    """Exact integral of the square of a polynomial strain, or of its first `modes` modes."""
 
     modes: int | None = None
 
 
 @dataclass(frozen=True)
 class Gauss:
-    """Gauss points; with `modes`, the square of the projection on that many Legendre polynomials."""
+    """Gauss points; with `modes`, the square of the projection on that many polynomials."""
 
     points: int
     modes: int | None = None
@@ -135,8 +136,8 @@ class Term:
 class Element:
     """What an element is.  Everything else is derived from this.
 
-    `node` lists the nodal vectors in the order of the coordinates, `strains` defines symbols that terms
-    may use, `inertia` pairs a mass per length with the field whose square it multiplies.
+    `node` lists the nodal vectors in the order of the coordinates, `strains` defines symbols that
+    terms may use, `inertia` pairs a mass per length with the field whose square it multiplies.
     """
 
     name: str
@@ -160,10 +161,11 @@ class Element:
 
     @property
     def n_coordinates(self) -> int:
+        """Coordinates of both nodes."""
         return 2 * len(self.node_coordinates)
 
     def place(self, end: int, nodal: str, axis: int) -> int:
-        """Number of a coordinate within the element."""
+        """Find the number of a coordinate within the element."""
         offset = end * len(self.node_coordinates)
         for name, axes in self.node:
             if name == nodal:

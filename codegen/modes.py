@@ -64,9 +64,7 @@ class ModeVectors:
 
     def _mode(self, f: Field, m: int) -> tuple[sp.Expr, int]:
         weight = sp.legendre(m, 2 * x / length - 1) * (2 * m + 1) / length
-        row = [
-            sp.expand(sp.integrate(sp.expand(s * weight), (x, 0, length))) for s in f.shape
-        ]
+        row = [sp.expand(sp.integrate(sp.expand(s * weight), (x, 0, length))) for s in f.shape]
         for number, (other, known) in enumerate(self.rows):
             if (other.nodal, other.axes) == (f.nodal, f.axes):
                 ratio = _ratio(row, known)
@@ -111,13 +109,17 @@ class ModeVectors:
             self._dots[key] = self.tape.dot([a[i] for i in common], [b[i] for i in common])
         return self._dots[key]
 
+    def components(self) -> list[Node]:
+        """All components of all mode vectors in order."""
+        return [node for vector in self.nodes for node in vector.values()]
+
     def numbers(self) -> dict[tuple[int, int], int]:
         """Place of component `axis` of vector `v` among all components."""
         keys = [(v, axis) for v, nodes in enumerate(self.nodes) for axis in nodes]
         return {key: i for i, key in enumerate(keys)}
 
     def matrix(self) -> list[dict[int, sp.Expr]]:
-        """Derivative of every mode component by the coordinates, sparse rows."""
+        """Differentiate every mode component by the coordinates: sparse rows."""
         return [
             {p: c for p, c in zip(self.element.places(f, axis), row, strict=True) if c != 0}
             for (f, row), nodes in zip(self.rows, self.nodes, strict=True)

@@ -1,4 +1,4 @@
-"""What a generated file was made from: the digest of the sources, and the digests of the results."""
+"""What generated files were made from: digest of the sources, and digests of the results."""
 
 import hashlib
 from collections.abc import Mapping

@@ -38,16 +38,15 @@ def to_tape(tape: Tape, expr: sp.Expr, values: Mapping[sp.Expr, Node]) -> Node:
     raise ValueError(f"The energy uses {expr}, which no kernel can compute.")
 
 
-def affine(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, sp.Expr]]]:
-    """Split into constant and coefficients of dot products, components and named strains."""
+def affine(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, sp.Expr]]] | None:
+    """Constant and coefficients of dot products, components and named strains, if that is all."""
     atoms = {a for a in expr.free_symbols if str(a) not in PARAMETERS}
     inside = {s for d in expr.atoms(dot) for s in d.args}
     ordered = sorted((atoms - inside) | expr.atoms(dot), key=str)
-    constant = expr.subs({a: 0 for a in ordered})
     terms = [(a, sp.diff(expr, a)) for a in ordered]
     if any(c.has(*ordered) for _, c in terms):
-        raise ValueError(f"The strain {expr} is not affine in its dot products and components.")
-    return constant, terms
+        return None
+    return expr.subs({a: 0 for a in ordered}), terms
 
 
 def combine(tape: Tape, members: Sequence[tuple[sp.Expr, Node]]) -> Scaled:

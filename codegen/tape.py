@@ -1,8 +1,8 @@
-"""Straight-line programs: equal expressions are one node, coefficients stay exact until they are printed.
+"""Straight-line programs: equal expressions are one node, coefficients are exact until printed.
 
-A node is a number, the place of its entry on the tape; its operands stand before it.  Nodes know whether
-they are a constant, depend on parameters only, or depend on coordinates, so that everything that does
-not change while a system moves can be computed once, outside the kernels.
+A node is a number, the place of its entry on the tape; its operands stand before it.  Nodes know
+whether they are a constant, depend on parameters only, or depend on coordinates, so that
+everything that does not change while a system moves can be computed once, outside the kernels.
 """
 
 from collections.abc import Iterable, Sequence
@@ -21,7 +21,7 @@ ARITHMETIC = ("add", "sub", "mul", "neg", "sqrt", "reciprocal")
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One operation: `value` is the constant, the exponent of a power, or the number of an input."""
+    """One operation; `value` is a constant, an exponent, or the name of an input."""
 
     op: Op
     args: tuple[Node, ...] = ()
@@ -32,11 +32,13 @@ class Tape:
     """Builds a program by hash-consing: asking twice for the same operation gives the same node."""
 
     def __init__(self) -> None:
+        """Start empty."""
         self.entries: list[Entry] = []
         self.level: list[int] = []
         self._places: dict[Entry, Node] = {}
 
     def __getitem__(self, node: Node) -> Entry:
+        """Operation of a node."""
         return self.entries[node]
 
     def _node(self, entry: Entry, level: int | None = None) -> Node:
@@ -51,20 +53,25 @@ class Tape:
     # Leaves
 
     def const(self, value: Fraction | int) -> Node:
+        """Exact number."""
         return self._node(Entry("const", value=Fraction(value)), CONSTANT)
 
     def parameter(self, name: str) -> Node:
+        """Parameter of the element, by name."""
         return self._node(Entry("parameter", value=name), PARAMETER)
 
     def coordinate(self, number: int) -> Node:
+        """Coordinate of the element by its number."""
         return self._node(Entry("coordinate", value=number), VARIABLE)
 
     def acceleration(self, number: int) -> Node:
+        """Second time derivative of a coordinate."""
         return self._node(Entry("acceleration", value=number), VARIABLE)
 
     # Operations
 
     def constant_value(self, node: Node) -> Fraction | None:
+        """Value of a constant, nothing for other nodes."""
         entry = self.entries[node]
         return entry.value if entry.op == "const" and isinstance(entry.value, Fraction) else None
 
@@ -86,6 +93,7 @@ class Tape:
         return value
 
     def neg(self, a: Node) -> Node:
+        """Minus a node; two signs cancel, a difference is turned round."""
         entry = self.entries[a]
         if entry.op == "neg":
             return entry.args[0]
@@ -105,6 +113,7 @@ class Tape:
         return node if total > 0 else self.neg(node)
 
     def mul(self, a: Node, b: Node) -> Node:
+        """Product, its constant coefficient in front."""
         left, a = self.split(a)
         right, b = self.split(b)
         if self.constant_value(a) is not None or self.constant_value(b) is not None:
@@ -112,10 +121,11 @@ class Tape:
         return self.scale(left * right, self._node(Entry("mul", (min(a, b), max(a, b)))))
 
     def add(self, a: Node, b: Node) -> Node:
+        """Sum of two nodes."""
         return self.linear([(Fraction(1), a), (Fraction(1), b)])
 
     def linear(self, terms: Iterable[tuple[Fraction | int, Node]]) -> Node:
-        """Sum of coefficient times node; nodes with the same coefficient share one multiplication."""
+        """Sum of coefficient times node; equal coefficients share one multiplication."""
         total: dict[Node, Fraction] = {}
         for outer, node in terms:
             inner, rest = self.split(node)
@@ -148,7 +158,9 @@ class Tape:
                 if sign > 0:
                     result = self._node(Entry("sub", (node, other)))
                 else:
-                    result = self.neg(self._node(Entry("add", (min(other, node), max(other, node)))))
+                    result = self.neg(
+                        self._node(Entry("add", (min(other, node), max(other, node))))
+                    )
             elif sign > 0:
                 result = self._node(Entry("add", (min(result, node), max(result, node))))
             else:
@@ -156,6 +168,7 @@ class Tape:
         return result
 
     def pow(self, a: Node, exponent: Fraction) -> Node:
+        """Power with an exact exponent; whole positive powers are products."""
         if exponent == 0:
             return self.const(1)
         if exponent == 1:
@@ -168,16 +181,19 @@ class Tape:
         return self._node(Entry("pow", (a,), exponent))
 
     def freeze(self, a: Node) -> Node:
-        """The same value, constant to differentiation."""
+        """Mark a value as constant to differentiation."""
         return a if self.level[a] < VARIABLE else self._node(Entry("freeze", (a,)))
 
     def sqrt(self, a: Node) -> Node:
+        """Square root."""
         return self._node(Entry("sqrt", (a,)))
 
     def reciprocal(self, a: Node) -> Node:
+        """One divided by a node."""
         return self._node(Entry("reciprocal", (a,)))
 
     def dot(self, u: Sequence[Node], v: Sequence[Node]) -> Node:
+        """Sum of products."""
         return self.linear([(1, self.mul(a, b)) for a, b in zip(u, v, strict=True)])
 
     # Programs
@@ -191,14 +207,14 @@ class Tape:
         return sorted(wanted)
 
     def operations(self, outputs: Iterable[Node]) -> int:
-        """Arithmetic operations on coordinates, constants and parameters not counted."""
+        """Count arithmetic on coordinates; what depends on parameters only is not counted."""
         return sum(
             self.entries[n].op in ARITHMETIC and self.level[n] == VARIABLE
             for n in self.reachable(outputs)
         )
 
     def gradient(self, output: Node, variables: Sequence[Node]) -> list[Node]:
-        """Reverse pass: the derivative of the output by each variable, where variables are leaves."""
+        """Reverse pass: derivative of the output by each variable, which are leaves to it."""
         leaves = set(variables)
         depends: dict[Node, bool] = {}
         order = self.reachable([output])
@@ -240,7 +256,7 @@ class Tape:
         raise ValueError(f"The operation {entry.op!r} has no derivative rule.")
 
     def lowered(self, outputs: Sequence[Node]) -> list[Node]:
-        """The same outputs without `freeze` and `pow`: powers become one root, one division, products."""
+        """Replace `freeze` by its operand and powers by one root, one division and products."""
         order = self.reachable(outputs)
         with_root = {
             self.entries[n].args[0]

@@ -1,20 +1,153 @@
-"""Temporary."""
+"""The elements there are, in the user's words, and what their modules say about themselves."""
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
 from ancfsparse.kernels.dispatch import compiled
+
+OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
+    "l2t2": {},
+    "thin": {"strain": ("green", "biot")},
+    "thick": {"curvature": ("axis", "section"), "section_strain": ("consistent", "nodal")},
+}
+"""Elements, their options, and the values of each; the first value is the default."""
+
+REFERENCES = ("thick_axis_consistent_gauss",)
+"""Modules that are there to be compared with, for tests and benchmarks only."""
+
+
 @dataclass(frozen=True)
 class ElementKind:
-    module: ModuleType
+    """What assembly needs to know about an element; a user's own element fills the same form.
+
+    Attributes
+    ----------
+    name : str
+        Name of the kernel module.
+    dim : int
+        Dimension of the scene, 2 or 3.
+    lanes : int
+        Elements per block.
+    node_coordinates : tuple of str
+        Labels of one node's coordinates in order, such as ``r_1``, ``r_x2``: vector and direction.
+    parameters : tuple of str
+        Base parameters in the order ``prepare`` takes them, SI units.
+    n_derived : int
+        Number of derived parameters per element.
+    operations : mapping
+        Arithmetic operations per element of each kernel.
+    prepare : callable
+        Base parameters (n, n_base) to derived ones (n, n_derived).
+    kernels : mapping
+        Capsules by name: energy, force, residual, tangent, mass; see `kernel_abi.h`.
+    """
+
+    name: str
+    dim: int
+    lanes: int
+    node_coordinates: tuple[str, ...]
+    parameters: tuple[str, ...]
+    n_derived: int
+    operations: Mapping[str, int]
+    prepare: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    kernels: Mapping[str, object]
+    n_nodes: int = 2
+
     @property
-    def n_nodal(self): return len(self.module.NODE_COORDINATES)
-    @property
-    def node_coordinates(self): return self.module.NODE_COORDINATES
-    @property
-    def parameters(self): return self.module.PARAMETERS
-    @property
-    def operations(self): return self.module.OPERATIONS
-    @property
-    def kernels(self): return self.module.kernels
-def element_kind(element, dim, **o):
-    name = {"l2t2":"l2t2","thin":f"thin_{'planar' if dim==2 else 'spatial'}_{o.get('strain')}","thick":f"thick_{'planar_' if dim==2 else ''}{o.get('curvature')}_{o.get('section_strain')}"}[element]
-    return ElementKind(compiled(name))
+    def n_coordinates(self) -> int:
+        """Coordinates of one element."""
+        return self.n_nodes * len(self.node_coordinates)
+
+    def n_out(self, kernel: str) -> int:
+        """Numbers a kernel adds per element."""
+        n = self.n_coordinates
+        return {"energy": 1, "tangent": n * (n + 1) // 2, "mass": n * (n + 1) // 2}.get(kernel, n)
+
+
+def from_module(module: ModuleType) -> ElementKind:
+    """Read what a compiled kernel module exposes."""
+    return ElementKind(
+        name=module.NAME,
+        dim=module.DIM,
+        lanes=module.LANES,
+        node_coordinates=module.NODE_COORDINATES,
+        parameters=module.PARAMETERS,
+        n_derived=module.N_DERIVED,
+        operations=module.OPERATIONS,
+        prepare=module.prepare,
+        kernels=module.kernels,
+        n_nodes=module.N_NODES,
+    )
+
+
+def module_names() -> tuple[str, ...]:
+    """Return every element module, references left out."""
+    names = ["l2t2"]
+    names += [f"thin_{where}_{s}" for where in ("planar", "spatial") for s in ("green", "biot")]
+    for where in ("thick", "thick_planar"):
+        names += [f"{where}_{c}_{s}" for c in ("axis", "section") for s in ("consistent", "nodal")]
+    return tuple(names)
+
+
+def element_kind(
+    element: str, dim: int, *, instruction_set: str | None = None, **options: str
+) -> ElementKind:
+    """Find the kernels of an element.
+
+    Parameters
+    ----------
+    element : str
+        ``"l2t2"``, ``"thin"`` or ``"thick"``.
+    dim : int
+        2 for a planar scene, 3 for a spatial one.
+    instruction_set : str, optional
+        Which build; by default the one in use on this machine.
+    **options : str
+        ``strain="green"|"biot"`` for thin; ``curvature="axis"|"section"`` and
+        ``section_strain="consistent"|"nodal"`` for thick.
+
+    Raises
+    ------
+    ValueError
+        If element, option or value does not exist, or the element has no form of that dimension.
+    """
+    name = _module_name(element, dim, options)
+    return from_module(compiled(name, instruction_set))
+
+
+def _module_name(element: str, dim: int, options: Mapping[str, str]) -> str:
+    _require("element", element, tuple(OPTIONS))
+    if dim not in (2, 3):
+        raise ValueError(f"A scene has 2 or 3 dimensions, not {dim!r}.")
+    allowed = OPTIONS[element]
+    for option, value in options.items():
+        if not allowed:
+            raise ValueError(f"Element {element!r} has no options, so {option!r} cannot be set.")
+        _require(f"option of element {element!r}", option, tuple(allowed))
+        _require(f"value of {option}", value, allowed[option])
+    choice = {option: options.get(option, values[0]) for option, values in allowed.items()}
+    if element == "l2t2":
+        if dim == 3:
+            raise ValueError(
+                'Element "l2t2" is planar; in a spatial scene use "thin", '
+                "or give the scene a gravity with 2 components."
+            )
+        return "l2t2"
+    if element == "thin":
+        return f"thin_{'planar' if dim == 2 else 'spatial'}_{choice['strain']}"
+    plane = "planar_" if dim == 2 else ""
+    return f"thick_{plane}{choice['curvature']}_{choice['section_strain']}"
+
+
+def _require(what: str, given: object, allowed: Sequence[str]) -> None:
+    """Refuse a word that is not in the list and name the nearest one that is."""
+    if given in allowed:
+        return
+    near = get_close_matches(str(given), allowed, n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(map(repr, allowed))}."
+    raise ValueError(f"There is no {what} {given!r}; {hint}")

@@ -1,4 +1,4 @@
-"""Choice of instruction set: every compiled module exists once for each, this machine runs the widest."""
+"""Choice of instruction set: every module is compiled for each, this machine runs the widest."""
 
 import os
 from functools import cache

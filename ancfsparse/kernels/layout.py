@@ -1,12 +1,11 @@
 """Pack elements into the blocks of `kernel_abi.h`."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Prepare = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+from ancfsparse.kernels.catalog import ElementKind
 
 
 @dataclass(frozen=True)
@@ -31,59 +30,55 @@ class Layout:
     parameters: NDArray[np.float64]
 
 
-def pack(
-    prepare: Prepare,
-    lanes: int,
-    places: ArrayLike,
-    scatter: ArrayLike,
-    base: ArrayLike,
-    *,
-    length_column: int = 0,
-) -> Layout:
+def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLike) -> Layout:
     """Arrange elements of one kind in blocks.
 
     Parameters
     ----------
-    prepare : callable
-        The kernel module's ``prepare``: base parameters to derived ones.
-    lanes : int
-        Elements per block, the module's ``LANES``.
+    kind : ElementKind
+        What the elements are; gives lanes, parameters and how to derive them.
     places : (n_elements, n) int
         Place of every coordinate in the vector of the system.
     scatter : (n_elements, n_out) int
         Place in the output of every number the kernel adds.
     base : (n_elements, n_base) float
-        Base parameters in the order of the module's ``PARAMETERS``.
-    length_column : int
-        Which of them is the length, the only one padding keeps.
+        Base parameters in the order of ``kind.parameters``.
 
     Returns
     -------
     Layout
-        The last block is filled up with copies of the last element whose parameters are zero.
+        The last block is filled up with copies of the last element whose parameters, except the
+        length, are zero.
+
+    Raises
+    ------
+    ValueError
+        If the tables disagree about the number of elements, a place cannot be one, or a length is
+        not positive.
     """
+    lanes, length = kind.lanes, kind.parameters.index("length")
     places, scatter = _places(places, "places"), _places(scatter, "scatter")
     base = np.asarray(base, dtype=np.float64)
     n = len(places)
-    if base.ndim != 2 or len(base) != n or len(scatter) != n:
+    if base.shape != (n, len(kind.parameters)) or len(scatter) != n:
         raise ValueError(
-            f"Every element needs one row: {n} rows of places, {len(scatter)} of scatter, "
-            f"base parameters of shape {base.shape}."
+            f"{n} elements of kind {kind.name} need as many rows of scatter, not {len(scatter)}, "
+            f"and base parameters of shape ({n}, {len(kind.parameters)}), not {base.shape}."
         )
-    if not (base[:, length_column] > 0).all():
-        worst = int(np.argmin(base[:, length_column]))
+    if not (base[:, length] > 0).all():
+        worst = int(np.argmin(base[:, length]))
         raise ValueError(
-            f"Element {worst} has length {base[worst, length_column]:g}; lengths are positive."
+            f"Element {worst} has length {base[worst, length]:g}; it must be positive."
         )
     n_blocks = -(-n // lanes)
     rows = np.minimum(np.arange(n_blocks * lanes), n - 1)
     block_base = base[rows]
-    keep = block_base[n:, length_column].copy()
+    keep = block_base[n:, length].copy()
     block_base[n:] = 0.0
-    block_base[n:, length_column] = keep
+    block_base[n:, length] = keep
     flat = np.ascontiguousarray(block_base).reshape(n_blocks, lanes * base.shape[1])
     first, set_of = _distinct(flat)
-    derived = prepare(flat[first].reshape(len(first) * lanes, base.shape[1]))
+    derived = kind.prepare(flat[first].reshape(len(first) * lanes, base.shape[1]))
     sets = derived.reshape(len(first), lanes, derived.shape[1])
     return Layout(
         gather=_blocks(places[rows], lanes),

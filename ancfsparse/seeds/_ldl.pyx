@@ -1,9 +1,12 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Refactorisation L D L^T in the order that CHOLMOD found, and its two triangular sweeps.
+"""Refactorisation L D L^T in a given order, and its two triangular sweeps, in supernodes.
 
-Up-looking: row k of L is the solution of a triangular system whose pattern is read off the
-elimination tree.  Written here because the time loop refactors thousands of small matrices: calling
-CHOLMOD through Python and copying L costs ten times the arithmetic at ten elements.
+A supernode is a run of columns of L with one and the same pattern below: the coordinates of a node, or
+more.  Its part of L is a packed unit triangle and a dense block with one row for each row of the pattern,
+so an index is read once for a whole row and the inner loops run over neighbours in memory.
+
+Up-looking: row k of L is the solution of a triangular system whose pattern is read off the elimination
+tree of the supernodes.  Written here because the time loop refactors thousands of small matrices.
 """
 from cpython.pycapsule cimport PyCapsule_New
 from libc.stdint cimport int8_t, int32_t, int64_t
@@ -20,21 +23,29 @@ cdef extern from "solver_abi.h":
 
 
 cdef struct Factor:
-    ptrdiff_t n
+    ptrdiff_t n, n_super
     const int32_t *permutation
-    const int32_t *parent
     const int8_t *sign
-    const int64_t *start
+    # Upper triangle of the permuted matrix by columns.
     const int64_t *upper_start
     const int32_t *upper_row
     const int32_t *upper_slot
+    # Supernodes: first column (and the end), rows of the pattern below, numbers of triangle and block.
+    const int32_t *super_of
+    const int32_t *parent
+    const int32_t *first
+    const int64_t *row_start
+    const int64_t *triangle_start
+    const int64_t *block_start
     int32_t *row
-    double *lower
+    double *triangle
+    double *block
     double *pivot
+    double *inverse_pivot
     double *work  # cleared between calls
     int32_t *flag
     int32_t *reach
-    int32_t *count
+    int32_t *seen
 
 
 cdef class Ldl:
@@ -53,37 +64,45 @@ cdef class Ldl:
 
     cdef ancf_seed interface
     cdef Factor data
-    cdef object given, parent, row, lower, pivot, work, integers
-    cdef readonly ptrdiff_t nnz
-    cdef readonly object column_start
-    cdef readonly object capsule
+    cdef dict arrays
+    cdef readonly object column_length, capsule
 
     def __cinit__(self, const int32_t[::1] permutation, const int64_t[::1] upper_start,
                   const int32_t[::1] upper_row, const int32_t[::1] upper_slot,
                   const int8_t[::1] sign):
         cdef Factor *data = &self.data
-        cdef ptrdiff_t n = permutation.shape[0]
-        cdef int64_t[::1] column_start
-        cdef int32_t[::1] parent, row
-        cdef int32_t[:, ::1] integers
-        cdef double[::1] lower, pivot, work
-        self.parent, self.column_start = elimination_tree(upper_start, upper_row)
-        parent, column_start = self.parent, self.column_start
-        self.nnz = column_start[n]
-        self.given = (permutation, upper_start, upper_row, upper_slot, sign)
-        # One more entry than needed, so that a pointer to the first always exists.
-        self.row, self.lower = np.zeros(self.nnz + 1, dtype=np.int32), np.zeros(self.nnz + 1)
-        self.pivot, self.work = np.ones(n), np.zeros(n)
-        self.integers = np.zeros((3, n), dtype=np.int32)
-        row, lower, pivot, work = self.row, self.lower, self.pivot, self.work
-        integers = self.integers
-        data.n = n
-        data.permutation, data.parent, data.sign = &permutation[0], &parent[0], &sign[0]
-        data.start, data.upper_start = &column_start[0], &upper_start[0]
-        data.upper_row, data.upper_slot = &upper_row[0], &upper_slot[0]
-        data.row, data.lower, data.pivot, data.work = &row[0], &lower[0], &pivot[0], &work[0]
-        data.flag, data.reach = &integers[0, 0], &integers[1, 0]
-        data.count = &integers[2, 0]
+        n = permutation.shape[0]
+        parent, self.column_length = elimination_tree(upper_start, upper_row)
+        first, super_of, super_parent, row_start = supernodes(parent, self.column_length)
+        width, rows = np.diff(first).astype(np.int64), np.diff(row_start)
+        triangle_start = np.concatenate([[0], np.cumsum(width * (width - 1) // 2)])
+        block_start = np.concatenate([[0], np.cumsum(width * rows)])
+        # One more entry than needed here and there, so that a pointer to the first always exists.
+        self.arrays = {
+            "permutation": np.asarray(permutation), "sign": np.asarray(sign),
+            "upper_start": np.asarray(upper_start), "upper_row": np.asarray(upper_row),
+            "upper_slot": np.asarray(upper_slot), "super_of": super_of, "parent": super_parent,
+            "first": first, "row_start": row_start, "triangle_start": triangle_start,
+            "block_start": block_start, "row": np.zeros(row_start[-1] + 1, dtype=np.int32),
+            "triangle": np.zeros(triangle_start[-1] + 1), "block": np.zeros(block_start[-1] + 1),
+            "pivot": np.ones(n), "inverse_pivot": np.ones(n), "work": np.zeros(n),
+            "flag": np.zeros(len(width), dtype=np.int32),
+            "reach": np.zeros(len(width), dtype=np.int32),
+            "seen": np.zeros(len(width), dtype=np.int32),
+        }
+        a = self.arrays
+        data.n, data.n_super = n, len(width)
+        data.permutation, data.sign = &permutation[0], &sign[0]
+        data.upper_start, data.upper_row = &upper_start[0], &upper_row[0]
+        data.upper_slot = &upper_slot[0]
+        data.super_of, data.parent = ints(a["super_of"]), ints(a["parent"])
+        data.first, data.row = ints(a["first"]), ints(a["row"])
+        data.flag, data.reach, data.seen = ints(a["flag"]), ints(a["reach"]), ints(a["seen"])
+        data.row_start, data.triangle_start = longs(row_start), longs(triangle_start)
+        data.block_start = longs(block_start)
+        data.triangle, data.block = reals(a["triangle"]), reals(a["block"])
+        data.pivot, data.inverse_pivot = reals(a["pivot"]), reals(a["inverse_pivot"])
+        data.work = reals(a["work"])
         self.interface.context, self.interface.n = data, n
         self.interface.factor, self.interface.solve = factor, solve
         self.capsule = PyCapsule_New(&self.interface, "ancf_seed", NULL)
@@ -99,23 +118,50 @@ cdef class Ldl:
         solve(&self.data, &r[0], &view[0])
         return x
 
-    def arrays(self):
-        """Return ``(column_start, row, lower, pivot, permutation)`` as copies, for tests."""
-        return (self.column_start.copy(), self.row[: self.nnz].copy(),
-                self.lower[: self.nnz].copy(), self.pivot.copy(), np.array(self.given[0]))
+    def columns(self):
+        """Return ``(column_start, row, lower, pivot, permutation)`` of L by columns, for tests."""
+        a = self.arrays
+        start = np.concatenate([[0], np.cumsum(self.column_length)])
+        row, lower = np.empty(start[-1], dtype=np.int32), np.empty(start[-1])
+        for s, (f, end) in enumerate(zip(a["first"][:-1], a["first"][1:])):
+            below = a["row"][a["row_start"][s]:a["row_start"][s + 1]]
+            block = a["block"][a["block_start"][s]:a["block_start"][s + 1]].reshape(-1, end - f)
+            for c in range(end - f):
+                inside = np.arange(c + 1, end - f)
+                triangle = a["triangle"][a["triangle_start"][s] + inside * (inside - 1) // 2 + c]
+                place = slice(start[f + c], start[f + c + 1])
+                row[place] = np.concatenate([f + inside, below])
+                lower[place] = np.concatenate([triangle, block[:, c]])
+        return start, row, lower, a["pivot"].copy(), a["permutation"].copy()
+
+
+cdef int32_t *ints(array) except NULL:
+    cdef int32_t[::1] view = array
+    return &view[0]
+
+
+cdef int64_t *longs(array) except NULL:
+    cdef int64_t[::1] view = array
+    return &view[0]
+
+
+cdef double *reals(array) except NULL:
+    cdef double[::1] view = array
+    return &view[0]
 
 
 def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_row):
-    """Return the elimination tree ``(n,)`` and the column starts ``(n + 1,)`` of L.
+    """Return the elimination tree and the length below the diagonal of each column of L, ``(n,)``.
 
     Row k of L has an entry in every column that a walk from the entries of column k of the upper
     triangle up the tree meets below k.
     """
     cdef ptrdiff_t n = upper_start.shape[0] - 1, k, i
     cdef int64_t p
-    parents, starts, flags = np.full(n, -1, np.int32), np.zeros(n + 1, np.int64), np.zeros(n, np.int32)
+    parents, flags = np.full(n, -1, dtype=np.int32), np.zeros(n, dtype=np.int32)
+    lengths = np.zeros(n, dtype=np.int64)
     cdef int32_t[::1] parent = parents, flag = flags
-    cdef int64_t[::1] start = starts
+    cdef int64_t[::1] length = lengths
     for k in range(n):
         flag[k] = <int32_t>k
         for p in range(upper_start[k], upper_start[k + 1]):
@@ -123,31 +169,67 @@ def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_ro
             while flag[i] != k:
                 if parent[i] == -1:
                     parent[i] = <int32_t>k
-                start[i + 1] += 1
+                length[i] += 1
                 flag[i] = <int32_t>k
                 i = parent[i]
-    return parents, np.cumsum(starts)
+    return parents, lengths
+
+
+def supernodes(parent, column_length):
+    """Return first columns (and n), supernode of each column, their tree, and starts of their rows.
+
+    A column joins the one before if it is its parent and its pattern is that of the one before
+    without itself.
+    """
+    n = len(parent)
+    joins = np.zeros(n, dtype=bool)
+    joins[1:] = (parent[:-1] == np.arange(1, n)) & (column_length[:-1] == column_length[1:] + 1)
+    first = np.append(np.flatnonzero(~joins), n).astype(np.int32)
+    super_of = (np.cumsum(~joins) - 1).astype(np.int32)
+    last = first[1:] - 1
+    up = parent[last]
+    super_parent = np.where(up >= 0, super_of[np.maximum(up, 0)], -1).astype(np.int32)
+    row_start = np.concatenate([[0], np.cumsum(column_length[last])]).astype(np.int64)
+    return first, super_of, super_parent, row_start
+
+
+cdef inline double dot(const double *x, const double *y, ptrdiff_t n) noexcept nogil:
+    cdef double total = 0.0
+    cdef ptrdiff_t i
+    for i in range(n):
+        total += x[i] * y[i]
+    return total
+
+
+cdef inline void solve_triangle(const double *triangle, double *y, ptrdiff_t width) noexcept nogil:
+    cdef ptrdiff_t c
+    for c in range(1, width):
+        y[c] -= dot(triangle, y, c)
+        triangle += c
 
 
 cdef ptrdiff_t factor(void *context, const double *values) noexcept nogil:
     cdef const Factor *self = <const Factor *>context
-    cdef const int32_t *parent = self.parent
+    cdef const int32_t *super_of = self.super_of
+    cdef const int32_t *row
     cdef int32_t *flag = self.flag
     cdef int32_t *reach = self.reach
-    cdef int32_t *count = self.count
-    cdef int32_t *row = self.row
-    cdef const int64_t *start = self.start
-    cdef double *lower = self.lower
+    cdef int32_t *seen = self.seen
     cdef double *y = self.work
     cdef double *pivot = self.pivot
-    cdef ptrdiff_t n = self.n, k, i, length, top, bad = 0
-    cdef int64_t p, end
-    cdef double yi, lki, d
-    for k in range(n):
-        # The pattern of row k: walk from each entry of column k up the elimination tree.
-        flag[k] = <int32_t>k
-        count[k] = 0
-        top = n
+    cdef double *entry
+    cdef const double *block
+    cdef ptrdiff_t k, i, s, own, width, length, top, r, bad = 0
+    cdef int64_t p
+    cdef double d
+    for s in range(self.n_super):
+        flag[s] = -1
+        seen[s] = 0
+    for k in range(self.n):
+        # The pattern of row k: walk from each entry of column k up the tree of supernodes.
+        own = super_of[k]
+        flag[own] = <int32_t>k
+        top = self.n_super
         d = 0.0
         for p in range(self.upper_start[k], self.upper_start[k + 1]):
             i = self.upper_row[p]
@@ -155,31 +237,45 @@ cdef ptrdiff_t factor(void *context, const double *values) noexcept nogil:
                 d += values[self.upper_slot[p]]
                 continue
             y[i] += values[self.upper_slot[p]]
+            s = super_of[i]
             length = 0
-            while flag[i] != k:
-                reach[length] = <int32_t>i
+            while flag[s] != k:
+                reach[length] = <int32_t>s
                 length += 1
-                flag[i] = <int32_t>k
-                i = parent[i]
+                flag[s] = <int32_t>k
+                s = self.parent[s]
             while length > 0:
                 top -= 1
                 length -= 1
                 reach[top] = reach[length]
         # Solve for the row in that (topological) order.
-        while top < n:
-            i = reach[top]
+        while top < self.n_super:
+            s = reach[top]
             top += 1
-            yi = y[i]
-            y[i] = 0.0
-            end = start[i] + count[i]
-            for p in range(start[i], end):
-                y[row[p]] -= lower[p] * yi
-            lki = yi / pivot[i]
-            d -= lki * yi
-            row[end] = <int32_t>k
-            lower[end] = lki
-            count[i] += 1
+            i = self.first[s]
+            width = self.first[s + 1] - i
+            block = self.block + self.block_start[s]
+            row = self.row + self.row_start[s]
+            solve_triangle(self.triangle + self.triangle_start[s], y + i, width)
+            for r in range(seen[s]):
+                y[row[r]] -= dot(block + r * width, y + i, width)
+            entry = self.block + self.block_start[s] + seen[s] * width
+            for r in range(width):
+                entry[r] = y[i + r] * self.inverse_pivot[i + r]
+                d -= entry[r] * y[i + r]
+                y[i + r] = 0.0
+            self.row[self.row_start[s] + seen[s]] = <int32_t>k
+            seen[s] += 1
+        i = self.first[own]
+        width = k - i
+        entry = self.triangle + self.triangle_start[own] + width * (width - 1) // 2
+        solve_triangle(self.triangle + self.triangle_start[own], y + i, width)
+        for r in range(width):
+            entry[r] = y[i + r] * self.inverse_pivot[i + r]
+            d -= entry[r] * y[i + r]
+            y[i + r] = 0.0
         pivot[k] = d
+        self.inverse_pivot[k] = 1.0 / d
         if not d * self.sign[k] > 0.0:  # a NaN ends here too
             if bad == 0:
                 bad = 1 + self.permutation[k]
@@ -188,28 +284,74 @@ cdef ptrdiff_t factor(void *context, const double *values) noexcept nogil:
     return bad
 
 
+cdef inline void forward(const Factor *self, ptrdiff_t s, ptrdiff_t width, double *x,
+                         double *held) noexcept nogil:
+    """Eliminate a supernode from the rows below it; ``held`` is its part of x, or a copy."""
+    cdef const double *block = self.block + self.block_start[s]
+    cdef const int32_t *row = self.row + self.row_start[s]
+    cdef double *y = x + self.first[s]
+    cdef ptrdiff_t r, c
+    for c in range(width):
+        held[c] = y[c]
+    solve_triangle(self.triangle + self.triangle_start[s], held, width)
+    for c in range(width):
+        y[c] = held[c]
+    for r in range(self.row_start[s + 1] - self.row_start[s]):
+        x[row[r]] -= dot(block + r * width, held, width)
+
+
+cdef inline void backward(const Factor *self, ptrdiff_t s, ptrdiff_t width, double *x,
+                          double *held) noexcept nogil:
+    cdef const double *block = self.block + self.block_start[s]
+    cdef const double *triangle = self.triangle + self.triangle_start[s + 1]
+    cdef const int32_t *row = self.row + self.row_start[s]
+    cdef const double *scale = self.inverse_pivot + self.first[s]
+    cdef double *y = x + self.first[s]
+    cdef ptrdiff_t r, c, k
+    cdef double value
+    for c in range(width):
+        held[c] = y[c] * scale[c]
+    for r in range(self.row_start[s + 1] - self.row_start[s]):
+        value = x[row[r]]
+        for c in range(width):
+            held[c] -= block[r * width + c] * value
+    for c in range(width - 1, 0, -1):
+        triangle -= c
+        for k in range(c):
+            held[k] -= triangle[k] * held[c]
+    for c in range(width):
+        y[c] = held[c]
+
+
 cdef void solve(void *context, const double *r, double *x) noexcept nogil:
     cdef const Factor *self = <const Factor *>context
     cdef const int32_t *permutation = self.permutation
-    cdef int32_t *row = self.row
-    cdef const int64_t *start = self.start
-    cdef double *lower = self.lower
     cdef double *y = self.work
-    cdef double *pivot = self.pivot
-    cdef ptrdiff_t n = self.n, k
-    cdef int64_t p
-    cdef double yk
-    for k in range(n):
+    cdef double held[12]
+    cdef ptrdiff_t k, s, width
+    for k in range(self.n):
         y[k] = r[permutation[k]]
-    for k in range(n):
-        yk = y[k]
-        for p in range(start[k], start[k + 1]):
-            y[row[p]] -= lower[p] * yk
-    for k in range(n - 1, -1, -1):
-        yk = y[k] / pivot[k]
-        for p in range(start[k], start[k + 1]):
-            yk -= lower[p] * y[row[p]]
-        y[k] = yk
-    for k in range(n):
+    # Nodes of planar cables, spatial cables and thick beams: loops of known length, in registers.
+    for s in range(self.n_super):
+        width = self.first[s + 1] - self.first[s]
+        if width == 4:
+            forward(self, s, 4, y, held)
+        elif width == 6:
+            forward(self, s, 6, y, held)
+        elif width == 12:
+            forward(self, s, 12, y, held)
+        else:
+            forward(self, s, width, y, y + self.first[s])
+    for s in range(self.n_super - 1, -1, -1):
+        width = self.first[s + 1] - self.first[s]
+        if width == 4:
+            backward(self, s, 4, y, held)
+        elif width == 6:
+            backward(self, s, 6, y, held)
+        elif width == 12:
+            backward(self, s, 12, y, held)
+        else:
+            backward(self, s, width, y, y + self.first[s])
+    for k in range(self.n):
         x[permutation[k]] = y[k]
         y[k] = 0.0  # the factorisation expects cleared work space

@@ -166,11 +166,11 @@ def prepare(
     scale = integrator.beta * dt**2
     regularize(system, scale)
     check_constraints(system)
-    a, lam = initial_acceleration(system)
+    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    a, lam = initial_acceleration(system, seed)
     amplitudes = system.loads.amplitudes(np.array([dt]))
     march = make_march(system, dt, integrator, a, lam)
     march.prepare(amplitudes)
-    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, march.matrix(), system.n_free)
     force_scale = system.force_scale(system.q0)
     weights = np.concatenate([system.mass_diagonal, np.zeros(system.n_multipliers)])
     inverse = make_inverse(method, seed, weights, 10.0 * EPSILON * scale * force_scale)

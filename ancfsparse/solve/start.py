@@ -57,13 +57,15 @@ def check_constraints(system: System) -> None:
             )
 
 
-def initial_acceleration(system: System) -> tuple[Vector, Vector]:
+def initial_acceleration(system: System, seed: SparseSeed) -> tuple[Vector, Vector]:
     """Solve ``M a + phi_q^T lam = f - Q``, ``phi_q a = -(phi_q v)_q v`` at the initial state.
 
     Parameters
     ----------
     system : System
         At its initial state ``q0``, ``v0``.
+    seed : SparseSeed
+        On the pattern of the system; it is left with the factor of the mass matrix.
 
     Returns
     -------
@@ -76,7 +78,6 @@ def initial_acceleration(system: System) -> tuple[Vector, Vector]:
     a, lam = np.zeros(system.n_all), np.zeros(m)
     zero = system.loads.amplitudes(np.zeros(1))[0]
     values = system.assembly.matrix(1.0, 0.0, system.q0, lam, zero)
-    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, values, n)
     seed.factor(values)
     phi_q = system.constraints.jacobian(system.q0)
     curvature = system.constraints.curvature(system.v0)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Beam, Clamp, Connect, Node, Pin, Scene
@@ -66,12 +68,7 @@ def number(scene: Scene, coordinates_per_node: Sequence[int]) -> Numbering:
         numbers: NDArray[np.int64] = raw[index[id(node.beam)]][node.index]
         return numbers
 
-    owner = np.arange(starts[-1])
-    for joint in scene.joints:
-        if isinstance(joint, Connect):
-            kept, dropped = owner[at(joint.a)[: scene.dim]], owner[at(joint.b)[: scene.dim]]
-            for one, other in zip(kept, dropped, strict=True):
-                owner[owner == other] = one
+    owner = _shared(scene, int(starts[-1]), at)
     held = np.zeros(starts[-1], dtype=bool)
     for joint in scene.joints:
         if isinstance(joint, Pin) and not joint.as_constraint:
@@ -103,6 +100,20 @@ def number(scene: Scene, coordinates_per_node: Sequence[int]) -> Numbering:
         )
     v[len(free) :] = 0.0
     return Numbering(len(free), n_all, places, q, v)
+
+
+def _shared(scene: Scene, n: int, at: Callable[[Node], NDArray[np.int64]]) -> NDArray[np.int64]:
+    """Return for each raw number the lowest one that connections make it share a place with."""
+    joints = [joint for joint in scene.joints if isinstance(joint, Connect)]
+    if not joints:
+        return np.arange(n)
+    one = np.concatenate([at(joint.a)[: scene.dim] for joint in joints])
+    other = np.concatenate([at(joint.b)[: scene.dim] for joint in joints])
+    graph = sp.coo_array((np.ones(len(one), dtype=bool), (one, other)), shape=(n, n))
+    _, group = connected_components(graph, directed=False)
+    _, lowest = np.unique(group, return_index=True)
+    owner: NDArray[np.int64] = lowest[group]
+    return owner
 
 
 def clamped(joint: Clamp) -> list[int]:

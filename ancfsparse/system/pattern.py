@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Places = NDArray[np.integer[Any]]
+from ancfsparse.kernels.dispatch import compiled
+
+Unknowns = NDArray[np.integer[Any]]
 
 
 @dataclass(frozen=True)
@@ -17,15 +20,14 @@ class Pattern:
 
     Attributes
     ----------
-    indptr, indices : int64 and int32 arrays
-        Columns; rows are sorted within each.
-    n_free : int
-        Coordinates; the unknowns after them are multipliers.
+    indptr : (n + 1,) int64
+        Where each column starts; it starts with its diagonal.
+    indices : (n_values,) int32
+        Rows, sorted within each column.
     """
 
     indptr: NDArray[np.int64]
     indices: NDArray[np.int32]
-    n_free: int
 
     @property
     def n(self) -> int:
@@ -37,48 +39,36 @@ class Pattern:
         """Number of stored entries; this is also the slot for what must be thrown away."""
         return len(self.indices)
 
-    def slots(self, i: Places, j: Places) -> NDArray[np.int32]:
-        """Return where entries (i, j) are stored; anything at a fixed coordinate goes to the bin.
+    def slots(self, members: Unknowns) -> NDArray[np.int32]:
+        """Return where all pairs of the unknowns in a row are stored.
 
         Parameters
         ----------
-        i, j : integer arrays of one shape
-            Places of unknowns, in either order; out of range means fixed.
+        members : (n_rows, k) int
+            Unknowns that meet; negative ones are fixed and their pairs go to the bin.
+
+        Returns
+        -------
+        (n_rows, k (k + 1) / 2) int32
+            Lower triangle by rows.
         """
-        low, high = np.minimum(i, j).astype(np.int64), np.maximum(i, j).astype(np.int64)
-        keys = low * self.n + high
-        inside = (low >= 0) & (high < self.n)
-        own = np.repeat(np.arange(self.n), np.diff(self.indptr)) * self.n + self.indices
-        slots = np.searchsorted(own, np.where(inside, keys, 0))
-        return np.where(inside, slots, self.n_values).astype(np.int32)
+        rows = np.ascontiguousarray(members, dtype=np.int32)
+        slots: NDArray[np.int32] = compiled("pattern").pair_slots(self.indptr, self.indices, rows)
+        return slots
 
 
-def build(n_free: int, n_multipliers: int, pairs: list[tuple[Places, Places]]) -> Pattern:
-    """Collect the pattern from all pairs of unknowns that meet somewhere.
-
-    The diagonal is always part of it.  Pairs with a fixed coordinate (any number from
-    ``n_free + n_multipliers`` on, or negative) are left out.
+def build(n: int, cliques: Sequence[Unknowns]) -> Pattern:
+    """Collect the pattern of unknowns that meet in groups; the diagonal is always part of it.
 
     Parameters
     ----------
-    n_free, n_multipliers : int
-        Unknowns.
-    pairs : list of (i, j)
-        Integer arrays of equal shape.
+    n : int
+        Number of unknowns.
+    cliques : sequence of (n_rows, k) int arrays
+        The unknowns in a row all meet; negative ones are left out.
     """
-    n = n_free + n_multipliers
-    keys = [np.arange(n, dtype=np.int64) * (n + 1)]
-    for i, j in pairs:
-        low, high = np.minimum(i, j).ravel(), np.maximum(i, j).ravel()
-        inside = (low >= 0) & (high < n)
-        keys.append(np.unique(low[inside].astype(np.int64) * n + high[inside]))
-    every = np.unique(np.concatenate(keys))
-    column, row = np.divmod(every, n)
-    indptr = np.searchsorted(column, np.arange(n + 1)).astype(np.int64)
-    return Pattern(indptr, row.astype(np.int32), n_free)
-
-
-def element_pairs(places: Places) -> tuple[Places, Places]:
-    """Return rows and columns, (n_e, n (n + 1) / 2), of each element's lower triangle by rows."""
-    i, j = np.tril_indices(places.shape[1])
-    return places[:, i], places[:, j]
+    tables = [np.ascontiguousarray(table, dtype=np.int32) for table in cliques]
+    sizes = [np.full(len(table), table.shape[1], dtype=np.int64) for table in tables]
+    start = np.concatenate([np.zeros(1, dtype=np.int64), *sizes]).cumsum()
+    member = np.concatenate([np.empty(0, np.int32), *(table.ravel() for table in tables)])
+    return Pattern(*compiled("pattern").lower_triangle(n, start, member))

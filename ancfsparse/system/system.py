@@ -13,10 +13,10 @@ from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.kernels.dispatch import compiled
 from ancfsparse.kernels.layout import pack
 from ancfsparse.scene import Beam, Node, Scene
-from ancfsparse.system.constraints import LINEAR, constraints_of
+from ancfsparse.system.constraints import constraints_of
 from ancfsparse.system.loads import loads_of
 from ancfsparse.system.numbering import number
-from ancfsparse.system.pattern import Pattern, build, element_pairs
+from ancfsparse.system.pattern import Pattern, build
 
 Vector = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ class System:
         self.scene = scene
         self.dim = scene.dim
         self.kinds = [element_kind(b.element, scene.dim, **b.options) for b in scene.beams]
-        numbering = number(scene, [kind.n_nodal for kind in self.kinds])
+        numbering = number(scene, [len(kind.node_coordinates) for kind in self.kinds])
         self.n_free, self.n_all = numbering.n_free, numbering.n_all
         self.q0, self.v0, self.places = numbering.q, numbering.v, numbering.places
         self._index = {id(beam): k for k, beam in enumerate(scene.beams)}
@@ -192,37 +192,33 @@ class System:
         except KeyError:
             raise InputError(f"{beam!r} is not part of this scene") from None
 
-    def _pattern(self) -> Pattern:
-        pairs = [element_pairs(self._unknowns(self.elements(b))) for b in self.scene.beams]
-        c = self.constraints
-        if c.row:
-            row, i = self.n_free + np.array(c.row), self._unknowns(np.array(c.i))
-            j = np.array(c.j)
-            quadratic = j != LINEAR
-            j = self._unknowns(j)
-            pairs += [(row, i), (row[quadratic], j[quadratic]), (i[quadratic], j[quadratic])]
-        pairs += [element_pairs(self._unknowns(p)[None]) for p in self.loads.moment_place]
-        return build(self.n_free, self.n_multipliers, pairs)
-
     def _unknowns(self, places: NDArray[np.int64]) -> NDArray[np.int64]:
         """Numbers of coordinates in the matrix; -1 for the fixed ones."""
         return np.where(places < self.n_free, places, -1)
+
+    def _term_unknowns(self) -> NDArray[np.int64]:
+        """Per constraint term its equation and the one or two coordinates in it, (n_terms, 3)."""
+        c = self.constraints
+        row, i, j = (np.array(x, dtype=np.int64) for x in (c.row, c.i, c.j))
+        return np.stack([self.n_free + row, self._unknowns(i), self._unknowns(j)], axis=1)
+
+    def _pattern(self) -> Pattern:
+        cliques = [self._unknowns(self.elements(beam)) for beam in self.scene.beams]
+        cliques += [self._unknowns(slope[None]) for slope in self.loads.moment_place]
+        return build(self.n_free + self.n_multipliers, [*cliques, self._term_unknowns()])
 
     def _assembly(self) -> Any:
         groups = []
         for beam, kind in zip(self.scene.beams, self.kinds, strict=True):
             places = self.elements(beam)
-            slots = self.pattern.slots(*element_pairs(self._unknowns(places)))
+            slots = self.pattern.slots(self._unknowns(places))
             base = [beam.parameters()[name] for name in kind.parameters]
-            parameters = np.broadcast_to(base, (len(places), len(base)))
-            layout = pack(kind.module.prepare, kind.module.LANES, places, slots, parameters)
+            layout = pack(kind, places, slots, np.broadcast_to(base, (len(places), len(base))))
             groups.append(
                 {
                     "gather": layout.gather,
                     "matrix_scatter": layout.scatter,
-                    "energy_scatter": np.zeros(
-                        (len(layout.gather), 1, kind.module.LANES), dtype=np.int32
-                    ),
+                    "energy_scatter": np.zeros((len(layout.gather), kind.lanes), dtype=np.int32),
                     "set_of": layout.set_of,
                     "parameters": layout.parameters,
                     "kernels": kind.kernels,
@@ -233,29 +229,31 @@ class System:
         )
 
     def _terms(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        c, loads, slots = self.constraints, self.loads, self.pattern.slots
-        row, i, j = (np.array(x, dtype=np.int64) for x in (c.row, c.i, c.j))
-        places = np.array(loads.moment_place, dtype=np.int64).reshape(-1, self.dim)
+        """Constraints, changing loads and moments as arrays for the assembly."""
+        c, loads = self.constraints, self.loads
+        # Pairs by rows: (row, row), (i, row), (i, i), (j, row), (j, i), (j, j).
+        pairs = self.pattern.slots(self._term_unknowns())
         ends = self.n_free + np.arange(self.n_multipliers)
         constraints = {
-            "row": row.astype(np.int32),
-            "i": i.astype(np.int32),
-            "j": j.astype(np.int32),
-            "slot_i": slots(self.n_free + row, self._unknowns(i)),
-            "slot_j": slots(self.n_free + row, self._unknowns(j)),
-            "slot_ij": slots(self._unknowns(i), self._unknowns(j)),
+            "row": np.array(c.row, dtype=np.int32),
+            "i": np.array(c.i, dtype=np.int32),
+            "j": np.array(c.j, dtype=np.int32),
+            "slot_i": pairs[:, 1].copy(),
+            "slot_j": pairs[:, 3].copy(),
+            "slot_ij": pairs[:, 4].copy(),
             "coefficient": np.array(c.coefficient, dtype=float),
             "offset": np.array(c.offset, dtype=float),
-            "diagonal": slots(ends, ends),
+            "diagonal": self.pattern.slots(ends[:, None])[:, 0].copy(),
         }
         changing = {
             "place": np.array(loads.place, dtype=np.int32),
             "column": np.array(loads.column, dtype=np.int32),
             "weight": np.array(loads.weight, dtype=float),
         }
+        places = np.array(loads.moment_place, dtype=np.int64).reshape(-1, self.dim)
         moments = {
             "place": places.astype(np.int32),
-            "slot": slots(*element_pairs(self._unknowns(places))),
+            "slot": self.pattern.slots(self._unknowns(places)),
             "column": np.array(loads.moment_column, dtype=np.int32).ravel(),
         }
         return constraints, changing, moments

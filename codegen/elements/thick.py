@@ -1,4 +1,6 @@
-"""Thick beam: nodes with r, r_x, r_y, r_z; elastic line of Schwab and Meijaard, all strains on the axis."""
+"""Thick beam with nodes r, r_x, r_y, r_z: elastic line of Schwab and Meijaard."""
+
+from collections.abc import Callable
 
 import sympy as sp
 
@@ -34,8 +36,8 @@ eps_x, eps_y, eps_z, a, b = sp.symbols("eps_x eps_y eps_z a b")
 def thick(dim: int, curvature: str, section_strain: str, *, by_quadrature: bool = False) -> Element:
     """U = W_l + W_s + W_t + W_b; in the plane r_z keeps only its component out of it.
 
-    `by_quadrature` integrates the same energy at as many Gauss points as each term needs to be exact:
-    slower, and there to be compared with.
+    `by_quadrature` integrates the same energy at as many Gauss points as each term needs to be
+    exact: slower, and there to be compared with.
     """
     axes, across = ((0, 1), (2,)) if dim == 2 else ((0, 1, 2), (0, 1, 2))
     r = interpolate("r", axes, "r", "r_x")
@@ -85,14 +87,16 @@ def _green(u: Field) -> sp.Expr:
     return (u @ u - 1) / 2
 
 
-def _section_and_axis(section_strain: str, gamma_yz: sp.Expr, exact) -> tuple[Term, ...]:
+def _section_and_axis(
+    section_strain: str, gamma_yz: sp.Expr, exact: Callable[[int], Rule]
+) -> tuple[Term, ...]:
     """W_l, either as published or rearranged around the section that is free of stress.
 
     lam (eps_x + eps_y + eps_z)^2 + 2G (eps_x^2 + eps_y^2 + eps_z^2)
       = E eps_x^2 + lam (a + b)^2 + 2G (a^2 + b^2),  a = eps_y + nu eps_x,  b = eps_z + nu eps_x.
 
-    Section vectors are interpolated linearly, so between nodes at an angle they shorten and a and b cannot
-    vanish; evaluated at the nodes alone they can, and the beam does not lock.
+    Section vectors are interpolated linearly, so between nodes at an angle they shorten and a and
+    b cannot vanish; evaluated at the nodes alone they can, and the beam does not lock.
     """
     if section_strain == "consistent":
         return (

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from ancfsparse.kernels.catalog import from_module
 from ancfsparse.kernels.dispatch import compiled
 from ancfsparse.kernels.layout import pack
 
@@ -30,33 +31,27 @@ class Bench:
     """Calls the kernels of one module on elements that share nothing."""
 
     def __init__(self, name, instruction_set=None):
-        self.module = compiled(name, instruction_set)
+        self.kind = from_module(compiled(name, instruction_set))
         self.call = compiled("kernel_call", instruction_set).call
-        self.n = 2 * len(self.module.NODE_COORDINATES)
-        self.kernels = tuple(self.module.kernels)
-
-    def n_out(self, kernel):
-        triangle = self.n * (self.n + 1) // 2
-        sizes = {"energy": 1, "tangent": triangle, "mass": triangle}
-        return sizes.get(kernel, self.n)
+        self.n = self.kind.n_coordinates
+        self.labels = self.kind.node_coordinates
 
     def run(self, kernel, q_e, a_e=None, base=None):
         """Return what the kernel adds for each row of q_e, (n_elements, n_out)."""
         q_e = np.atleast_2d(np.asarray(q_e, dtype=np.float64))
         a_e = q_e if a_e is None else np.atleast_2d(a_e)
-        n_e, n_out = len(q_e), self.n_out(kernel)
+        n_e, n_out = len(q_e), self.kind.n_out(kernel)
         if base is None:
-            base = np.tile([VALUES[p] for p in self.module.PARAMETERS], (n_e, 1))
+            base = np.tile([VALUES[p] for p in self.kind.parameters], (n_e, 1))
         out = np.zeros((n_e, n_out))
         layout = pack(
-            self.module.prepare,
-            self.module.LANES,
+            self.kind,
             np.arange(n_e * self.n).reshape(n_e, self.n),
             np.arange(n_e * n_out).reshape(n_e, n_out),
             base,
         )
         self.call(
-            self.module.kernels[kernel], layout.gather, layout.scatter, layout.set_of,
+            self.kind.kernels[kernel], layout.gather, layout.scatter, layout.set_of,
             layout.parameters, np.ascontiguousarray(q_e).ravel(), np.ascontiguousarray(a_e).ravel(),
             out.ravel(),
         )  # fmt: skip

@@ -1,7 +1,8 @@
 """The energies of the elements written a second time, in NumPy and by high-order quadrature.
 
-Nothing here comes from `codegen`.  Functions take coordinates of any floating type, complex included, so
-that gradients follow from complex steps; extended precision keeps them exact to about 1e-17.
+Nothing here comes from `codegen`.  Functions take coordinates of any floating type, complex
+included, so that gradients follow from complex steps; extended precision keeps them exact to
+about 1e-17.
 """
 
 from collections.abc import Callable, Mapping

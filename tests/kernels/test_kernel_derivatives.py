@@ -13,7 +13,7 @@ TOLERANCE = 1e-10
 @pytest.mark.parametrize("name", ENERGIES)
 def test_kernels_are_the_energy_and_its_derivatives(name, state, bench, rng):
     element = bench(name)
-    q = STATES[state](element.module.NODE_COORDINATES, VALUES["length"], rng)
+    q = STATES[state](element.labels, VALUES["length"], rng)
     energy = ENERGIES[name]
 
     def close(found, wanted, scale=1.0):
@@ -23,7 +23,7 @@ def test_kernels_are_the_energy_and_its_derivatives(name, state, bench, rng):
     expected = energy(q.astype(np.longdouble), VALUES)
     close(element.run("energy", q)[0], expected, scale=1e-6 * stiffness)
     close(element.run("force", q)[0], gradient(energy, q, VALUES), scale=1e-6 * stiffness)
-    if "tangent" in element.kernels:
+    if "tangent" in element.kind.kernels:
         tangent = element.matrix("tangent", q)[0]
         for v in rng.normal(size=(2, element.n)):
             close(tangent @ v, hessian_times(energy, q, VALUES, v))
@@ -32,7 +32,7 @@ def test_kernels_are_the_energy_and_its_derivatives(name, state, bench, rng):
 @pytest.mark.parametrize("name", ENERGIES)
 def test_rigid_motion_stores_no_energy(name, bench, rng):
     element = bench(name)
-    labels = element.module.NODE_COORDINATES
+    labels = element.labels
     q = rotate(straight(labels, VALUES["length"]), labels, rotation(labels, rng))
     for i, label in enumerate(labels * 2):
         if label in ("r_1", "r_2"):
@@ -45,7 +45,7 @@ def test_rigid_motion_stores_no_energy(name, bench, rng):
 @pytest.mark.parametrize("name", [n for n in ENERGIES if not n.endswith("gauss")])
 def test_tangent_turns_with_the_element(name, bench, rng):
     element = bench(name)
-    labels = element.module.NODE_COORDINATES
+    labels = element.labels
     turn = rotation(labels, rng)
     q = STATES["random"](labels, VALUES["length"], rng)
     big = np.column_stack([rotate(e, labels, turn) for e in np.eye(element.n)])

@@ -1,0 +1,222 @@
+"""Strains on the tape: their Legendre modes, or their values at a point.
+
+Strains that share local variables make a patch.  The variables are the mode vectors, the
+components of the fields at a Gauss point (constant combinations of mode vectors), or the
+coordinates of a node.
+"""
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import product
+
+import sympy as sp
+
+from codegen.fields import Element, Field, Gauss, Legendre, Term, length, x
+from codegen.modes import ModeVectors, gauss_rule, legendre_value, product_modes
+from codegen.symbols import Scaled, affine, combine, to_tape
+from codegen.tape import Node, Tape
+
+
+@dataclass
+class Patch:
+    """Pairs of weight and strain, and how their variables depend on mode vectors or coordinates."""
+
+    variables: list[Node]
+    rows: list[list[tuple[Fraction, int]]]
+    in_coordinates: bool
+    strains: list[tuple[Node, Node]] = field(default_factory=list)
+
+
+class Sampler:
+    """Turns strain expressions into nodes, each strain once."""
+
+    def __init__(self, tape: Tape, element: Element) -> None:
+        self.tape = tape
+        self.named = dict(element.strains)
+        self.fields = {f.name: f for f in element.fields}
+        self.components = {
+            symbol: (f, axis)
+            for f in element.fields
+            for symbol, axis in zip(f.components, f.axes, strict=True)
+        }
+        self._known: dict[sp.Expr, list[Scaled]] = {}
+
+    def __call__(self, strain: sp.Expr) -> list[Scaled]:
+        """Modes from the lowest, or the one value."""
+        if strain not in self._known:
+            self._known[strain] = self._evaluate(strain)
+        return self._known[strain]
+
+    def _evaluate(self, strain: sp.Expr) -> list[Scaled]:
+        parts = affine(strain)
+        if parts is None:
+            return self._other(strain)
+        constant, terms = parts
+        sampled = [
+            (factor, self(self.named[atom]) if atom in self.named else self._atom(atom))
+            for atom, factor in terms
+        ]
+        result = []
+        for k in range(max(len(values) for _, values in sampled)):
+            members = [(f * v[k][0], v[k][1]) for f, v in sampled if k < len(v)]
+            if k == 0:
+                members.append((constant, self.tape.const(1)))
+            result.append(combine(self.tape, members))
+        return result
+
+    def _atom(self, atom: sp.Expr) -> list[Scaled]:
+        """Sample a component or a dot product."""
+        raise NotImplementedError
+
+    def _other(self, strain: sp.Expr) -> list[Scaled]:
+        raise ValueError(f"The strain {strain} is no polynomial; give it Gauss points.")
+
+
+class ModeSampler(Sampler):
+    """Legendre modes of polynomial strains, exact."""
+
+    def __init__(self, tape: Tape, element: Element, modes: ModeVectors) -> None:
+        super().__init__(tape, element)
+        self.modes = modes
+
+    def _atom(self, atom: sp.Expr) -> list[Scaled]:
+        if atom in self.components:
+            f, axis = self.components[atom]
+            return [(factor, self.modes.nodes[v][axis]) for factor, v in self.modes.of(f)]
+        u, v = (self.modes.of(self.fields[str(name)]) for name in atom.args)
+        result = []
+        for k in range(len(u) + len(v) - 1):
+            members = []
+            for (m, (f_m, c_m)), (n, (f_n, c_n)) in product(enumerate(u), enumerate(v)):
+                if coefficient := product_modes(m, n, k):
+                    members.append((coefficient * f_m * f_n, self.modes.dot(c_m, c_n)))
+            result.append(combine(self.tape, members))
+        return result
+
+
+class PointSampler(Sampler):
+    """Values at a point, from those of the field components there."""
+
+    def __init__(self, tape: Tape, element: Element, values: dict[sp.Symbol, Scaled]) -> None:
+        super().__init__(tape, element)
+        self.values = values
+
+    def _atom(self, atom: sp.Expr) -> list[Scaled]:
+        if atom in self.components:
+            return [self.values[atom]]
+        u, v = (self.fields[str(name)] for name in atom.args)
+        a, b = self._on(u, v.axes), self._on(v, u.axes)
+        product_node = self.tape.dot([node for _, node in a], [node for _, node in b])
+        return [(a[0][0] * b[0][0], product_node)]
+
+    def _on(self, f: Field, axes: tuple[int, ...]) -> list[Scaled]:
+        pairs = zip(f.components, f.axes, strict=True)
+        return [self.values[symbol] for symbol, axis in pairs if axis in axes]
+
+    def _other(self, strain: sp.Expr) -> list[Scaled]:
+        """Any strain in components; a factor common to its variables is taken out if it can be."""
+        used = [s for s in self.values if strain.has(s)]
+        nodes = {s: self.values[s][1] for s in used}
+        factors = {self.values[s][0] for s in used} - {sp.Integer(1)}
+        scaled = strain.subs({s: self.values[s][0] * s for s in used}, simultaneous=True)
+        for factor in sorted(factors, key=str):
+            if sp.expand(scaled - factor * strain) == 0:
+                return [(factor, to_tape(self.tape, strain, nodes))]
+        return [(sp.Integer(1), to_tape(self.tape, scaled, nodes))]
+
+
+class Patches:
+    """All strains of an element, with their weights, in patches."""
+
+    def __init__(self, tape: Tape, element: Element, modes: ModeVectors) -> None:
+        self.tape = tape
+        self.element = element
+        self.modes = modes
+        variables = modes.components()
+        rows = [[(Fraction(1), i)] for i in range(len(variables))]
+        self.exact = Patch(variables, rows, in_coordinates=False)
+        self._mode_sampler = ModeSampler(tape, element, modes)
+        self._points: dict[Fraction, tuple[Patch, PointSampler]] = {}
+        self._ends: dict[int, tuple[Patch, PointSampler]] = {}
+        for term in element.energy:
+            self._add_term(term)
+        self.all = [self.exact, *(p for p, _ in self._points.values())]
+        self.all += [p for p, _ in self._ends.values()]
+
+    def _add_term(self, term: Term) -> None:
+        if isinstance(term.rule, Legendre):
+            modes = self._mode_sampler(term.strain)[: term.rule.modes]
+            self._add_modes(term, modes)
+        elif isinstance(term.rule, Gauss) and term.rule.modes is not None:
+            self._add_modes(term, self._projected(term.strain, term.rule.points, term.rule.modes))
+        elif isinstance(term.rule, Gauss):
+            for xi, share in gauss_rule(term.rule.points):
+                patch, sample = self._at_point(xi)
+                self._add(patch, term.weight * length * sp.Rational(share), sample(term.strain)[0])
+        else:
+            for end in (0, 1):
+                patch, sample = self._at_node(end)
+                self._add(patch, term.weight * length / 2, sample(term.strain)[0])
+
+    def _add_modes(self, term: Term, modes: list[Scaled]) -> None:
+        for k, mode in enumerate(modes):
+            self._add(self.exact, term.weight * length / (2 * k + 1), mode)
+
+    def _add(self, patch: Patch, weight: sp.Expr, strain: Scaled) -> None:
+        """Append a strain, its constant factor moved into the weight."""
+        factor, node = strain
+        coefficient, node = self.tape.split(node)
+        if self.tape.constant_value(node) is None:
+            total = weight * factor**2 * sp.Rational(coefficient) ** 2
+            patch.strains.append((to_tape(self.tape, total, {}), node))
+
+    def _projected(self, strain: sp.Expr, points: int, n_modes: int) -> list[Scaled]:
+        """First Legendre modes of a strain, found by quadrature."""
+        rule = gauss_rule(points)
+        samples = [self._at_point(xi)[1](strain)[0] for xi, _ in rule]
+        result = []
+        for k in range(n_modes):
+            members = [
+                (factor * sp.Rational((2 * k + 1) * share * legendre_value(k, xi)), node)
+                for (factor, node), (xi, share) in zip(samples, rule, strict=True)
+            ]
+            result.append(combine(self.tape, members))
+        return result
+
+    def _at_point(self, xi: Fraction) -> tuple[Patch, PointSampler]:
+        """Local variables at a Gauss point: components of the fields, each without its factor."""
+        if xi not in self._points:
+            components, numbers = self.modes.components(), self.modes.numbers()
+            patch = Patch([], [], in_coordinates=False)
+            values: dict[sp.Symbol, Scaled] = {}
+            for f in self.element.fields:
+                factor, ratios = self.modes.ratios(f)
+                for symbol, axis in zip(f.components, f.axes, strict=True):
+                    row = [
+                        (ratio * legendre_value(m, xi), numbers[v, axis])
+                        for m, (ratio, v) in enumerate(ratios)
+                    ]
+                    node = self.tape.linear([(value, components[i]) for value, i in row])
+                    patch.variables.append(node)
+                    patch.rows.append([(value, i) for value, i in row if value])
+                    values[symbol] = (factor, node)
+            self._points[xi] = patch, PointSampler(self.tape, self.element, values)
+        return self._points[xi]
+
+    def _at_node(self, end: int) -> tuple[Patch, PointSampler]:
+        """Local variables at a node: its coordinates, which the fields are equal to there."""
+        if end not in self._ends:
+            n = self.element.n_coordinates // 2
+            places = range(end * n, (end + 1) * n)
+            inputs = self.modes.inputs
+            rows = [[(Fraction(1), i)] for i in places]
+            patch = Patch([inputs[i] for i in places], rows, in_coordinates=True)
+            values = {}
+            for f in self.element.fields:
+                shape = [s.subs(x, end * length) for s in f.shape]
+                if sorted(shape, key=str) == [0] * (len(shape) - 1) + [1]:
+                    for symbol, axis in zip(f.components, f.axes, strict=True):
+                        place = self.element.places(f, axis)[shape.index(1)]
+                        values[symbol] = (sp.Integer(1), inputs[place])
+            self._ends[end] = patch, PointSampler(self.tape, self.element, values)
+        return self._ends[end]

@@ -1,0 +1,98 @@
+"""`generated/` is what `codegen/` makes, every time, and a change by hand is noticed."""
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from codegen.__main__ import GENERATED, main
+from codegen.elements import ELEMENTS
+from codegen.stamp import digest_of_inputs
+
+ROOT = GENERATED.parent
+
+
+def test_headers_carry_the_digest_of_the_sources():
+    digest = digest_of_inputs()
+    for name in ELEMENTS:
+        head = (GENERATED / f"{name}.pyx").read_text(encoding="utf-8")[:1000]
+        assert f"sha256:{digest}" in head, f"{name} is stale: run `make codegen`"
+
+
+def test_sums_match_the_files():
+    names = set()
+    for line in (GENERATED / "SHA256SUMS").read_text(encoding="utf-8").splitlines():
+        digest, name = line.split("  ")
+        names.add(name)
+        assert hashlib.sha256((GENERATED / name).read_bytes()).hexdigest() == digest, name
+    assert names | {"SHA256SUMS"} == {p.name for p in GENERATED.iterdir()}
+
+
+def test_emission_does_not_depend_on_the_hash_seed(tmp_path):
+    texts = []
+    for seed in ("1", "2"):
+        folder = tmp_path / seed
+        shutil.copytree(GENERATED, folder)
+        names = ["l2t2", "thin_spatial_green", "thick_planar_axis_nodal"]
+        for name in names:
+            (folder / f"{name}.pyx").unlink()
+        command = [sys.executable, "-m", "codegen", "--folder", str(folder), *names]
+        environment = os.environ | {"PYTHONHASHSEED": seed}
+        subprocess.run(command, check=True, cwd=ROOT, env=environment, capture_output=True)
+        texts.append({p.name: p.read_bytes() for p in folder.iterdir()})
+    assert texts[0] == texts[1]
+    assert texts[0] == {p.name: p.read_bytes() for p in GENERATED.iterdir()}
+
+
+@pytest.fixture
+def copy(tmp_path) -> Path:
+    return Path(shutil.copytree(GENERATED, tmp_path / "generated"))
+
+
+def test_check_passes_on_what_is_committed(copy, capsys):
+    assert main(["--check", "--folder", str(copy), "l2t2"]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_check_shows_a_change_made_by_hand(copy, capsys):
+    path = copy / "l2t2.pyx"
+    path.write_text(path.read_text(encoding="utf-8").replace("3.0 * t1", "4.0 * t1", 1))
+    assert main(["--check", "--folder", str(copy), "l2t2"]) == 1
+    shown = capsys.readouterr().out
+    assert "-        4.0 * t1," in shown
+    assert "+        3.0 * t1," in shown
+    assert "Run `make codegen`." in shown
+    assert main(["--folder", str(copy), "l2t2"]) == 0
+    assert path.read_bytes() == (GENERATED / "l2t2.pyx").read_bytes()
+
+
+def test_check_names_files_that_should_not_be_there(copy, capsys):
+    (copy / "old.pyx").write_text("")
+    (copy / "l2t2.pyx").unlink()
+    assert main(["--check", "--folder", str(copy), "l2t2"]) == 1
+    shown = capsys.readouterr().out
+    assert "old.pyx: should not exist" in shown
+    assert "l2t2.pyx: is missing" in shown
+
+
+def test_untouched_files_keep_their_time(copy, capsys):
+    before = {p.name: p.stat().st_mtime_ns for p in copy.iterdir()}
+    assert main(["--folder", str(copy), "l2t2"]) == 0
+    assert capsys.readouterr().out.startswith("0 of")
+    assert {p.name: p.stat().st_mtime_ns for p in copy.iterdir()} == before
+
+
+def test_unknown_names_are_refused(capsys):
+    with pytest.raises(SystemExit):
+        main(["shell"])
+    assert "no element 'shell'" in capsys.readouterr().err
+
+
+def test_nothing_in_codegen_imports_the_package():
+    for path in (ROOT / "codegen").rglob("*.py"):
+        assert "import ancfsparse" not in path.read_text(encoding="utf-8")
+        assert "from ancfsparse" not in path.read_text(encoding="utf-8")

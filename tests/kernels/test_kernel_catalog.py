@@ -1,0 +1,81 @@
+"""Words to kernels, errors included; choice of instruction set."""
+
+import numpy as np
+import pytest
+
+from ancfsparse.kernels import dispatch
+from ancfsparse.kernels.catalog import OPTIONS, REFERENCES, element_kind, from_module, module_names
+from ancfsparse.kernels.dispatch import available_instruction_sets, compiled, instruction_set
+
+
+def test_every_choice_has_its_module():
+    assert element_kind("l2t2", 2).name == "l2t2"
+    assert element_kind("thin", 2).name == "thin_planar_green"
+    assert element_kind("thin", 3, strain="biot").name == "thin_spatial_biot"
+    assert element_kind("thick", 3).name == "thick_axis_consistent"
+    planar = element_kind("thick", 2, curvature="section", section_strain="nodal")
+    assert planar.name == "thick_planar_section_nodal"
+
+
+@pytest.mark.parametrize("name", (*module_names(), *REFERENCES))
+def test_modules_say_what_they_are(name):
+    kind = from_module(compiled(name))
+    assert kind.name == name
+    assert kind.n_coordinates == {"l2t2": 8, "thin_planar": 8, "thin_spatial": 12}.get(
+        name.rpartition("_")[0] or name, 14 if "planar" in name else 24
+    )
+    expected = {"energy", "force"}
+    if name not in REFERENCES:
+        expected |= {"residual", "tangent", "mass"}
+    assert set(kind.kernels) == set(kind.operations) == expected
+    derived = kind.prepare(np.ones((3, len(kind.parameters))))
+    assert derived.shape == (3, kind.n_derived)
+
+
+@pytest.mark.parametrize(
+    ("element", "dim", "options", "words"),
+    [
+        ("thinn", 2, {}, "did you mean 'thin'?"),
+        ("shell", 2, {}, "there are 'l2t2', 'thin', 'thick'."),
+        ("thin", 4, {}, "2 or 3 dimensions, not 4"),
+        ("thin", 2, {"strian": "green"}, "did you mean 'strain'?"),
+        ("thin", 2, {"strain": "gren"}, "did you mean 'green'?"),
+        ("thick", 3, {"curvature": "axes"}, "did you mean 'axis'?"),
+        ("l2t2", 2, {"strain": "green"}, "has no options"),
+        ("l2t2", 3, {}, 'in a spatial scene use "thin"'),
+    ],
+)
+def test_mistakes_are_answered_with_a_sentence(element, dim, options, words):
+    with pytest.raises(ValueError) as caught:
+        element_kind(element, dim, **options)
+    assert words in str(caught.value)
+
+
+def test_default_options_come_first():
+    assert OPTIONS["thin"]["strain"][0] == "green"
+    assert [values[0] for values in OPTIONS["thick"].values()] == ["axis", "consistent"]
+
+
+def test_environment_chooses_the_instruction_set(monkeypatch):
+    monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, "x86_64")
+    assert instruction_set() == "x86_64"
+    assert element_kind("l2t2", 2).lanes == 2
+    monkeypatch.delenv(dispatch.ENVIRONMENT_VARIABLE)
+    assert instruction_set() == available_instruction_sets()[-1]
+
+
+def test_unknown_instruction_set_is_refused(monkeypatch):
+    monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, "sse9")
+    with pytest.raises(ValueError, match="not one of x86_64, x86_64_v3, x86_64_v4"):
+        instruction_set()
+
+
+def test_instruction_set_the_machine_lacks_is_refused(monkeypatch):
+    monkeypatch.setattr(dispatch, "_cpu_flags", lambda: frozenset({"sse2"}))
+    monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, "x86_64_v3")
+    available_instruction_sets.cache_clear()
+    try:
+        with pytest.raises(ValueError, match="this machine lacks .*avx2.*it can run x86_64"):
+            instruction_set()
+    finally:
+        available_instruction_sets.cache_clear()

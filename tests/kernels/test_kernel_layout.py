@@ -1,0 +1,132 @@
+"""Blocks: any number of elements, padding, shared parameters, and the same answer on every set."""
+
+import time
+
+import numpy as np
+import pytest
+from conftest import VALUES
+from reference_energies import ENERGIES
+from states import STATES
+
+from ancfsparse.kernels.catalog import element_kind
+from ancfsparse.kernels.dispatch import REQUIRED_FLAGS, available_instruction_sets, compiled
+from ancfsparse.kernels.layout import pack
+
+
+@pytest.mark.parametrize("name", ENERGIES)
+@pytest.mark.parametrize("instruction_set", REQUIRED_FLAGS)
+def test_instruction_sets_agree(name, instruction_set, bench, rng):
+    if instruction_set not in available_instruction_sets():
+        pytest.skip(f"this machine has no {instruction_set}")
+    baseline, element = bench(name, "x86_64"), bench(name, instruction_set)
+    states = [STATES["uneven stretch"](element.labels, VALUES["length"], rng) for _ in range(11)]
+    q, a = np.array(states), rng.normal(size=(11, element.n))
+    for kernel in element.kind.kernels:
+        expected = baseline.run(kernel, q, a)
+        found = element.run(kernel, q, a)
+        assert np.abs(found - expected).max() <= 1e-13 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("extra", [-1, 0, 1, "one"])
+def test_any_number_of_elements_fits(extra, bench, rng):
+    element = bench("thin_spatial_green")
+    n = 1 if extra == "one" else element.kind.lanes + extra
+    q = np.array([STATES["uneven stretch"](element.labels, 0.7, rng) for _ in range(n)])
+    base = rng.uniform(0.5, 2.0, size=(n, len(element.kind.parameters)))
+    together = element.run("force", q, base=base)
+    alone = [element.run("force", q[i], base=base[i : i + 1])[0] for i in range(n)]
+    np.testing.assert_array_equal(together, alone)
+
+
+@pytest.mark.parametrize("name", ENERGIES)
+def test_padding_adds_exact_zeros(name, bench, rng):
+    """An element with every parameter zero except its length adds nothing at all."""
+    element = bench(name)
+    q, a = rng.normal(size=(2, 3, element.n))
+    base = np.array([[0.7 * (p == "length") for p in element.kind.parameters]] * 3)
+    for kernel in element.kind.kernels:
+        assert not element.run(kernel, q, a, base=base).any()
+
+
+def test_padding_repeats_the_last_element():
+    kind = element_kind("l2t2", 2)
+    base = np.full((1, 4), 2.0)
+    layout = pack(kind, np.arange(8)[None], np.arange(8)[None], base)
+    assert layout.gather.shape == layout.scatter.shape == (1, 8, kind.lanes)
+    assert (layout.gather == np.arange(8)[None, :, None]).all()
+    expected = kind.prepare(np.array([[2.0, 2, 2, 2]] + [[2.0, 0, 0, 0]] * (kind.lanes - 1)))
+    np.testing.assert_array_equal(layout.parameters[0], expected.T)
+
+
+def test_equal_parameters_are_stored_once():
+    kind = element_kind("l2t2", 2)
+    n = 10 * kind.lanes
+    base = np.ones((n, 4))
+    base[5 * kind.lanes : 6 * kind.lanes] = 2.0
+    places = np.zeros((n, 8), dtype=int)
+    layout = pack(kind, places, places, base)
+    assert len(layout.parameters) == 2
+    by_block = layout.parameters[layout.set_of]
+    np.testing.assert_array_equal(by_block[5], np.broadcast_to(
+        kind.prepare(np.full((1, 4), 2.0)).T, by_block[5].shape))  # fmt: skip
+    others = np.delete(layout.set_of, 5)
+    assert (others == others[0]).all()
+
+
+def test_neighbours_in_one_block_add_to_their_shared_node(rng):
+    """A chain: elements of one block write to the same places."""
+    kind = element_kind("thin", 2)
+    call = compiled("kernel_call").call
+    n = 2 * kind.lanes + 1
+    places = np.arange(n)[:, None] * 4 + np.arange(8)
+    q = rng.normal(size=4 * (n + 1))
+    base = np.tile([VALUES[p] for p in kind.parameters], (n, 1))
+    layout = pack(kind, places, places, base)
+    out = np.zeros_like(q)
+    call(kind.kernels["force"], layout.gather, layout.scatter, layout.set_of, layout.parameters,
+         q, q, out)  # fmt: skip
+    expected = np.zeros_like(q)
+    for row in places:
+        one = pack(kind, np.arange(8)[None], np.arange(8)[None], base[:1])
+        part = np.zeros(8)
+        local = np.ascontiguousarray(q[row])
+        call(kind.kernels["force"], one.gather, one.scatter, one.set_of, one.parameters,
+             local, local, part)  # fmt: skip
+        expected[row] += part
+    np.testing.assert_allclose(out, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
+
+
+def test_no_elements_make_no_blocks():
+    kind = element_kind("l2t2", 2)
+    empty = np.zeros((0, 8), dtype=int)
+    layout = pack(kind, empty, empty, np.zeros((0, 4)))
+    assert len(layout.set_of) == 0
+    out = np.zeros(1)
+    compiled("kernel_call").call(
+        kind.kernels["force"], layout.gather, layout.scatter, layout.set_of, layout.parameters,
+        out, out, out,
+    )  # fmt: skip
+    assert out[0] == 0
+
+
+def test_packing_is_linear_and_quick(rng):
+    kind = element_kind("thin", 2)
+    n = 200_000
+    places = np.arange(n)[:, None] * 4 + np.arange(8)
+    start = time.process_time()
+    pack(kind, places, places, rng.uniform(1, 2, size=(n, 4)))
+    assert time.process_time() - start < 2.0
+
+
+@pytest.mark.parametrize(
+    ("places", "base", "words"),
+    [
+        (np.zeros((2, 8)), np.ones((2, 4)), "whole numbers"),
+        (-np.ones((2, 8), dtype=int), np.ones((2, 4)), "between 0 and"),
+        (np.zeros((2, 8), dtype=int), np.ones((2, 3)), r"shape \(2, 4\), not \(2, 3\)"),
+        (np.zeros((2, 8), dtype=int), np.zeros((2, 4)), "Element 0 has length 0"),
+    ],
+)
+def test_tables_that_do_not_fit_are_refused(places, base, words):
+    with pytest.raises(ValueError, match=words):
+        pack(element_kind("l2t2", 2), places, np.zeros((2, 8), dtype=int), base)
