@@ -12,6 +12,9 @@ import typer
 
 from ancfsparse.errors import InputError, StepFailure, check_count
 from ancfsparse.studies import figures, paper, report
+from ancfsparse.studies.bench_kernels import KernelBench
+from ancfsparse.studies.bench_kernels import bench_kernels as run_bench_kernels
+from ancfsparse.studies.bench_paper import PaperBench
 from ancfsparse.studies.bench_paper import bench_paper as run_bench_paper
 from ancfsparse.studies.pendulum import SOLVERS, PendulumRun, run_pendulum
 from ancfsparse.studies.table1 import table1 as run_table1
@@ -30,6 +33,10 @@ app = typer.Typer(
 JsonOption = Annotated[
     str | None,
     typer.Option("--json", metavar="FILE", help="Write one JSON object to FILE; '-' prints it."),
+]
+
+SaveOption = Annotated[
+    str | None, typer.Option(metavar="FILE", help="Write one JSON object to FILE.")
 ]
 
 
@@ -92,7 +99,7 @@ def table1(
     step: Annotated[float, typer.Option(help="Time step [s].")] = paper.DT,
     cap: Annotated[float, typer.Option(help="Seconds a method of SciPy may take.")] = 30.0,
     readme: Annotated[
-        Path | None, typer.Option(help="Page whose table is to be rewritten.")
+        Path | None, typer.Option(help="Page whose table, and picture in docs/gallery, to renew.")
     ] = None,
 ) -> None:
     """Reproduce table 1 and figures 1 and 2 of the paper beside the paper's own numbers."""
@@ -102,18 +109,26 @@ def table1(
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
     if readme is not None:
         report.fill_readme(table, readme)
+        figures.fill_gallery(table, readme)
 
 
 @app.command("bench-paper")
 def bench_paper(
     repeats: Annotated[int, typer.Option(help="Interleaved runs of each contestant.")] = 9,
-    save: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Write one JSON object to FILE.")
-    ] = None,
+    save: SaveOption = None,
 ) -> None:
     """Time the paper's pendulum beside Exudyn, in turn, and against the paper's own times."""
     check_count("repeats", repeats)
-    result = run_bench_paper(repeats=repeats, progress=True)
+    _report(run_bench_paper(repeats=repeats, progress=True), save)
+
+
+@app.command("bench-kernels")
+def bench_kernels(save: SaveOption = None) -> None:
+    """Time every element kernel on every instruction set of this machine."""
+    _report(run_bench_kernels(progress=True), save)
+
+
+def _report(result: KernelBench | PaperBench, save: str | None) -> None:
     typer.echo(str(result))
     if save is not None:
         write_json(result.record(), save)

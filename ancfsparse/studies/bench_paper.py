@@ -15,6 +15,7 @@ from ancfsparse.problems import Problem, pendulum
 from ancfsparse.studies import paper
 from ancfsparse.studies.cells import ROWS, march, median_of
 from ancfsparse.studies.exudyn_peer import SETTINGS, load, run_exudyn
+from ancfsparse.studies.target import Target
 
 # Tips are compared this often [s].
 INTERVAL = 0.5
@@ -51,37 +52,6 @@ class Contestant:
     def median(self) -> float:
         """Median time [s]."""
         return statistics.median(self.seconds)
-
-
-@dataclass(frozen=True)
-class Target:
-    """A number that is meant to be reached.
-
-    Attributes
-    ----------
-    what : str
-        The quantity.
-    value, wanted : float
-        What it is and what it is meant to be.
-    at_most : bool
-        Whether it is meant to stay below, not above.
-    """
-
-    what: str
-    value: float
-    wanted: float
-    at_most: bool = False
-
-    @property
-    def met(self) -> bool:
-        """Whether it is reached."""
-        return self.value <= self.wanted if self.at_most else self.value >= self.wanted
-
-    def __str__(self) -> str:
-        """Put value, aim and verdict on one line."""
-        bound = "at most" if self.at_most else "at least"
-        verdict = "met" if self.met else "MISSED"
-        return f"{self.what:<58}{self.value:>9.3g}   {bound} {self.wanted:g}: {verdict}"
 
 
 @dataclass(frozen=True)
@@ -127,15 +97,7 @@ class PaperBench:
                 {"element": row, "method": column, "speed_up": value}
                 for (row, column), value in self.speed_ups.items()
             ],
-            "targets": [
-                {
-                    "what": each.what,
-                    "value": each.value,
-                    "at_most" if each.at_most else "at_least": each.wanted,
-                    "met": each.met,
-                }
-                for each in self.targets
-            ],
+            "targets": [each.record() for each in self.targets],
         }
 
     def __str__(self) -> str:

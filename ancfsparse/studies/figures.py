@@ -52,6 +52,13 @@ def write(table: Table, folder: Path) -> list[Path]:
     return paths
 
 
+def fill_gallery(table: Table, readme: Path) -> None:
+    """Draw figure 1 anew where a page shows it, in docs/gallery beside the page."""
+    gallery = readme.parent / "docs" / "gallery"
+    gallery.mkdir(parents=True, exist_ok=True)
+    figure1(table).savefig(gallery / "figure1.png", dpi=120)
+
+
 def figure1(table: Table) -> Figure:
     """Draw snapshots of the motion."""
     run, rod = table.motion, table.problem.rod

@@ -49,7 +49,7 @@ class FirstOrder:
         self._q = system.q0.copy()
         zero = np.zeros(0), system.loads.amplitudes(np.zeros(1))[0]
         mass = system.assembly.matrix(1.0, 0.0, system.q0, *zero)
-        self._mass = SparseSeed(system.pattern.indptr, system.pattern.indices, mass, n)
+        self._mass = SparseSeed(system.pattern.indptr, system.pattern.indices, n)
         self._mass.factor(mass)
         self.y0 = np.concatenate([system.q0[:n], system.v0[:n]])
 
