@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import REFERENCES, ElementKind, from_module, module_names
 from ancfsparse.kernels.dispatch import available_instruction_sets, compiled, instruction_set
 from ancfsparse.kernels.layout import pack
@@ -116,7 +117,7 @@ def one_lane(name: str, folder: Path) -> ElementKind:
     """Compile a generated module with one lane and otherwise as for the instruction set in use."""
     source, c_file, library = GENERATED / f"{name}.pyx", folder / f"{name}.c", folder / f"{name}.so"
     if not source.exists():
-        raise ValueError(f"Comparing with one lane needs a checkout: {source} does not exist.")
+        raise InputError(f"Comparing with one lane needs a checkout: {source} does not exist.")
     module_name = f"ancfsparse.compiled.{name}"
     translate = [sys.executable, "-m", "cython", "-3", "--module-name", module_name]
     subprocess.run([*translate, str(source), "-o", str(c_file)], check=True)

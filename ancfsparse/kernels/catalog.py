@@ -1,13 +1,13 @@
 """The elements there are, in the user's words, and what their modules say about themselves."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.errors import InputError, check_choice
 from ancfsparse.kernels.dispatch import compiled
 
 OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
@@ -16,6 +16,9 @@ OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
     "thick": {"curvature": ("axis", "section"), "section_strain": ("consistent", "nodal")},
 }
 """Elements, their options, and the values of each; the first value is the default."""
+
+PLANAR = ("l2t2",)
+"""Elements that have no spatial form."""
 
 REFERENCES = ("thick_axis_consistent_gauss",)
 """Modules that are there to be compared with, for tests and benchmarks only."""
@@ -44,7 +47,7 @@ class ElementKind:
     prepare : callable
         Base parameters (n, n_base) to derived ones (n, n_derived).
     kernels : mapping
-        Capsules by name: energy, force, residual, tangent, mass; see `kernel_abi.h`.
+        Capsules by name: energy, force, inertia, residual, tangent, mass; see `kernel_abi.h`.
     """
 
     name: str
@@ -113,7 +116,7 @@ def element_kind(
 
     Raises
     ------
-    ValueError
+    InputError
         If element, option or value does not exist, or the element has no form of that dimension.
     """
     name = _module_name(element, dim, options)
@@ -121,33 +124,24 @@ def element_kind(
 
 
 def _module_name(element: str, dim: int, options: Mapping[str, str]) -> str:
-    _require("element", element, tuple(OPTIONS))
+    check_choice("element", element, OPTIONS)
     if dim not in (2, 3):
-        raise ValueError(f"A scene has 2 or 3 dimensions, not {dim!r}.")
+        raise InputError(f"a scene has 2 or 3 dimensions, not {dim!r}")
     allowed = OPTIONS[element]
     for option, value in options.items():
         if not allowed:
-            raise ValueError(f"Element {element!r} has no options, so {option!r} cannot be set.")
-        _require(f"option of element {element!r}", option, tuple(allowed))
-        _require(f"value of {option}", value, allowed[option])
+            raise InputError(f"element {element!r} has no options, so {option!r} cannot be set")
+        check_choice(f"option of element {element!r}", option, allowed)
+        check_choice(option, value, allowed[option])
     choice = {option: options.get(option, values[0]) for option, values in allowed.items()}
-    if element == "l2t2":
+    if element in PLANAR:
         if dim == 3:
-            raise ValueError(
-                'Element "l2t2" is planar; in a spatial scene use "thin", '
-                "or give the scene a gravity with 2 components."
+            raise InputError(
+                f'element "{element}" is planar; in a spatial scene use "thin", '
+                "or give the scene a gravity with 2 components"
             )
-        return "l2t2"
+        return element
     if element == "thin":
         return f"thin_{'planar' if dim == 2 else 'spatial'}_{choice['strain']}"
     plane = "planar_" if dim == 2 else ""
     return f"thick_{plane}{choice['curvature']}_{choice['section_strain']}"
-
-
-def _require(what: str, given: object, allowed: Sequence[str]) -> None:
-    """Refuse a word that is not in the list and name the nearest one that is."""
-    if given in allowed:
-        return
-    near = get_close_matches(str(given), allowed, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(map(repr, allowed))}."
-    raise ValueError(f"There is no {what} {given!r}; {hint}")

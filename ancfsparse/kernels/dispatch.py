@@ -6,6 +6,8 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
+from ancfsparse.errors import InputError
+
 ENVIRONMENT_VARIABLE = "ANCFSPARSE_INSTRUCTION_SET"
 
 _V3 = frozenset("avx avx2 bmi1 bmi2 f16c fma movbe".split())
@@ -41,7 +43,7 @@ def instruction_set() -> str:
 
     Raises
     ------
-    ValueError
+    InputError
         If the variable names an unknown set or one this machine cannot run.
     """
     wanted = os.environ.get(ENVIRONMENT_VARIABLE)
@@ -49,10 +51,10 @@ def instruction_set() -> str:
         return available_instruction_sets()[-1]
     if wanted not in REQUIRED_FLAGS:
         names = ", ".join(REQUIRED_FLAGS)
-        raise ValueError(f"{ENVIRONMENT_VARIABLE}={wanted!r} is not one of {names}.")
+        raise InputError(f"{ENVIRONMENT_VARIABLE}={wanted!r} is not one of {names}.")
     if wanted not in available_instruction_sets():
         missing = ", ".join(sorted(REQUIRED_FLAGS[wanted] - _cpu_flags()))
-        raise ValueError(
+        raise InputError(
             f"{ENVIRONMENT_VARIABLE}={wanted!r} asks for instructions this machine lacks "
             f"({missing}); it can run {', '.join(available_instruction_sets())}."
         )

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 
 
@@ -52,7 +53,7 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
 
     Raises
     ------
-    ValueError
+    InputError
         If the tables disagree about the number of elements, a place cannot be one, or a length is
         not positive.
     """
@@ -61,13 +62,13 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
     base = np.asarray(base, dtype=np.float64)
     n = len(places)
     if base.shape != (n, len(kind.parameters)) or len(scatter) != n:
-        raise ValueError(
+        raise InputError(
             f"{n} elements of kind {kind.name} need as many rows of scatter, not {len(scatter)}, "
             f"and base parameters of shape ({n}, {len(kind.parameters)}), not {base.shape}."
         )
     if not (base[:, length] > 0).all():
         worst = int(np.argmin(base[:, length]))
-        raise ValueError(
+        raise InputError(
             f"Element {worst} has length {base[worst, length]:g}; it must be positive."
         )
     n_blocks = -(-n // lanes)
@@ -91,9 +92,9 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
 def _places(values: ArrayLike, name: str) -> NDArray[np.int32]:
     array = np.asarray(values)
     if array.ndim != 2 or not np.issubdtype(array.dtype, np.integer):
-        raise ValueError(f"{name} must be a table of whole numbers with one row per element.")
+        raise InputError(f"{name} must be a table of whole numbers with one row per element.")
     if array.size and (array.min() < 0 or array.max() > np.iinfo(np.int32).max):
-        raise ValueError(f"{name} must lie between 0 and {np.iinfo(np.int32).max}.")
+        raise InputError(f"{name} must lie between 0 and {np.iinfo(np.int32).max}.")
     return array.astype(np.int32, copy=False)
 
 

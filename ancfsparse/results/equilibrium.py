@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.scene import Node
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
+from ancfsparse.scene import Node
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError, check_finite
-from ancfsparse.scene import Beam
 from ancfsparse.results.source import Array
 from ancfsparse.results.trajectory import Trajectory
+from ancfsparse.scene import Beam
 
 
 def centre_line(

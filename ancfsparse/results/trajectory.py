@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from ancfsparse.scene import Node
 from ancfsparse.results.energy import Energy, energy_of
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
+from ancfsparse.scene import Node
 
 
 @dataclass(frozen=True, eq=False, repr=False)

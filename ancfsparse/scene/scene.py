@@ -10,7 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.errors import InputError, check_choice, check_vector
 from ancfsparse.scene.beams import Beam, Node, VelocityField
-from ancfsparse.scene.joints import SAME_PLACE, Clamp, Connect, Joint, Pin, Rod, check_joints, check_node
+from ancfsparse.scene.joints import (
+    SAME_PLACE,
+    Clamp,
+    Connect,
+    Joint,
+    Pin,
+    Rod,
+    check_joints,
+    check_node,
+)
 from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection

@@ -1,8 +1,11 @@
 """Words to kernels, errors included; choice of instruction set."""
 
+import re
+
 import numpy as np
 import pytest
 
+from ancfsparse.errors import InputError
 from ancfsparse.kernels import dispatch
 from ancfsparse.kernels.catalog import OPTIONS, REFERENCES, element_kind, from_module, module_names
 from ancfsparse.kernels.dispatch import available_instruction_sets, compiled, instruction_set
@@ -17,7 +20,7 @@ def test_every_choice_has_its_module():
     assert planar.name == "thick_planar_section_nodal"
 
 
-@pytest.mark.parametrize("name", (*module_names(), *REFERENCES))
+@pytest.mark.parametrize("name", [*module_names(), *REFERENCES])
 def test_modules_say_what_they_are(name):
     kind = from_module(compiled(name))
     assert kind.name == name
@@ -26,7 +29,7 @@ def test_modules_say_what_they_are(name):
     )
     expected = {"energy", "force"}
     if name not in REFERENCES:
-        expected |= {"residual", "tangent", "mass"}
+        expected |= {"inertia", "residual", "tangent", "mass"}
     assert set(kind.kernels) == set(kind.operations) == expected
     derived = kind.prepare(np.ones((3, len(kind.parameters))))
     assert derived.shape == (3, kind.n_derived)
@@ -36,7 +39,7 @@ def test_modules_say_what_they_are(name):
     ("element", "dim", "options", "words"),
     [
         ("thinn", 2, {}, "did you mean 'thin'?"),
-        ("shell", 2, {}, "there are 'l2t2', 'thin', 'thick'."),
+        ("shell", 2, {}, "valid are 'l2t2', 'thin', 'thick'"),
         ("thin", 4, {}, "2 or 3 dimensions, not 4"),
         ("thin", 2, {"strian": "green"}, "did you mean 'strain'?"),
         ("thin", 2, {"strain": "gren"}, "did you mean 'green'?"),
@@ -46,9 +49,8 @@ def test_modules_say_what_they_are(name):
     ],
 )
 def test_mistakes_are_answered_with_a_sentence(element, dim, options, words):
-    with pytest.raises(ValueError) as caught:
+    with pytest.raises(InputError, match=re.escape(words)):
         element_kind(element, dim, **options)
-    assert words in str(caught.value)
 
 
 def test_default_options_come_first():
@@ -66,7 +68,7 @@ def test_environment_chooses_the_instruction_set(monkeypatch):
 
 def test_unknown_instruction_set_is_refused(monkeypatch):
     monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, "sse9")
-    with pytest.raises(ValueError, match="not one of x86_64, x86_64_v3, x86_64_v4"):
+    with pytest.raises(InputError, match="not one of x86_64, x86_64_v3, x86_64_v4"):
         instruction_set()
 
 
@@ -75,7 +77,7 @@ def test_instruction_set_the_machine_lacks_is_refused(monkeypatch):
     monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, "x86_64_v3")
     available_instruction_sets.cache_clear()
     try:
-        with pytest.raises(ValueError, match="this machine lacks .*avx2.*it can run x86_64"):
+        with pytest.raises(InputError, match=r"this machine lacks .*avx2.*it can run x86_64"):
             instruction_set()
     finally:
         available_instruction_sets.cache_clear()

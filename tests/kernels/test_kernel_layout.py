@@ -8,6 +8,7 @@ from conftest import VALUES
 from reference_energies import ENERGIES
 from states import STATES
 
+from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.kernels.dispatch import REQUIRED_FLAGS, available_instruction_sets, compiled
 from ancfsparse.kernels.layout import pack
@@ -128,5 +129,5 @@ def test_packing_is_linear_and_quick(rng):
     ],
 )
 def test_tables_that_do_not_fit_are_refused(places, base, words):
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises(InputError, match=words):
         pack(element_kind("l2t2", 2), places, np.zeros((2, 8), dtype=int), base)

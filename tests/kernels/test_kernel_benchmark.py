@@ -1,0 +1,10 @@
+"""The benchmark measures what it says, on every kernel."""
+
+from ancfsparse.kernels.benchmark import time_kernel
+from ancfsparse.kernels.catalog import element_kind
+
+
+def test_every_kernel_can_be_timed():
+    kind = element_kind("thin", 3)
+    for kernel in kind.kernels:
+        assert time_kernel(kind, kernel, n_elements=9, seconds=1e-4, rounds=2) > 0

@@ -1,0 +1,74 @@
+"""No step is accepted unconverged: accepted states are put back into the equations."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import pendulum
+
+UPDATES = ("broyden", "davidon", "dfp", "bfgs")
+SOLVERS = {
+    "newton": ancf.Newton(),
+    "modified newton": ancf.ModifiedNewton(),
+    **{u: ancf.QuasiNewton(u) for u in UPDATES},
+    **{f"{u}, 10 pairs": ancf.QuasiNewton(u, 10) for u in UPDATES},
+}
+
+
+def residuals(run):
+    """Unscaled residual on the free coordinates, and constraints, at all states but the first."""
+    system = run.system
+    amplitudes = system.loads.amplitudes(run.t)
+    pairs = [
+        system.assembly.residual(q, a, lam, system.dead_load, now)
+        for q, a, lam, now in zip(run.q, run.a, run.lam, amplitudes, strict=True)
+    ]
+    r = np.array([pair[0] for pair in pairs])[1:, : system.n_free]
+    return r, np.array([pair[1] for pair in pairs])[1:]
+
+
+def worst_acceleration_error(run, dt):
+    """What one more Newton correction would change in the accelerations, rms, worst step [m/s2]."""
+    system, scale = run.system, 0.25 * dt**2
+    pattern = system.pattern
+    column = np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))
+    r, phi = residuals(run)
+    size = np.linalg.norm(r, axis=1)
+    worst = 0.0
+    for k in np.argsort(size)[-50:]:  # the error follows the residual within a small factor
+        values = system.assembly.matrix(1.0, scale, run.q[k + 1], run.lam[k + 1], np.zeros(0))
+        matrix = np.zeros((pattern.n, pattern.n))
+        matrix[pattern.indices, column] = matrix[column, pattern.indices] = values
+        correction = np.linalg.solve(matrix, np.concatenate([scale * r[k], phi[k]]))
+        worst = max(worst, np.sqrt(np.mean((correction[: system.n_free] / scale) ** 2)))
+    return worst
+
+
+@pytest.mark.parametrize("as_constraint", [False, True])
+@pytest.mark.parametrize("name", SOLVERS)
+def test_the_papers_tolerance_is_kept(name, as_constraint):
+    scene, _ = pendulum("thin", as_constraint=as_constraint)
+    run = ancf.simulate(scene, 0.25, 5e-4, solver=SOLVERS[name], tolerance="paper")
+    r, phi = residuals(run)
+    assert np.abs(r).max() < 1e-6
+    assert np.abs(phi).max(initial=0.0) < 1e-6
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
+@pytest.mark.parametrize("name", SOLVERS)
+def test_a_number_bounds_the_error_of_the_accelerations(name, tolerance):
+    # The contraction that turns a correction into an error is that of steps before: an estimate.
+    scene, _ = pendulum("thin")
+    dt = 2.5e-4
+    run = ancf.simulate(scene, 0.5, dt, solver=SOLVERS[name], tolerance=tolerance)
+    assert worst_acceleration_error(run, dt) <= 50 * tolerance
+
+
+@pytest.mark.parametrize("dt", [2.5e-4, 1.25e-4, 6.25e-5])
+@pytest.mark.parametrize("tolerance", ["default", 1e-5, 1e-9])
+@pytest.mark.parametrize("update", UPDATES)
+def test_no_step_is_far_out_of_balance(update, tolerance, dt):
+    # An inverse that is singular by accident makes any correction small: that is no convergence.
+    scene, _ = pendulum("thin")
+    run = ancf.simulate(scene, 0.5, dt, solver=ancf.QuasiNewton(update), tolerance=tolerance)
+    assert worst_acceleration_error(run, dt) <= 1.0

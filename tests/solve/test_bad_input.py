@@ -1,0 +1,149 @@
+"""What cannot be meant is refused with a sentence, before anything is computed."""
+
+import math
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import pendulum
+
+
+def simulate(t_end=0.1, dt=1e-3, **options):
+    scene, _ = pendulum("l2t2", 2)
+    return ancf.simulate(scene, t_end, dt, **options)
+
+
+@pytest.mark.parametrize(
+    ("t_end", "dt", "said"),
+    [
+        (1.0, 0.0, "dt must be positive, got 0 s"),
+        (1.0, -1e-3, "dt must be positive, got -0.001 s"),
+        (1.0, math.nan, "dt must be finite, got nan s"),
+        (1.0, math.inf, "dt must be finite, got inf s"),
+        (0.0, 1e-3, "t_end must be positive, got 0 s"),
+        (-1.0, 1e-3, "t_end must be positive"),
+        (math.nan, 1e-3, "t_end must be finite"),
+        ("one", 1e-3, "t_end must be a number, got 'one'"),
+        (1.0, None, "dt must be a number, got None"),
+        (1.0, 3e-3, "does not divide t_end = 1 s"),
+        (1.0, 2.0, "does not divide t_end = 1 s"),
+        (1.0, 0.4, "try dt = 0.5 s"),
+    ],
+)
+def test_times(t_end, dt, said):
+    with pytest.raises(ancf.InputError) as caught:
+        simulate(t_end, dt)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(("t_end", "dt"), [(0.3, 0.1), (0.1, 1e-3), (2.1, 7e-4), (1 / 3, 1 / 3000)])
+def test_rounding_is_no_reason_to_refuse(t_end, dt):
+    assert simulate(t_end, dt, solver=ancf.Newton()).stats.steps == round(t_end / dt)
+
+
+def test_the_step_it_suggests_is_one_that_works():
+    with pytest.raises(ancf.InputError) as caught:
+        simulate(1.0, 3e-3)
+    suggested = float(str(caught.value).split("try dt = ")[1].split(" s")[0])
+    assert simulate(1.0, suggested).stats.steps == 333
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: ancf.QuasiNewton("davidson"), "unknown update 'davidson': did you mean 'davidon'"),
+        (lambda: ancf.QuasiNewton("DFP"), "did you mean 'dfp'"),
+        (lambda: ancf.QuasiNewton("sr1"), "valid are 'broyden', 'davidon', 'dfp', 'bfgs'"),
+        (lambda: ancf.QuasiNewton(None), "unknown update None"),
+        (lambda: ancf.QuasiNewton("bfgs", memory="fulll"), "did you mean 'full'"),
+        (lambda: ancf.QuasiNewton("bfgs", memory=0), "at least 1"),
+        (lambda: ancf.QuasiNewton("bfgs", memory=-3), "at least 1"),
+        (lambda: ancf.QuasiNewton("bfgs", memory=2.5), "must be an integer"),
+        (lambda: ancf.QuasiNewton("bfgs", seed="tangents"), "did you mean 'tangent'"),
+        (lambda: ancf.QuasiNewton("bfgs", 10, seed="finite-difference"), "memory='full'"),
+        (lambda: ancf.QuasiNewton("bfgs", max_iterations=0), "at least 1"),
+        (lambda: ancf.Newton(max_iterations=0), "at least 1"),
+        (lambda: ancf.ModifiedNewton(max_iterations="many"), "must be an integer"),
+    ],
+)
+def test_solvers(make, said):
+    with pytest.raises(ancf.InputError) as caught:
+        make()
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"solver": "newton"}, "unknown solver 'newton'"),
+        ({"solver": "automatic"}, "did you mean 'auto'"),
+        ({"solver": ancf.Newton}, "solver must be 'auto', Newton(), "),
+        ({"solver": None}, "solver must be 'auto'"),
+        ({"integrator": 0.05}, "integrator must be Newmark(alpha)"),
+        ({"integrator": "newmark"}, "integrator must be Newmark(alpha)"),
+        ({"tolerance": "papers"}, "tolerance must be 'default', 'paper' or a number"),
+        ({"tolerance": 0.0}, "tolerance must be positive"),
+        ({"tolerance": -1e-3}, "tolerance must be positive"),
+        ({"tolerance": math.nan}, "tolerance must be finite"),
+        ({"tolerance": None}, "tolerance must be"),
+        ({"save_every": 0}, "save_every must be an integer of at least 1"),
+        ({"save_every": 1.5}, "save_every must be an integer"),
+    ],
+)
+def test_settings(options, said):
+    with pytest.raises(ancf.InputError) as caught:
+        simulate(**options)
+    assert said in str(caught.value)
+
+
+def test_a_dense_inverse_that_is_too_large_is_refused_with_its_size():
+    scene, _ = pendulum("l2t2", 1500)
+    with pytest.raises(ancf.InputError) as caught:
+        ancf.simulate(scene, 1e-3, 1e-3, solver=ancf.QuasiNewton("bfgs"))
+    # 4 coordinates for each of 1501 nodes, less the pin: 6002^2 numbers of 8 bytes.
+    assert "6002 x 6002" in str(caught.value)
+    assert "0.288 GB" in str(caught.value)
+    assert "memory=10" in str(caught.value)
+    run = ancf.simulate(scene, 1e-3, 1e-3, solver=ancf.QuasiNewton("bfgs", memory=10))
+    assert run.stats.steps == 1
+
+
+def test_a_scene_without_beams_is_refused():
+    with pytest.raises(ancf.InputError, match="no beam: add one"):
+        ancf.simulate(ancf.Scene(), 1.0, 1e-3)
+
+
+def test_a_velocity_at_a_pin_is_refused():
+    scene = ancf.Scene()
+    rod = scene.add_beam(
+        "thin", (0, 0), (1, 0), 2, ancf.Circle(0.01), ancf.Material(1e8, 1000.0), velocity=(0, 2.5)
+    )
+    scene.pin(rod.start)
+    with pytest.raises(ancf.InputError, match=r"moves 1 held .* 2.5 m/s: give a velocity field"):
+        ancf.simulate(scene, 1.0, 1e-3)
+
+
+@pytest.mark.parametrize("value", [(math.nan, 0.0), (1.0, math.inf), (1.0, 2.0, 3.0), "down"])
+def test_a_load_that_goes_bad_on_the_way_says_when(value):
+    scene, rod = pendulum("l2t2", 2)
+    scene.point_force(rod.end, lambda t: (1.0, 0.0) if t < 0.05 else value)
+    with pytest.raises(ancf.InputError, match=r"at t = 0\.05"):
+        ancf.simulate(scene, 0.1, 1e-3)
+
+
+def test_results_ask_for_nodes_of_their_own_scene():
+    run = simulate()
+    _, other = pendulum("l2t2", 2)
+    with pytest.raises(ancf.InputError, match="not part of this scene"):
+        run.position(other.end)
+
+
+def test_a_blow_up_is_a_step_failure_and_no_warning():
+    # Nothing of NumPy's or C's complaints reaches the caller, only the error.
+    scene, rod = pendulum("l2t2", 2)
+    scene.point_force(rod.end, lambda t: (0.0, 1e30 if t > 0.01 else 0.0))
+    with pytest.raises(ancf.StepFailure) as caught:
+        ancf.simulate(scene, 0.1, 1e-3, solver=ancf.QuasiNewton("bfgs"))
+    assert caught.value.trajectory.stats.steps == caught.value.step - 1
+    assert np.isfinite(caught.value.trajectory.q).all()

@@ -1,0 +1,161 @@
+"""Joints by multipliers hold what they should, with the forces they should."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import pendulum
+
+TIGHT = 1e-9
+WEIGHT = np.array([0.0, -0.8 * 9.81])  # of the paper's pendulum: 4000 kg/m3, 1 cm2, 2 m
+
+
+def momentum_rate(run):
+    """Sum of M a over all positions: the work of the inertia on a translation."""
+    places = run.system.places[0][:, : run.system.dim]
+    return np.array([run.system.assembly.inertia(a)[places].sum(axis=0) for a in run.a])
+
+
+@pytest.fixture(scope="module")
+def by_number():
+    scene, rod = pendulum("l2t2")
+    run = ancf.simulate(scene, 1.0, 5e-4, solver=ancf.Newton(), tolerance=TIGHT, save_every=20)
+    return run, rod
+
+
+@pytest.mark.parametrize(
+    "solver",
+    [ancf.Newton(), *(ancf.QuasiNewton(u) for u in ("broyden", "davidon", "dfp", "bfgs")),
+     ancf.QuasiNewton("broyden", 10)],
+    ids=str,
+)  # fmt: skip
+def test_a_pin_by_constraint_is_a_pin_by_numbering(solver, by_number):
+    path, held = by_number
+    scene, rod = pendulum("l2t2", as_constraint=True)
+    run = ancf.simulate(scene, 1.0, 5e-4, solver=solver, tolerance=TIGHT, save_every=20)
+    for s in (0.7, 2.0):
+        found, expected = run.position(rod.at(s)), path.position(held.at(s))
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8)
+    assert np.abs(run.position(rod.start)).max() < 1e-13
+
+
+def test_the_reaction_is_minus_the_multiplier(by_number):
+    # phi = r puts phi_q^T lam = lam on the left side of the equations: on the beam acts -lam.
+    path, held = by_number
+    scene, rod = pendulum("l2t2", as_constraint=True)
+    run = ancf.simulate(scene, 1.0, 5e-4, solver=ancf.Newton(), tolerance=TIGHT, save_every=20)
+    assert run.multipliers.shape == (len(run.t), 2)
+    reaction = run.reaction(rod.start)
+    np.testing.assert_array_equal(reaction, -run.multipliers)
+    # The trapezoidal rule keeps rounding in the acceleration of a constraint for ever (numerics
+    # 4.1); divided by beta dt^2 it is this large.
+    np.testing.assert_allclose(reaction, path.reaction(held.start), rtol=0, atol=1e-4)
+
+
+def test_the_reaction_moves_the_centre_of_mass(by_number):
+    run, rod = by_number
+    total = momentum_rate(run)
+    np.testing.assert_allclose(run.reaction(rod.start), total - WEIGHT, rtol=0, atol=1e-6)
+
+
+def test_reactions_of_a_spatial_thick_beam_balance():
+    scene, rod = pendulum("thick", 4)
+    run = ancf.simulate(scene, 0.1, 5e-4, solver=ancf.Newton(), save_every=10)
+    expected = momentum_rate(run) - [0.0, -0.8 * 9.81, 0.0]
+    np.testing.assert_allclose(run.reaction(rod.start), expected, rtol=0, atol=1e-5)
+
+
+def test_a_free_node_has_no_reaction(by_number):
+    run, rod = by_number
+    with pytest.raises(ancf.InputError, match="no joint holds"):
+        run.reaction(rod.end)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_rod_keeps_its_length(dim):
+    scene, rod = pendulum("thin", 6, dim=dim)
+    anchor = np.array([2.0, 1.0, 0.5][:dim])
+    scene.rod(rod.end, anchor)
+    length = np.linalg.norm(rod.end.position - anchor)
+    for tolerance, bound in (("paper", 1e-6), ("default", 1e-9), (TIGHT, 1e-12)):
+        run = ancf.simulate(
+            scene, 0.5, 5e-4, integrator=ancf.Newmark(0.05), solver=ancf.Newton(),
+            tolerance=tolerance,
+        )  # fmt: skip
+        now = np.linalg.norm(run.position(rod.end) - anchor, axis=1)
+        assert np.abs(now - length).max() < bound
+    # The force is along the rod; lam is its size because the gradient of phi has length one.
+    along = (run.position(rod.end) - anchor) / length
+    expected = -run.multipliers * along
+    np.testing.assert_allclose(run.reaction(rod.end), expected, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("update", ["broyden", "davidon", "dfp", "bfgs"])
+@pytest.mark.parametrize("memory", ["full", 10])
+def test_nonlinear_constraints_are_no_obstacle(update, memory):
+    # y on a nonlinear constraint makes the sign of s.y arbitrary (numerics 1.4).
+    scene, rod = pendulum("l2t2", 10)
+    scene.rod(rod.end, (2.0, 1.0))
+    expected = ancf.simulate(
+        scene, 0.3, 5e-4, integrator=ancf.Newmark(0.05), solver=ancf.Newton(), tolerance=1e-7
+    )
+    run = ancf.simulate(
+        scene, 0.3, 5e-4, integrator=ancf.Newmark(0.05), solver=ancf.QuasiNewton(update, memory),
+        tolerance=1e-7,
+    )  # fmt: skip
+    apart = run.position(rod.end) - expected.position(rod.end)
+    assert np.abs(apart).max() < 1e-7
+
+
+def test_a_rod_as_a_hanger_carries_the_weight():
+    # Two rods hold a beam level: at the start each carries what statics says.
+    scene = ancf.Scene()
+    rod = scene.add_beam("thin", (0, 0), (2, 0), 8, ancf.Rectangle(0.05, 0.05),
+                         ancf.Material(2e11, 4000.0))  # fmt: skip
+    scene.rod(rod.start, (0.0, 1.0))
+    scene.rod(rod.end, (2.0, 1.0))
+    scene.pin(rod.node(4), as_constraint=True)
+    equilibrium = ancf.solve_static(scene)
+    total = sum(equilibrium.reaction(node) for node in (rod.start, rod.node(4), rod.end))
+    np.testing.assert_allclose(total, [0.0, 0.05**2 * 2 * 4000 * 9.81], rtol=1e-9, atol=1e-6)
+    # Beam on three supports: 3/16, 10/16, 3/16 of the load.
+    ends = equilibrium.reaction(rod.start)[1] / total[1]
+    assert ends == pytest.approx(3 / 16, rel=1e-3)
+
+
+def test_two_hinged_beams_swing_like_a_double_pendulum_start():
+    # Stiff short beams in a row, released level, pinned at one end and hinged in the middle:
+    # rigid double pendulum, alpha_1 = 9 g / 7 L down, alpha_2 = -3 g / 7 L (up), exactly.
+    scene = ancf.Scene()
+    section, material = ancf.Rectangle(0.05, 0.05), ancf.Material(1e9, 4000.0)
+    one = scene.add_beam("l2t2", (0, 0), (1, 0), 4, section, material)
+    two = scene.add_beam("l2t2", (1, 0), (2, 0), 4, section, material)
+    scene.pin(one.start)
+    scene.connect(one.end, two.start)
+    dt = 2e-3
+    run = ancf.simulate(scene, 0.1, dt, integrator=ancf.Newmark(0.3), solver=ancf.Newton())
+    np.testing.assert_array_equal(run.position(one.end), run.position(two.start))
+    g, t = 9.81, run.t[-1]
+    middle = run.position(one.end)[-1, 1] / (0.5 * t**2)
+    tip = run.position(two.end)[-1, 1] / (0.5 * t**2)
+    assert middle == pytest.approx(-9 * g / 7, rel=0.08)
+    assert tip == pytest.approx(-6 * g / 7, rel=0.08)
+
+
+def test_a_start_that_breaks_a_constraint_is_refused():
+    scene = ancf.Scene()
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Circle(0.01), ancf.Material(1e8, 1000.0),
+                         velocity=(0.0, 1.0))  # fmt: skip
+    scene.rod(rod.end, (1.0, 1.0))
+    with pytest.raises(ancf.InputError, match=r"initial velocit.* break the rod .* by .* m/s"):
+        ancf.simulate(scene, 0.1, 1e-3)
+
+
+def test_the_constraint_form_starts_with_consistent_multipliers():
+    scene, rod = pendulum("l2t2", as_constraint=True)
+    run = ancf.simulate(scene, 5e-4, 5e-4)
+    r, _ = run.system.assembly.residual(
+        run.q[0], run.a[0], run.lam[0], run.system.dead_load, np.zeros(0)
+    )
+    assert np.abs(r).max() < 1e-12
+    assert np.abs(run.acceleration(rod.start)[0]).max() < 1e-9
