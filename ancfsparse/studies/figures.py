@@ -143,8 +143,8 @@ def _draw(ax: Axes, t: Vector, curves: Mapping[str, tuple[str, Vector]]) -> dict
 
 
 def _power(size: float) -> str:
-    """Set a length with one digit: 2e-7 m as a power of ten."""
+    """Set a length with two digits, 1.6e-7 m as a power of ten."""
     if size == 0.0:
         return "0 m"
-    digit, _, exponent = f"{size:.0e}".partition("e")
-    return rf"${digit} \cdot 10^{{{int(exponent)}}}$ m"
+    digits, _, exponent = f"{size:.1e}".partition("e")
+    return rf"${digits} \cdot 10^{{{int(exponent)}}}$ m"
