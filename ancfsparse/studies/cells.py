@@ -18,6 +18,7 @@ from ancfsparse.problems import Problem, pendulum
 from ancfsparse.results import Trajectory
 from ancfsparse.results.source import combine
 from ancfsparse.solve import simulate
+from ancfsparse.solve.simulate import count_steps
 from ancfsparse.studies import paper
 from ancfsparse.studies.ode import FirstOrder, OdeRun, OutOfTimeError, integrate
 from ancfsparse.system import System
@@ -265,7 +266,7 @@ def march(
 
 def instants(t_end: float, dt: float) -> tuple[int, Vector]:
     """Return every how many steps the tip is compared, and when: (k,) [s]."""
-    steps = round(t_end / dt)
+    steps = count_steps(t_end, dt)
     every = next(each for each in range(max(1, steps // INSTANTS), steps + 1) if steps % each == 0)
     return every, np.arange(steps // every + 1, dtype=np.float64) * (dt * every)
 

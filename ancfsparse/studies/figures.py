@@ -92,7 +92,8 @@ def figure2(table: Table) -> Figure:
 
     pairs = [("Davidon", each) for each in paper.QUASI_NEWTON if each != "Davidon"]
     size = _draw(among, table.t, _between(pairs, height))
-    among.set_title(f"Quasi-Newton methods agree to {_power(max(size.values()))}", fontsize=10)
+    agreement = _power(max(size.values(), default=0.0))
+    among.set_title(f"Quasi-Newton methods agree to {agreement}", fontsize=10)
 
     pairs = [("Davidon", "Radau"), ("RK23", "Radau")]
     size = _draw(against, table.t, _between(pairs, height))
@@ -104,10 +105,10 @@ def figure2(table: Table) -> Figure:
 
     shown = [each for each in ("Davidon", *paper.ODE_FUNCTIONS) if each in height]
     size = _draw(off, table.t, {each: (each, height[each] - exact) for each in shown})
-    title = f"From the motion converged in time: Davidon {_power(size['Davidon'])}"
-    if len(size) > 1:
-        title += f", SciPy's {_power(max(size[each] for each in shown[1:]))} at most"
-    off.set_title(title, fontsize=10)
+    theirs = [size[each] for each in paper.ODE_FUNCTIONS if each in size]
+    sizes = [f"Davidon {_power(size['Davidon'])}"] if "Davidon" in size else []
+    sizes += [f"SciPy's {_power(max(theirs))} at most"] if theirs else []
+    off.set_title("From the motion converged in time: " + ", ".join(sizes), fontsize=10)
     off.set_xlabel("time [s]")
     return figure
 

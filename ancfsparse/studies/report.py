@@ -113,7 +113,7 @@ def write(table: Table, folder: Path) -> list[Path]:
 
 def as_markdown(table: Table) -> str:
     """Set the table for README: one line per method, our time and the paper's per element."""
-    heads = [f"{row}" for row in table.rows]
+    heads = table.rows
     lines = [
         "| seconds (the paper's) | " + " | ".join(heads) + " |",
         "|---|" + "---:|" * len(heads),
@@ -127,11 +127,19 @@ def as_markdown(table: Table) -> str:
     lines += [
         "| *Davidon: faster than the paper by* | "
         + " | ".join(_number(c.speed_up, ".0f") for c in davidon) + " |",
-        "| *iterations per step* | "
+        "| *Davidon: iterations per step* | "
         + " | ".join(_number(c.iterations_per_step, ".2f") for c in davidon) + " |",
-        "| *tip error [m]* | " + " | ".join(_number(c.tip_error, ".1e") for c in davidon) + " |",
+        "| *Davidon: tip error [m]* | "
+        + " | ".join(_number(c.tip_error, ".1e") for c in davidon) + " |",
     ]  # fmt: skip
-    return "\n".join([*lines, "", *(f"- {each}" for each in findings(table))])
+    settings = table.settings
+    how = (
+        f"{settings['elements']} elements, dt = {settings['dt_s']:g} s, {settings['machine']} with "
+        f"kernels for {settings['instruction_set']}, SciPy {settings['scipy']} on the same "
+        f"compiled forces with tolerances {settings['ode_rtol']:g} and {settings['ode_atol']:g}; "
+        "tip error: largest distance from the same mesh converged in time."
+    )
+    return "\n".join([*lines, "", how, "", *(f"- {each}" for each in findings(table))])
 
 
 def _both(cell: Cell) -> str:

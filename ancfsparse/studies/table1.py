@@ -13,6 +13,7 @@ import scipy
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from ancfsparse.errors import check_choice, check_count, check_positive
 from ancfsparse.kernels.dispatch import instruction_set
 from ancfsparse.problems import Problem
 from ancfsparse.results import Trajectory
@@ -119,6 +120,12 @@ def table1(
     Table
         Cells, references, and Davidon's time at equal or better tip error.
     """
+    for row in rows:
+        check_choice("row", row, ROWS)
+    check_positive("cap", cap, "s")
+    check_count("runs", runs)
+    problem = ROWS["Thin" if "Thin" in rows else rows[0]].problem()
+    motion = march(problem, "Davidon", t_end, dt)
     cells: dict[tuple[str, str], Cell] = {}
     references: dict[str, Vector] = {}
     matches: dict[tuple[str, str], Match] = {}
@@ -146,11 +153,11 @@ def table1(
                 cells[row, column] = bench.run(column)
                 bar.update()
             begin(f"{row}, Davidon at equal errors")
+            davidon = cells[row, "Davidon"]
             finished = [cells[row, c] for c in paper.ODE_FUNCTIONS if cells[row, c].finished]
-            matches |= {(row, m.column): m for m in _match(bench, cells[row, "Davidon"], finished)}
+            if davidon.finished:
+                matches |= {(row, m.column): m for m in _match(bench, davidon, finished)}
             bar.update()
-    problem = ROWS["Thin" if "Thin" in rows else rows[0]].problem()
-    motion = march(problem, "Davidon", t_end, dt)
     settings = {
         "t_end_s": t_end,
         "dt_s": dt,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.studies import cells, figures, paper, report
 from ancfsparse.studies.findings import findings
 from ancfsparse.studies.table1 import table1
@@ -111,6 +111,38 @@ def test_cell_out_of_time_says_so_and_the_rest_goes_on():
     assert "> 0.001 s" in report.as_text(table)
     assert table.cells["L2T2", "Davidon"].finished
     assert any("no SciPy method finished" in each for each in findings(table))
+    figures.figure2(table)
+
+
+@pytest.mark.parametrize(
+    ("how", "sentence"),
+    [
+        ({"dt": 3e-4}, "does not divide"),
+        ({"dt": -1.0}, "dt must be positive"),
+        ({"cap": 0.0}, "cap must be positive"),
+        ({"runs": 0}, "at least 1"),
+        ({"rows": ("Thinn",)}, "did you mean 'Thin'"),
+    ],
+)
+def test_bad_settings_are_refused_before_anything_runs(how, sentence):
+    with pytest.raises(InputError, match=sentence):
+        table1(**{"rows": ("L2T2",), "t_end": 0.05, **how})
+
+
+def test_cell_that_fails_is_named_and_the_rest_goes_on(monkeypatch):
+    def march(problem, column, *rest):
+        if column == "Davidon" and rest[-1] > 1:
+            raise StepFailure("no convergence", 0.01, 20, 5e-4, 1.0, "rod, node 1, r_1")
+        return real(problem, column, *rest)
+
+    real = cells.march
+    monkeypatch.setattr(cells, "march", march)
+    table = table1(("Thin",), t_end=0.4, dt=5e-4, cap=0.001, runs=1)
+    assert table.cells["Thin", "Davidon"].note == "failed at 0.01 s"
+    assert table.cells["Thin", "BFGS"].finished
+    assert not table.matches
+    assert "Thin, Davidon: no result, failed at 0.01 s." in findings(table)
+    assert "failed at 0.01 s" in report.as_markdown(table)
     figures.figure2(table)
 
 
