@@ -1,0 +1,168 @@
+"""The command ``ancfsparse``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+from ancfsparse.errors import InputError, StepFailure, check_count
+from ancfsparse.studies import figures, paper, report
+from ancfsparse.studies.bench_kernels import KernelBench
+from ancfsparse.studies.bench_kernels import bench_kernels as run_bench_kernels
+from ancfsparse.studies.bench_paper import PaperBench
+from ancfsparse.studies.bench_paper import bench_paper as run_bench_paper
+from ancfsparse.studies.pendulum import SOLVERS, PendulumRun, run_pendulum
+from ancfsparse.studies.table1 import table1 as run_table1
+
+EXIT_FAILURE, EXIT_INPUT = 1, 2
+
+app = typer.Typer(
+    name="ancfsparse",
+    help="Flexible pendulums of ANCF cables and beams, and the studies of the paper.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+JsonOption = Annotated[
+    str | None,
+    typer.Option("--json", metavar="FILE", help="Write one JSON object to FILE; '-' prints it."),
+]
+
+SaveOption = Annotated[
+    str | None, typer.Option(metavar="FILE", help="Write one JSON object to FILE.")
+]
+
+
+@app.command()
+def pendulum(
+    element: Annotated[str, typer.Option(help="l2t2, thin or thick.")] = "thin",
+    elements: Annotated[int, typer.Option(help="Number of elements.")] = 10,
+    dim: Annotated[
+        int | None, typer.Option(help="2 or 3 [default: 3 for thick, 2 for the others].")
+    ] = None,
+    step: Annotated[float, typer.Option(help="Time step [s].")] = 5e-4,
+    time: Annotated[float, typer.Option(help="Simulated time [s], whole steps.")] = 2.0,
+    solver: Annotated[str, typer.Option(help=", ".join(SOLVERS))] = "davidon",
+    memory: Annotated[str, typer.Option(help="'full' or a number of secant pairs.")] = "full",
+    alpha: Annotated[float, typer.Option(help="Numerical damping of Newmark's method.")] = 0.0,
+    tolerance: Annotated[
+        str,
+        typer.Option(
+            help="'paper': residual below 1e-6. 'default' or a number: error that a step may "
+            "leave in the accelerations [m/s2]."
+        ),
+    ] = "paper",
+    nu: Annotated[float, typer.Option(help="Poisson's ratio, for thick.")] = 0.3,
+    strain: Annotated[str | None, typer.Option(help="green or biot, for thin.")] = None,
+    section_strain: Annotated[
+        str | None, typer.Option(help="consistent or nodal, for thick.")
+    ] = None,
+    curvature: Annotated[str | None, typer.Option(help="axis or section, for thick.")] = None,
+    save_every: Annotated[int, typer.Option(help="Steps between saved states.")] = 1,
+    json_to: JsonOption = None,
+) -> None:
+    """Simulate the paper's flexible pendulum: a rod of 2 m falling from rest about one end."""
+    said = {"strain": strain, "section_strain": section_strain, "curvature": curvature}
+    wish = PendulumRun(
+        element=element,
+        elements=elements,
+        dim=dim,
+        step=step,
+        time=time,
+        solver=solver,
+        memory=memory,
+        alpha=alpha,
+        tolerance=tolerance,
+        nu=nu,
+        save_every=save_every,
+        options={key: value for key, value in said.items() if value is not None},
+    )
+    run, summary = run_pendulum(wish)
+    if json_to is None:
+        tip = ", ".join(f"{x:.9f}" for x in summary["tip"][-1])
+        typer.echo(f"{run!r}\n  tip at t = {run.t[-1]:.6g} s: ({tip}) m\n  {run.energy!r}")
+    else:
+        write_json(summary, json_to)
+
+
+@app.command()
+def table1(
+    output: Annotated[Path, typer.Option(help="Folder for table and figures.")] = Path("results"),
+    time: Annotated[float, typer.Option(help="Simulated time [s].")] = paper.T_END,
+    step: Annotated[float, typer.Option(help="Time step [s].")] = paper.DT,
+    cap: Annotated[float, typer.Option(help="Seconds a method of SciPy may take.")] = 30.0,
+    readme: Annotated[
+        Path | None, typer.Option(help="Page whose table, and picture in docs/gallery, to renew.")
+    ] = None,
+) -> None:
+    """Reproduce table 1 and figures 1 and 2 of the paper beside the paper's own numbers."""
+    table = run_table1(t_end=time, dt=step, cap=cap, progress=True)
+    typer.echo(report.as_text(table))
+    written = report.write(table, output) + figures.write(table, output)
+    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+    if readme is not None:
+        report.fill_readme(table, readme)
+        figures.fill_gallery(table, readme)
+
+
+@app.command("bench-paper")
+def bench_paper(
+    repeats: Annotated[int, typer.Option(help="Interleaved runs of each contestant.")] = 9,
+    save: SaveOption = None,
+) -> None:
+    """Time the paper's pendulum beside Exudyn, in turn, and against the paper's own times."""
+    check_count("repeats", repeats)
+    _report(run_bench_paper(repeats=repeats, progress=True), save)
+
+
+@app.command("bench-kernels")
+def bench_kernels(save: SaveOption = None) -> None:
+    """Time every element kernel on every instruction set of this machine."""
+    _report(run_bench_kernels(progress=True), save)
+
+
+def _report(result: KernelBench | PaperBench, save: str | None) -> None:
+    typer.echo(str(result))
+    if save is not None:
+        write_json(result.record(), save)
+
+
+def write_json(data: dict[str, Any], target: str) -> None:
+    """Write one JSON object to a file, or to stdout if the target is ``"-"``."""
+    text = json.dumps(data, allow_nan=False)
+    if target == "-":
+        typer.echo(text)
+    else:
+        Path(target).write_text(text + "\n", encoding="utf-8")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command and turn errors into one line and an exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Words after the name of the command; those of the process by default.
+
+    Notes
+    -----
+    Exit codes: 0, 1 if a step failed, 2 if something said cannot be meant.
+    """
+    try:
+        app(args=arguments, prog_name="ancfsparse")
+    except (InputError, OSError) as error:
+        _leave(EXIT_INPUT, error)
+    except StepFailure as error:
+        _leave(EXIT_FAILURE, error)
+
+
+def _leave(code: int, error: Exception) -> NoReturn:
+    print(f"ancfsparse: {error}", file=sys.stderr)
+    sys.exit(code)

@@ -1,0 +1,185 @@
+"""The paper's pendulum in Exudyn, a compiled multibody code with a planar ANCF cable.
+
+Its cable measures ``|r'| - 1`` at five Gauss points and ``(r' x r'') / |r'|^2`` at three: the
+discretisation of our ``thin`` with ``strain="biot"``.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+import time
+from dataclasses import dataclass
+from importlib import import_module
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.problems import Problem
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How Exudyn solves a step.
+
+    Attributes
+    ----------
+    name : str
+        For the table.
+    contractivity : float
+        Modified Newton renews its Jacobian when residuals shrink by less than this factor; 0 takes
+        full Newton.
+    linear_solver : str
+        Exudyn's name for it.
+    """
+
+    name: str
+    contractivity: float
+    linear_solver: str
+
+
+SETTINGS = (
+    Setting("Exudyn, modified Newton, 0.02", 0.02, "EXUdense"),
+    Setting("Exudyn, modified Newton, 0.05", 0.05, "EXUdense"),
+    Setting("Exudyn, full Newton", 0.0, "EigenDense"),
+)
+"""Its fastest settings for ten elements, of all that were tried."""
+
+
+@dataclass(frozen=True)
+class PeerRun:
+    """What a run of Exudyn took and found.
+
+    Attributes
+    ----------
+    seconds : float
+        Wall time of its solver alone [s].
+    iterations_per_step : float
+        Newton iterations per time step.
+    tip : (k, 2) float
+        Tip at whole multiples of the interval asked for, t = 0 left out [m].
+    """
+
+    seconds: float
+    iterations_per_step: float
+    tip: NDArray[np.float64]
+
+
+def load() -> Any:
+    """Return the module, its fast variant where the processor has AVX2.
+
+    Raises
+    ------
+    InputError
+        If it is not installed.
+    """
+    sys.exudynFast = True  # type: ignore[attr-defined]  # read by exudyn when first imported
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            return import_module("exudyn")
+    except ImportError as error:
+        raise InputError(
+            f"Exudyn, the program to compare with, cannot be imported ({error}): "
+            "install the peers, pip install 'ancfsparse[peers]'"
+        ) from None
+
+
+def run_exudyn(
+    problem: Problem, setting: Setting, t_end: float, dt: float, interval: float
+) -> PeerRun:
+    """Simulate a planar cable pinned at its start with Exudyn's trapezoidal rule.
+
+    Parameters
+    ----------
+    problem : Problem
+        A planar pendulum; mesh, stiffness and gravity are taken from it.
+    setting : Setting
+        How steps are solved.
+    t_end, dt : float
+        Simulated time and time step [s].
+    interval : float
+        Time between stored tips [s].
+    """
+    exudyn = load()
+    container = exudyn.SystemContainer()
+    system = container.AddSystem()
+    tip = _build(system, problem)
+    sensor = _watch(exudyn, system, tip)
+    system.Assemble()
+    settings = _settings(exudyn, setting, t_end, dt, interval)
+    begin = time.perf_counter()
+    system.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.GeneralizedAlpha)
+    seconds = time.perf_counter() - begin
+    iterations = system.sys["dynamicSolver"].it.newtonStepsCount
+    stored = np.atleast_2d(system.GetSensorStoredData(sensor))
+    return PeerRun(seconds, iterations / round(t_end / dt), stored[stored[:, 0] > 0.0, 1:3])
+
+
+def _build(system: Any, problem: Problem) -> int:
+    """Add nodes, cables, weight and pin; return the last node."""
+    item = import_module("exudyn.itemInterface")
+    rod = problem.rod
+    given = rod.parameters()
+    length = rod.length / rod.n_elements
+    nodes = [
+        system.AddNode(item.NodePoint2DSlope1(referenceCoordinates=[i * length, 0.0, 1.0, 0.0]))
+        for i in range(rod.n_nodes)
+    ]
+    for ends in pairwise(nodes):
+        cable = system.AddObject(
+            item.ObjectANCFCable2D(
+                length=length,
+                massPerLength=given["mass_per_length"],
+                axialStiffness=given["axial_stiffness"],
+                bendingStiffness=given["bending_stiffness"],
+                nodeNumbers=list(ends),
+            )
+        )
+        marker = system.AddMarker(item.MarkerBodyMass(bodyNumber=cable))
+        weight = [*problem.scene.gravity, 0.0]
+        system.AddLoad(item.LoadMassProportional(markerNumber=marker, loadVector=weight))
+    ground = system.AddNode(item.NodePointGround())
+    fixed = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
+    for coordinate in (0, 1):
+        held = system.AddMarker(
+            item.MarkerNodeCoordinate(nodeNumber=nodes[0], coordinate=coordinate)
+        )
+        system.AddObject(item.CoordinateConstraint(markerNumbers=[fixed, held]))
+    return int(nodes[-1])
+
+
+def _watch(exudyn: Any, system: Any, node: int) -> Any:
+    item = import_module("exudyn.itemInterface")
+    return system.AddSensor(
+        item.SensorNode(
+            nodeNumber=node,
+            storeInternal=True,
+            writeToFile=False,
+            outputVariableType=exudyn.OutputVariableType.Position,
+        )
+    )
+
+
+def _settings(exudyn: Any, setting: Setting, t_end: float, dt: float, interval: float) -> Any:
+    settings = exudyn.SimulationSettings()
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = interval
+    settings.linearSolver.solverType = getattr(exudyn.LinearSolverType, setting.linear_solver)
+    settings.parallel.numberOfThreads = 1
+    stepping = settings.timeIntegration
+    stepping.numberOfSteps = round(t_end / dt)
+    stepping.endTime = t_end
+    stepping.verboseMode = stepping.stepInformation = 0
+    stepping.adaptiveStep = False
+    stepping.generalizedAlpha.useNewmark = True
+    stepping.generalizedAlpha.useIndex2Constraints = False
+    newton = stepping.newton
+    newton.useModifiedNewton = setting.contractivity > 0.0
+    if newton.useModifiedNewton:
+        newton.modifiedNewtonContractivity = setting.contractivity
+    newton.relativeTolerance, newton.absoluteTolerance = 1e-8, 1e-6
+    return settings

@@ -1,0 +1,151 @@
+"""A system as first-order equations, for integrators that know nothing of mechanics."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from ancfsparse.errors import InputError
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.system import System
+
+Vector = NDArray[np.float64]
+
+# Right-hand sides between two reports of progress.
+REPORT_EVERY = 500
+
+
+class FirstOrder:
+    """``y' = f(t, y)`` with ``y = (q, v)`` over the free coordinates of a system.
+
+    The force is the compiled one that the Newmark method uses, and the mass matrix is factored
+    once, so that a comparison of integrators compares integrators.
+
+    Parameters
+    ----------
+    system : System
+        Without multipliers, under constant loads: its joints made by numbering.
+
+    Attributes
+    ----------
+    y0 : (2 n_free,) float
+        The state at t = 0 [m, m/s].
+    """
+
+    def __init__(self, system: System) -> None:
+        if system.n_multipliers:
+            raise InputError(
+                "only a system without multipliers is an ordinary differential equation: make its "
+                "joints by numbering, as_constraint=False"
+            )
+        self._n = n = system.n_free
+        self._force = system.assembly.force
+        self._load = system.dead_load[:n]
+        self._q = system.q0.copy()
+        zero = np.zeros(0), system.loads.amplitudes(np.zeros(1))[0]
+        mass = system.assembly.matrix(1.0, 0.0, system.q0, *zero)
+        self._mass = SparseSeed(system.pattern.indptr, system.pattern.indices, n)
+        self._mass.factor(mass)
+        self.y0 = np.concatenate([system.q0[:n], system.v0[:n]])
+
+    def __call__(self, t: float, y: Vector) -> Vector:
+        """Return y', shape (2 n_free,), with accelerations ``M^-1 (f - Q(q))``."""
+        n = self._n
+        self._q[:n] = y[:n]
+        rate = np.empty(2 * n)
+        rate[:n] = y[n:]
+        rate[n:] = self._mass.solve(self._load - self._force(self._q)[:n])
+        return rate
+
+    def coordinates(self, y: Vector) -> Vector:
+        """Return full coordinate vectors (k, n_all) for states (2 n_free, k)."""
+        q = np.tile(self._q, (y.shape[1], 1))
+        q[:, : self._n] = y[: self._n].T
+        return q
+
+
+class OutOfTimeError(Exception):
+    """An integrator took longer than it was given."""
+
+
+@dataclass(frozen=True)
+class OdeRun:
+    """What an integrator found.
+
+    Attributes
+    ----------
+    q : (k, n_all) float
+        Coordinates at the times asked for.
+    seconds : float
+        Wall time of the integration [s].
+    evaluations : int
+        Evaluations of the right-hand side.
+    """
+
+    q: Vector
+    seconds: float
+    evaluations: int
+
+
+def integrate(
+    equations: FirstOrder,
+    method: str,
+    t: Vector,
+    rtol: float,
+    atol: float,
+    cap: float = np.inf,
+    on_time: Callable[[float], None] | None = None,
+) -> OdeRun:
+    """Run one of SciPy's integrators against the clock.
+
+    Parameters
+    ----------
+    equations : FirstOrder
+        The right-hand side and the start.
+    method : str
+        As `scipy.integrate.solve_ivp` calls it.
+    t : (k,) float
+        Times to report [s], from the first to the last.
+    rtol, atol : float
+        Relative and absolute tolerance.
+    cap : float, optional
+        Wall time it may take [s].
+    on_time : callable, optional
+        Told the simulated time now and then.
+
+    Returns
+    -------
+    OdeRun
+        Coordinates and cost.
+
+    Raises
+    ------
+    OutOfTimeError
+        When the cap is reached.
+    RuntimeError
+        When the integrator gives up.
+    """
+    evaluations = 0
+    begin = time.perf_counter()
+
+    def watched(now: float, y: Vector) -> Vector:
+        nonlocal evaluations
+        evaluations += 1
+        if time.perf_counter() - begin > cap:
+            raise OutOfTimeError(f"{method} took longer than {cap:g} s")
+        if on_time is not None and evaluations % REPORT_EVERY == 0:
+            on_time(now)
+        return equations(now, y)
+
+    solution = solve_ivp(
+        watched, (t[0], t[-1]), equations.y0, method=method, t_eval=t, rtol=rtol, atol=atol
+    )
+    seconds = time.perf_counter() - begin
+    if not solution.success:
+        raise RuntimeError(f"{method} gave up: {solution.message}")
+    return OdeRun(equations.coordinates(solution.y), seconds, evaluations)

@@ -1,0 +1,41 @@
+"""Numbers that are meant to be reached, and whether they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Target:
+    """A number that is meant to be reached.
+
+    Attributes
+    ----------
+    what : str
+        The quantity.
+    value, wanted : float
+        What it is and what it is meant to be.
+    at_most : bool
+        Whether it is meant to stay below, not above.
+    """
+
+    what: str
+    value: float
+    wanted: float
+    at_most: bool = False
+
+    @property
+    def met(self) -> bool:
+        """Whether it is reached."""
+        return self.value <= self.wanted if self.at_most else self.value >= self.wanted
+
+    def record(self) -> dict[str, str | float | bool]:
+        """Return it for JSON."""
+        bound = "at_most" if self.at_most else "at_least"
+        return {"what": self.what, "value": self.value, bound: self.wanted, "met": self.met}
+
+    def __str__(self) -> str:
+        """Put value, aim and verdict on one line."""
+        bound = "at most" if self.at_most else "at least"
+        verdict = "met" if self.met else "MISSED"
+        return f"{self.what:<58}{self.value:>9.3g}   {bound} {self.wanted:g}: {verdict}"

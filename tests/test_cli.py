@@ -1,0 +1,137 @@
+"""The command: what it prints, what it refuses and how it leaves."""
+
+import json
+
+import numpy as np
+import pytest
+
+from ancfsparse import QuasiNewton, simulate
+from ancfsparse.cli import main
+from ancfsparse.problems import pendulum
+
+
+def run(capsys, *words):
+    with pytest.raises(SystemExit) as left:
+        main(words)
+    out, err = capsys.readouterr()
+    return left.value.code, out, err
+
+
+SHORT = ("pendulum", "--time", "0.01", "--json", "-")
+
+
+def test_json_is_one_object_with_everything_asked_for(capsys):
+    code, out, err = run(capsys, *SHORT, "--element", "thin", "--elements", "10", "--step", "5e-4",
+                         "--solver", "davidon", "--memory", "full", "--alpha", "0")  # fmt: skip
+    assert (code, err) == (0, "")
+    data = json.loads(out)
+    assert list(data) == [
+        "time", "tip", "march_seconds", "steps", "iterations", "residual_evaluations",
+        "factorizations", "energy_drift", "settings",
+    ]  # fmt: skip
+    assert data["time"][0] == 0.0
+    np.testing.assert_allclose(data["time"], 5e-4 * np.arange(21), rtol=0, atol=1e-15)
+    assert np.shape(data["tip"]) == (21, 2)
+    assert data["tip"][0] == [2.0, 0.0]
+    assert data["steps"] == 20
+    assert data["residual_evaluations"] == data["iterations"] + data["steps"]
+    assert data["factorizations"] == 1
+    assert 0.0 < data["march_seconds"] < 10.0
+    assert 0.0 <= data["energy_drift"] < 1e-2
+    assert data["settings"]["solver"] == "davidon"
+    assert data["settings"]["tolerance"] == "paper"
+    assert data["settings"]["dim"] == 2
+
+
+def test_tip_is_that_of_the_same_run_in_python(capsys):
+    _, out, _ = run(capsys, *SHORT, "--solver", "bfgs", "--memory", "5", "--tolerance", "1e-6")
+    problem = pendulum("thin")
+    same = simulate(problem.scene, 0.01, 5e-4, solver=QuasiNewton("bfgs", memory=5), tolerance=1e-6)
+    assert json.loads(out)["tip"] == same.position(problem.rod.end).tolist()
+
+
+def test_every_nth_state_is_saved(capsys):
+    data = json.loads(run(capsys, *SHORT, "--save-every", "5")[1])
+    np.testing.assert_allclose(data["time"], 5 * 5e-4 * np.arange(5), rtol=0, atol=1e-15)
+    assert len(data["tip"]) == 5
+    assert data["steps"] == 20
+
+
+@pytest.mark.parametrize(
+    "solver", ["newton", "modified-newton", "broyden", "davidon", "dfp", "bfgs", "auto"]
+)
+def test_every_solver_finds_the_same_tip(capsys, solver):
+    data = json.loads(run(capsys, *SHORT, "--solver", solver, "--tolerance", "1e-6")[1])
+    newton = json.loads(run(capsys, *SHORT, "--solver", "newton", "--tolerance", "1e-9")[1])
+    np.testing.assert_allclose(data["tip"], newton["tip"], rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("words", "dim"),
+    [
+        (("--element", "l2t2"), 2),
+        (("--element", "thin", "--dim", "3"), 3),
+        (("--element", "thin", "--strain", "biot"), 2),
+        (("--element", "thick"), 3),
+        (("--element", "thick", "--dim", "2", "--section-strain", "nodal"), 2),
+        (("--element", "thick", "--curvature", "section", "--nu", "0.2"), 3),
+    ],
+)
+def test_every_element_runs_in_its_dimensions(capsys, words, dim):
+    code, out, err = run(capsys, *SHORT, *words)
+    assert (code, err) == (0, "")
+    data = json.loads(out)
+    assert np.shape(data["tip"]) == (21, dim)
+    assert data["settings"]["dim"] == dim
+
+
+def test_summary_says_where_the_tip_is(capsys):
+    code, out, _ = run(capsys, "pendulum", "--time", "0.01")
+    assert code == 0
+    assert "20 steps" in out
+    assert "tip at t = 0.01 s" in out
+
+
+def test_json_goes_to_a_file(capsys, tmp_path):
+    code, out, _ = run(capsys, *SHORT[:-1], str(tmp_path / "run.json"))
+    assert (code, out) == (0, "")
+    assert json.loads((tmp_path / "run.json").read_text())["steps"] == 20
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--element", "thik"), "did you mean 'thick'"),
+        (("--elements", "0"), "at least 1"),
+        (("--dim", "4"), "dim must be 2"),
+        (("--element", "l2t2", "--dim", "3"), "planar element"),
+        (("--element", "l2t2", "--strain", "biot"), "no option strain"),
+        (("--strain", "biott"), "did you mean 'biot'"),
+        (("--step", "0"), "dt must be positive"),
+        (("--step", "nan"), "dt must be finite"),
+        (("--step", "3e-4"), "does not divide"),
+        (("--time", "-1"), "t_end must be positive"),
+        (("--solver", "davidson"), "did you mean 'davidon'"),
+        (("--memory", "half"), "memory must be 'full' or a number"),
+        (("--memory", "2.5"), "whole number of pairs"),
+        (("--memory", "0"), "at least 1"),
+        (("--alpha", "2"), "alpha"),
+        (("--tolerance", "tight"), "tolerance must be 'paper' or 'default' or a number"),
+        (("--tolerance", "-1"), "must be positive"),
+        (("--save-every", "0"), "save_every"),
+        (("--json", "nowhere/run.json"), "nowhere/run.json"),
+    ],
+)
+def test_what_cannot_be_meant_is_one_sentence_and_code_2(capsys, words, sentence):
+    code, out, err = run(capsys, "pendulum", "--time", "0.01", *words)
+    assert (code, out) == (2, "")
+    assert err.startswith("ancfsparse: ")
+    assert err.count("\n") == 1
+    assert sentence in err
+
+
+def test_step_that_fails_is_one_sentence_and_code_1(capsys):
+    code, out, err = run(capsys, "pendulum", "--time", "20", "--step", "2", "--elements", "4")
+    assert (code, out) == (1, "")
+    assert err.count("\n") == 1
+    assert "Try a smaller dt" in err
