@@ -25,10 +25,16 @@ cdef extern from "simd.h" nogil:
     ctypedef double vec
     const int ANCF_LANES
     vec vec_gather(const double *values, const int32_t *places) noexcept
+    vec vec_gather_next(
+        const double *values, const int32_t *places, vec before, bint chained) noexcept
     vec vec_parameter(const double *set, int number) noexcept
     vec vec_reciprocal(vec v) noexcept
+    vec vec_set1(double x) noexcept
     vec vec_sqrt(vec v) noexcept
     void vec_scatter_add(double *out, const int32_t *places, vec v) noexcept
+    void vec_scatter_add_nodes(
+        double *out, const int32_t *first, const int32_t *second, vec u, vec v,
+        bint chained) noexcept
 
 NAME = "{name}"
 DIM = {dim}
@@ -47,6 +53,7 @@ cdef void {name}(
 ) noexcept nogil:
     cdef ptrdiff_t b
     cdef const double *p
+    cdef bint chained
 """
 
 
@@ -129,6 +136,7 @@ class KernelPrinter(Printer):
     def __init__(self, program: Program, outputs: Sequence[Node]) -> None:
         super().__init__(program.tape, outputs)
         self.derived = {node: k for k, node in enumerate(program.derived)}
+        self.half = program.element.n_coordinates // 2
         self.inputs: list[str] = []
 
     def leaf(self, node: Node) -> str | None:
@@ -139,12 +147,21 @@ class KernelPrinter(Printer):
         if node in self.derived:
             return f"vec_parameter(p, {self.derived[node]})"
         if entry.op in ("coordinate", "acceleration"):
-            source = {"coordinate": "q", "acceleration": "a"}[entry.op]
-            name = f"{source}{entry.value}"
-            self.inputs.append(name)
-            self.lines.append(f"{name} = vec_gather({source}, gather + {entry.value} * ANCF_LANES)")
-            return name
+            return self.gathered({"coordinate": "q", "acceleration": "a"}[entry.op], entry.value)
         return None
+
+    def gathered(self, source: str, number: int) -> str:
+        """Name of a gathered coordinate; one of the second node is read beside its twin."""
+        name = f"{source}{number}"
+        if name not in self.inputs:
+            where = f"gather + {number} * ANCF_LANES"
+            call = f"vec_gather({source}, {where})"
+            if number >= self.half:
+                twin = self.gathered(source, number - self.half)
+                call = f"vec_gather_next({source}, {where}, {twin}, chained)"
+            self.inputs.append(name)
+            self.lines.append(f"{name} = {call}")
+        return name
 
     def function(self, op: str, argument: str) -> str:
         """Text of a call into `simd.h`."""
@@ -183,17 +200,31 @@ def kernel(program: Program, name: str) -> str:
     tape, outputs = program.tape, program.outputs[name]
     printer = KernelPrinter(program, outputs)
     lines = [SIGNATURE.format(name=name).rstrip("\n")]
-    body = [f"p = parameters + <ptrdiff_t>set_of[b] * {len(program.derived)} * ANCF_LANES"]
-    for number, output in enumerate(outputs):
-        if tape.constant_value(output) == 0:
+    body = [
+        "chained = set_of[b] < 0",
+        "p = parameters + <ptrdiff_t>(~set_of[b] if chained else set_of[b])"
+        f" * {len(program.derived)} * ANCF_LANES",
+    ]
+    n = program.element.n_coordinates
+    by_node = len(outputs) == n
+    for number in sorted(range(len(outputs)), key=lambda k: (k % (n // 2), k) if by_node else k):
+        output = outputs[number]
+        if tape.constant_value(output) == 0 and not by_node:
             continue
         for node in printer.order([output]):
             if tape.level[node] != PARAMETER or node in printer.derived:
                 printer.visit(node)
         body += printer.lines
         printer.lines = []
-        text = printer.text[output][0]
-        body.append(f"vec_scatter_add(out, scatter + {number} * ANCF_LANES, {text})")
+        text, places = printer.text[output][0], f"scatter + {number} * ANCF_LANES"
+        if tape.constant_value(output) is not None:
+            text = f"vec_set1({text})"
+        if not by_node:
+            body.append(f"vec_scatter_add(out, {places}, {text})")
+        elif number < n // 2:
+            first = f"out, {places}, scatter + {number + n // 2} * ANCF_LANES, {text}"
+        else:
+            body.append(f"vec_scatter_add_nodes({first}, {text}, chained)")
     body.append(f"gather += {program.element.n_coordinates} * ANCF_LANES")
     body.append(f"scatter += {len(outputs)} * ANCF_LANES")
     lines += wrapped("cdef vec ", printer.inputs + printer.names, "    ")

@@ -5,7 +5,9 @@
  *
  *   gather[b][i][lane]   place in q and in a of coordinate i of the element in that lane
  *   scatter[b][k][lane]  place in out to which number k of that element is added
- *   set_of[b]            which set of parameters block b uses
+ *   set_of[b]            which set of parameters block b uses; ~set_of[b] if that is negative, and then
+ *                        the block is a chain: the second node of each lane is the first of the next,
+ *                        in gather and in a scatter of n numbers
  *   parameters[s][p][lane]   derived parameters (what the module's prepare() returns)
  *   q, a                 coordinates and accelerations of the whole system
  *   out                  is added to, never cleared

@@ -20,7 +20,8 @@ class Layout:
     scatter : (n_blocks, n_out, lanes) int32
         Places in ``out`` to which results are added.
     set_of : (n_blocks,) int32
-        Which set of parameters each block uses.
+        Which set of parameters each block uses; the bitwise complement of it if the elements of the
+        block are a chain, each beginning with the node the one before ends with.
     parameters : (n_sets, n_derived, lanes) float64
         Derived parameters; blocks with equal parameters share one set.
     """
@@ -81,10 +82,14 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
     first, set_of = _distinct(flat)
     derived = kind.prepare(flat[first].reshape(len(first) * lanes, base.shape[1]))
     sets = derived.reshape(len(first), lanes, derived.shape[1])
+    gather, out = _blocks(places[rows], lanes), _blocks(scatter[rows], lanes)
+    chained = _chained(gather)
+    if out.shape == gather.shape:
+        chained &= _chained(out)
     return Layout(
-        gather=_blocks(places[rows], lanes),
-        scatter=_blocks(scatter[rows], lanes),
-        set_of=set_of,
+        gather=gather,
+        scatter=out,
+        set_of=np.where(chained, ~set_of, set_of),
         parameters=np.ascontiguousarray(sets.transpose(0, 2, 1)),
     )
 
@@ -101,6 +106,13 @@ def _places(values: ArrayLike, name: str) -> NDArray[np.int32]:
 def _blocks(rows: NDArray[np.int32], lanes: int) -> NDArray[np.int32]:
     n_blocks = len(rows) // lanes
     return np.ascontiguousarray(rows.reshape(n_blocks, lanes, rows.shape[1]).transpose(0, 2, 1))
+
+
+def _chained(blocks: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Whether in a block the second node of every lane is the first node of the next."""
+    half = blocks.shape[1] // 2
+    same: NDArray[np.bool_] = (blocks[:, half:, :-1] == blocks[:, :half, 1:]).all(axis=(1, 2))
+    return same
 
 
 def _distinct(rows: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.int32]]:

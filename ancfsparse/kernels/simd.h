@@ -28,6 +28,16 @@ static inline vec vec_gather(const double *p, const int32_t *at) { return p[*at]
 static inline void vec_scatter_add(double *out, const int32_t *at, vec v) { out[*at] += v; }
 static inline vec vec_sqrt(vec v) { return sqrt(v); }
 static inline vec vec_reciprocal(vec v) { return 1.0 / v; }
+static inline vec vec_gather_next(const double *p, const int32_t *at, vec before, int chained)
+{
+    return p[*at];
+}
+static inline void vec_scatter_add_nodes(double *out, const int32_t *first, const int32_t *second,
+                                         vec u, vec v, int chained)
+{
+    out[*first] += u;
+    out[*second] += v;
+}
 
 #else
 
@@ -64,6 +74,43 @@ static inline void vec_scatter_add(double *out, const int32_t *at, vec v)
     out[at[6]] += v[6];
     out[at[7]] += v[7];
 #endif
+}
+
+#if ANCF_LANES == 8
+typedef int64_t vec_order __attribute__((vector_size(64)));
+#define VEC_NEXT {1, 2, 3, 4, 5, 6, 7, 8}
+#define VEC_BEFORE {8, 0, 1, 2, 3, 4, 5, 6}
+#elif ANCF_LANES == 4
+typedef int64_t vec_order __attribute__((vector_size(32)));
+#define VEC_NEXT {1, 2, 3, 4}
+#define VEC_BEFORE {4, 0, 1, 2}
+#else
+typedef int64_t vec_order __attribute__((vector_size(16)));
+#define VEC_NEXT {1, 2}
+#define VEC_BEFORE {2, 0}
+#endif
+
+/* Coordinates of the second nodes.  In a chain they are those of the first nodes, one lane on, and one
+ * number is read instead of one for each lane. */
+static inline vec vec_gather_next(const double *p, const int32_t *at, vec before, int chained)
+{
+    if (chained)
+        return __builtin_shuffle(before, (vec){0} + p[at[ANCF_LANES - 1]], (vec_order)VEC_NEXT);
+    return vec_gather(p, at);
+}
+
+/* Add what the elements give to their first and to their second nodes.  In a chain a lane's first node is
+ * the second node of the lane before, and both numbers are added at once. */
+static inline void vec_scatter_add_nodes(double *out, const int32_t *first, const int32_t *second,
+                                         vec u, vec v, int chained)
+{
+    if (chained) {
+        vec_scatter_add(out, first, u + __builtin_shuffle(v, (vec){0}, (vec_order)VEC_BEFORE));
+        out[second[ANCF_LANES - 1]] += v[ANCF_LANES - 1];
+    } else {
+        vec_scatter_add(out, first, u);
+        vec_scatter_add(out, second, v);
+    }
 }
 
 static inline vec vec_sqrt(vec v)
