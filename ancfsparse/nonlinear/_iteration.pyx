@@ -4,6 +4,7 @@
 It sees equations as four functions (restart, correct, residual, matrix) and knows no mechanics.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from libc.stdint cimport int64_t
 from libc.math cimport fabs, fmax, fmin, isfinite, log, sqrt
 
 import numpy as np
@@ -48,6 +49,7 @@ cdef enum:
 
 cdef double GROWTH = 1e4  # residual beside the predictor's: past this an attempt is given up
 cdef double STALE = 1.2  # a contraction that was not measured again is trusted less in each step
+cdef double BELIEF = 10.0  # times the tolerance: residual over diagonal that a small correction may leave
 cdef double SLOW = 0.9  # a contraction from which waiting never pays
 
 
@@ -63,7 +65,7 @@ cdef struct Loop:
     const ancf_seed *seed
     const ancf_inverse *inverse
     ptrdiff_t n
-    bint newton, carry, economical, by_correction
+    bint newton, learns, carry, polishes, economical, by_correction
     int max_iterations
     double force_tolerance, constraint_tolerance, correction_tolerance, noise
     double cost_iteration, cost_seed
@@ -77,6 +79,8 @@ cdef struct Loop:
     double *y
     double *z
     double *values
+    double *diagonal  # of the last matrix that was factored
+    const int64_t *column_start
     Counts counts
 
 
@@ -88,29 +92,32 @@ cdef class Iteration:
     cdef object owners, arrays
     cdef readonly object capsule
 
-    def __cinit__(self, equations, seed, inverse, *, bint newton, bint carry, bint economical,
+    def __cinit__(self, equations, seed, inverse, const int64_t[::1] column_start, *, bint newton,
+                  bint learns, bint carry, bint polishes, bint economical,
                   bint by_correction, int max_iterations, double force_tolerance,
                   double constraint_tolerance, double correction_tolerance, double noise,
                   double cost_iteration, double cost_seed):
         cdef Loop *loop = &self.loop
         cdef double[:, ::1] vectors
         cdef double[::1] values
-        self.owners = (equations, seed, inverse)
+        self.owners = (equations, seed, inverse, column_start)
         loop.equations = <const ancf_equations *>PyCapsule_GetPointer(
             equations.capsule, "ancf_equations")
         loop.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         loop.inverse = <const ancf_inverse *>PyCapsule_GetPointer(inverse.capsule, "ancf_inverse")
         loop.n = loop.equations.n
-        loop.newton, loop.carry, loop.economical = newton, carry, economical
+        loop.newton, loop.learns, loop.carry, loop.polishes = newton, learns, carry, polishes
+        loop.economical = economical
         loop.by_correction, loop.max_iterations = by_correction, max_iterations
         loop.force_tolerance, loop.constraint_tolerance = force_tolerance, constraint_tolerance
         loop.correction_tolerance, loop.noise = correction_tolerance, noise
         loop.cost_iteration, loop.cost_seed = cost_iteration, cost_seed
         loop.rate = SLOW
-        self.arrays = np.zeros((5, loop.n)), np.zeros(loop.equations.n_values + 1)
+        self.arrays = np.zeros((6, loop.n)), np.zeros(loop.equations.n_values + 1)
         vectors, values = self.arrays
         loop.r, loop.r_new, loop.s = &vectors[0, 0], &vectors[1, 0], &vectors[2, 0]
-        loop.y, loop.z, loop.values = &vectors[3, 0], &vectors[4, 0], &values[0]
+        loop.y, loop.z, loop.diagonal = &vectors[3, 0], &vectors[4, 0], &vectors[5, 0]
+        loop.values, loop.column_start = &values[0], &column_start[0]
         self.interface.context, self.interface.solve = loop, solve
         self.capsule = PyCapsule_New(&self.interface, "ancf_nonlinear", NULL)
 
@@ -121,6 +128,7 @@ cdef class Iteration:
 
     def mark_seeded(self):
         """Tell that the inverse was filled from outside (a finite-difference matrix)."""
+        assemble(&self.loop)
         self.loop.seeded = True
 
     def solve(self):
@@ -149,10 +157,17 @@ cdef inline double rms(const double *x, ptrdiff_t n) noexcept nogil:
     return sqrt(dot(x, x, n) / n)
 
 
-cdef int renew_seed(Loop *self) noexcept nogil:
-    """Factor the matrix at the current iterate; a wrong pivot sign is counted, a zero pivot fails."""
-    cdef ptrdiff_t bad
+cdef void assemble(Loop *self) noexcept nogil:
+    cdef ptrdiff_t i
     self.equations.matrix(self.equations.context, self.values)
+    for i in range(self.n):  # each column starts with its diagonal
+        self.diagonal[i] = self.values[self.column_start[i]]
+
+
+cdef void renew_seed(Loop *self) noexcept nogil:
+    """Factor the matrix at the current iterate; a wrong sign of a pivot is counted."""
+    cdef ptrdiff_t bad
+    assemble(self)
     bad = self.seed.factor(self.seed.context, self.values)
     self.counts.factorizations += 1
     if bad != 0:
@@ -162,17 +177,12 @@ cdef int renew_seed(Loop *self) noexcept nogil:
     if not self.newton:
         self.rate = SLOW
     self.cost_since, self.steps_since = self.cost_seed, 0
-    return CONVERGED
 
 
 cdef bint residual_is_small(Loop *self, const double *r) noexcept nogil:
     cdef ptrdiff_t nq = self.equations.n_coordinates
     return (all_below(r, nq, self.force_tolerance)
             and all_below(r + nq, self.n - nq, self.constraint_tolerance))
-
-
-cdef bint correction_is_small(Loop *self, double size) noexcept nogil:
-    return self.rate / (1.0 - self.rate) * size <= self.correction_tolerance
 
 
 cdef bint waiting_costs_more(Loop *self, double progress, double remaining) noexcept nogil:
@@ -183,32 +193,65 @@ cdef bint waiting_costs_more(Loop *self, double progress, double remaining) noex
             > self.cost_seed + 2.0 * self.cost_iteration)
 
 
+cdef bint residual_agrees(const Loop *self, const double *r) noexcept nogil:
+    """Whether a small correction can be believed: an inverse that learned may be nearly singular.
+
+    The residual over the diagonal of the last matrix is a correction that owes nothing to learning.
+    """
+    cdef ptrdiff_t nq = self.equations.n_coordinates, i
+    cdef double total = 0.0, bound = BELIEF * fmax(self.correction_tolerance, self.noise)
+    for i in range(nq):
+        total += (r[i] / self.diagonal[i]) * (r[i] / self.diagonal[i])
+    return (total <= bound * bound * nq
+            and all_below(r + nq, self.n - nq, self.constraint_tolerance))
+
+
+cdef void finish(Loop *self, double size) noexcept nogil:
+    """Learn from the last pair, and correct once more by the residual that is known anyway.
+
+    This costs no residual.  Davidon's inverse may be far off in a direction it has not seen, so its
+    correction would need a residual to be believed; nor is one believed that is longer than the last.
+    """
+    cdef ptrdiff_t n = self.n, i
+    if self.carry:
+        for i in range(n):
+            self.y[i] = self.r_new[i] - self.r[i]
+        self.counts.skipped_pairs += 1 - self.inverse.learn(
+            self.inverse.context, self.s, self.y, self.r_new, self.z)
+    elif not self.polishes:
+        return
+    else:
+        self.inverse.apply(self.inverse.context, self.r_new, self.z)
+    self.counts.solves += 1
+    if self.polishes and rms(self.z, self.equations.n_coordinates) <= size:
+        for i in range(n):
+            self.s[i] = -self.z[i]
+        self.equations.correct(self.equations.context, self.s)
+
+
 cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil:
     """Iterate from the predictor; return CONVERGED or the reason why not."""
     cdef const ancf_equations *eq = self.equations
     cdef const ancf_inverse *inverse = self.inverse
-    cdef double *r = self.r
-    cdef double *r_new = self.r_new
     cdef double *s = self.s
-    cdef double *y = self.y
     cdef double *z = self.z
     cdef double *swap
     cdef ptrdiff_t n = self.n, i
     cdef int it, halvings
+    cdef bint small, learns = not newton and self.learns
     cdef double size, last_size = 0.0, norm, norm_new, start, theta, last_theta = 0.0, remaining
-    cdef double target
-    eq.residual(eq.context, r)
+    eq.residual(eq.context, self.r)
     self.counts.residual_evaluations += 1
-    norm = start = rms(r, n)
+    norm = start = rms(self.r, n)
     if not isfinite(norm):
         return NOT_FINITE
-    if residual_is_small(self, r) and not self.by_correction:
+    if residual_is_small(self, self.r) and not self.by_correction:
         return CONVERGED
     if newton or not self.seeded or self.reseed_due:
         renew_seed(self)
     elif not self.carry:
         inverse.forget(inverse.context)
-    inverse.apply(inverse.context, r, z)
+    inverse.apply(inverse.context, self.r, z)
     self.counts.solves += 1
     for it in range(self.max_iterations):
         for i in range(n):
@@ -217,69 +260,71 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
         used[0] += 1
         self.counts.iterations += 1
         size = rms(s, eq.n_coordinates)
-        if it > 0 and last_size > 0.0:
+        if last_size > 0.0:
             self.rate = fmin(fmax(0.3 * self.rate, size / last_size), 0.99)
         last_size = size
-        if (self.by_correction and n == eq.n_coordinates and not damped
-                and (correction_is_small(self, size) or size < self.noise)):
-            if it == 0:
-                self.rate = fmin(STALE * self.rate, SLOW)
+        small = self.by_correction and (
+            self.rate / (1.0 - self.rate) * size <= self.correction_tolerance
+            or size <= self.noise)
+        if small and it == 0:
+            self.rate = fmin(STALE * self.rate, SLOW)
+        if small and not learns and not damped and n == eq.n_coordinates:
             return CONVERGED
-        eq.residual(eq.context, r_new)
+        eq.residual(eq.context, self.r_new)
         self.counts.residual_evaluations += 1
-        norm_new = rms(r_new, n)
+        norm_new = rms(self.r_new, n)
         if damped:
             # Halve a step that makes the residual larger; the last try is kept whatever it does.
             halvings = 0
-            while not norm_new <= norm and halvings < 6:
+            while not norm_new <= norm and halvings < 6 and not small:
                 halvings += 1
                 for i in range(n):
                     s[i] *= -0.5
                 eq.correct(eq.context, s)
                 for i in range(n):
                     s[i] = -s[i]
-                eq.residual(eq.context, r_new)
+                eq.residual(eq.context, self.r_new)
                 self.counts.residual_evaluations += 1
-                norm_new = rms(r_new, n)
+                norm_new = rms(self.r_new, n)
         if not isfinite(norm_new):
             return NOT_FINITE
-        for i in range(n):
-            y[i] = r_new[i] - r[i]
-        if self.by_correction:
-            if (n > eq.n_coordinates and (correction_is_small(self, size) or size < self.noise)
-                    and all_below(r_new + eq.n_coordinates, n - eq.n_coordinates,
-                                  self.constraint_tolerance)):
-                return CONVERGED
-        elif residual_is_small(self, r_new):
-            if self.carry and not newton:
-                self.counts.skipped_pairs += 1 - inverse.learn(inverse.context, s, y, r_new, z)
-                self.counts.solves += 1
+        if residual_agrees(self, self.r_new) if small else (
+                not self.by_correction and residual_is_small(self, self.r_new)):
+            if not newton and size > self.noise:
+                finish(self, size)
             return CONVERGED
+        if small:
+            self.rate = SLOW
         if norm_new > GROWTH * start and it > 0 and not damped:
             return DIVERGED
         theta = norm_new / norm
-        swap = r
-        r = r_new
-        r_new = swap
+        if not newton:
+            for i in range(n):
+                self.y[i] = self.r_new[i] - self.r[i]
+        swap = self.r
+        self.r = self.r_new
+        self.r_new = swap
         norm = norm_new
         if newton:
             renew_seed(self)
-            inverse.apply(inverse.context, r, z)
+            inverse.apply(inverse.context, self.r, z)
             self.counts.solves += 1
             continue
         if self.economical and (it > 0 or theta > 0.7):
-            target = self.correction_tolerance if self.by_correction else self.force_tolerance
-            remaining = (size if self.by_correction else largest(r, eq.n_coordinates)) / target
+            if self.by_correction:
+                remaining = size / self.correction_tolerance
+            else:
+                remaining = largest(self.r, eq.n_coordinates) / self.force_tolerance
             if remaining > 1.0 and waiting_costs_more(
                     self, sqrt(theta * last_theta) if it > 0 else theta, remaining):
                 self.counts.reseeds_inside += 1
                 renew_seed(self)
-                inverse.apply(inverse.context, r, z)
+                inverse.apply(inverse.context, self.r, z)
                 self.counts.solves += 1
                 last_theta = theta
                 continue
         last_theta = theta
-        self.counts.skipped_pairs += 1 - inverse.learn(inverse.context, s, y, r, z)
+        self.counts.skipped_pairs += 1 - inverse.learn(inverse.context, s, self.y, self.r, z)
         self.counts.solves += 1
     return TOO_MANY
 

@@ -131,18 +131,35 @@ def make_iteration(
     equations: Equations,
     seed: SparseSeed,
     inverse: Any,
+    column_start: NDArray[np.int64],
     method: Method,
     tolerance: Tolerance,
     costs: Costs,
 ) -> Any:
-    """Build the compiled loop; a finite-difference seed is taken at the present iterate."""
+    """Build the compiled loop; a finite-difference seed is taken at the present iterate.
+
+    Parameters
+    ----------
+    equations, seed, inverse
+        What is solved, and with what.
+    column_start : (n,) int64
+        Where the diagonal entries stand among the values of the matrix.
+    method, tolerance, costs
+        How it is solved.
+    """
     full = isinstance(method, QuasiNewton) and method.memory == "full"
+    carry = full or (isinstance(method, QuasiNewton) and method.carry)
+    davidon = isinstance(method, QuasiNewton) and method.update == "davidon"
     loop = compiled("iteration").Iteration(
         equations,
         seed,
         inverse,
+        column_start,
         newton=isinstance(method, Newton),
-        carry=full or (isinstance(method, QuasiNewton) and method.carry),
+        learns=isinstance(method, QuasiNewton),
+        carry=carry,
+        # Judged by the correction, a last one on a sparse seed would cost more than it gives.
+        polishes=not davidon and (carry or not tolerance.by_correction),
         economical=not full and not isinstance(method, Newton),
         by_correction=tolerance.by_correction,
         max_iterations=method.max_iterations,

@@ -9,6 +9,7 @@ Up-looking: row k of L is the solution of a triangular system whose pattern is r
 tree of the supernodes.  Written here because the time loop refactors thousands of small matrices.
 """
 from cpython.pycapsule cimport PyCapsule_New
+from libc.math cimport INFINITY
 from libc.stdint cimport int8_t, int32_t, int64_t
 
 import numpy as np
@@ -276,10 +277,10 @@ cdef ptrdiff_t factor(void *context, const double *values) noexcept nogil:
             y[i + r] = 0.0
         pivot[k] = d
         self.inverse_pivot[k] = 1.0 / d
-        if not d * self.sign[k] > 0.0:  # a NaN ends here too
+        if not 0.0 < d * self.sign[k] < INFINITY:  # a NaN ends here too
             if bad == 0:
                 bad = 1 + self.permutation[k]
-            if d == 0.0 or d != d:
+            if d == 0.0 or not -INFINITY < d < INFINITY:
                 return bad
     return bad
 

@@ -162,7 +162,8 @@ def prepare(
     tolerance: str | float,
 ) -> tuple[Any, Any, str]:
     """Return the compiled march, the compiled nonlinear loop, and why this method."""
-    method, why = choose(solver, system.n_free + system.n_multipliers)
+    n = system.n_free + system.n_multipliers
+    method, why = choose(solver, n, straight=system.constraints.linear)
     scale = integrator.beta * dt**2
     regularize(system, scale)
     check_constraints(system)
@@ -173,11 +174,12 @@ def prepare(
     march.prepare(amplitudes)
     force_scale = system.force_scale(system.q0)
     weights = np.concatenate([system.mass_diagonal, np.zeros(system.n_multipliers)])
-    inverse = make_inverse(method, seed, weights, 10.0 * EPSILON * scale * force_scale)
+    inverse = make_inverse(method, seed, weights, 100.0 * EPSILON * scale * force_scale)
     iteration = make_iteration(
         march,
         seed,
         inverse,
+        system.pattern.indptr,
         method,
         tolerance_of(tolerance, scale, force_scale, float(np.max(np.abs(system.q0)))),
         Costs.of(system.operations("residual"), system.operations("tangent"), seed),

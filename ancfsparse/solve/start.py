@@ -47,12 +47,12 @@ def check_constraints(system: System) -> None:
         return
     _, phi = residual(system, np.zeros(system.n_all), np.zeros(system.n_multipliers))
     rate = system.constraints.jacobian(system.q0) @ system.v0
-    for values, unit, what in ((phi, "m", "position"), (rate, "m/s", "velocity")):
+    for values, unit, what in ((phi, "m", "positions"), (rate, "m/s", "velocities")):
         worst = int(np.argmax(np.abs(values)))
         size = 1e-9 * max(1.0, float(np.max(np.abs(system.q0))), float(np.max(np.abs(system.v0))))
         if abs(values[worst]) > size:
             raise InputError(
-                f"the initial {what}s break the {system.constraints.labels[worst]} by "
+                f"the initial {what} break the {system.constraints.labels[worst]} by "
                 f"{values[worst]:.3g} {unit}: move the start or the joint so that they agree"
             )
 

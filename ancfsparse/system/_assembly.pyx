@@ -57,8 +57,8 @@ cdef struct Flat:
     const int32_t *load_place
     const int32_t *load_column
     const double *load_weight
-    # Moments about fixed axes on slopes: force = m x r' / |r'|^2.
-    const int32_t *moment_place
+    # Moments about fixed axes, see add_moments.
+    const int32_t *moment_place  # of r_x, r_y, r_z; -1 where there is none
     const int32_t *moment_slot
     const int32_t *moment_column
 
@@ -109,7 +109,7 @@ cdef class Assembly:
         flat.n_multipliers = len(constraints["offset"])
         flat.n_groups, flat.n_terms = len(groups), len(constraints["row"])
         flat.n_loads, flat.n_moments = len(loads["place"]), len(moments["place"])
-        flat.dim = moments["place"].shape[1]
+        flat.dim = moments["place"].shape[1] // 3
         flat.term_row, flat.term_i = integers(constraints["row"]), integers(constraints["i"])
         flat.term_j, flat.slot_i = integers(constraints["j"]), integers(constraints["slot_i"])
         flat.slot_j = integers(constraints["slot_j"])
@@ -295,50 +295,107 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, con
         values[self.slot_diagonal[k]] -= self.regularization
 
 
-cdef inline void slope_and_moment(const Flat *self, ptrdiff_t k, const double *q,
-                                  const double *amplitudes, double *x, double *m) noexcept nogil:
-    cdef ptrdiff_t d, dim = self.dim
-    x[2] = m[0] = m[1] = 0.0
-    for d in range(dim):
-        x[d] = q[self.moment_place[k * dim + d]]
-    if dim == 2:
+cdef inline void moment_at(const Flat *self, ptrdiff_t k, const double *amplitudes,
+                           double *m) noexcept nogil:
+    cdef ptrdiff_t d
+    m[0] = m[1] = 0.0
+    if self.dim == 2:
         m[2] = amplitudes[self.moment_column[k]]
     else:
         for d in range(3):
             m[d] = amplitudes[self.moment_column[3 * k + d]]
 
 
+cdef inline bint vector_at(const Flat *self, ptrdiff_t k, ptrdiff_t v, const double *q,
+                           double *x) noexcept nogil:
+    """Read vector v (r_x, r_y, r_z) of the node of moment k; False if it has none."""
+    cdef const int32_t *place = self.moment_place + (3 * k + v) * self.dim
+    cdef ptrdiff_t d
+    if place[0] < 0:
+        return False
+    x[2] = 0.0
+    for d in range(self.dim):
+        x[d] = q[place[d]]
+    return True
+
+
+cdef inline void cross(const double *a, const double *b, double *out) noexcept nogil:
+    out[0] = a[1] * b[2] - a[2] * b[1]
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
+
+
+cdef inline double dot(const double *a, const double *b) noexcept nogil:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
 cdef void add_moments(const Flat *self, const double *q, const double *amplitudes,
                       double *r) noexcept nogil:
+    """A moment m bends by m x r_x / |r_x|^2 on the slope; the part of it along the axis twists by
+    half of itself on each of the two section vectors, if there are any."""
     cdef double x[3]
+    cdef double y[3]
     cdef double m[3]
-    cdef double p
-    cdef ptrdiff_t k
+    cdef double f[3]
+    cdef double p, along
+    cdef const int32_t *place
+    cdef ptrdiff_t k, d, v
     for k in range(self.n_moments):
-        slope_and_moment(self, k, q, amplitudes, x, m)
-        p = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
-        r[self.moment_place[k * self.dim + 0]] -= (m[1] * x[2] - m[2] * x[1]) / p
-        r[self.moment_place[k * self.dim + 1]] -= (m[2] * x[0] - m[0] * x[2]) / p
-        if self.dim == 3:
-            r[self.moment_place[k * self.dim + 2]] -= (m[0] * x[1] - m[1] * x[0]) / p
+        moment_at(self, k, amplitudes, m)
+        place = self.moment_place + 3 * k * self.dim
+        vector_at(self, k, 0, q, x)
+        p = dot(x, x)
+        cross(m, x, f)
+        for d in range(self.dim):
+            r[place[d]] -= f[d] / p
+        for v in range(1, 3):
+            if vector_at(self, k, v, q, y):
+                along = 0.5 * dot(m, x) / (p * dot(y, y))
+                cross(x, y, f)
+                for d in range(self.dim):
+                    r[place[v * self.dim + d]] -= along * f[d]
 
 
 cdef void add_moment_stiffness(const Flat *self, const double *q, const double *amplitudes,
                                double *values) noexcept nogil:
-    # The force m x r' / |r'|^2 of a moment about a fixed axis has an unsymmetric derivative in
-    # space; its skew part is dropped, as the factor is symmetric.  In the plane nothing is dropped.
+    """The symmetric part of the derivative: in space the force of a fixed moment has no potential."""
     cdef double x[3]
+    cdef double y[3]
     cdef double m[3]
     cdef double f[3]
-    cdef double p
-    cdef ptrdiff_t k, i, j
+    cdef double unit[3]
+    cdef double g[3]
+    cdef double derivative[9][9]
+    cdef double p, s, along
+    cdef const int32_t *slot
+    cdef ptrdiff_t k, v, i, j, n = 3 * self.dim
     for k in range(self.n_moments):
-        slope_and_moment(self, k, q, amplitudes, x, m)
-        p = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
-        f[0] = m[1] * x[2] - m[2] * x[1]
-        f[1] = m[2] * x[0] - m[0] * x[2]
-        f[2] = m[0] * x[1] - m[1] * x[0]
+        for i in range(9):
+            for j in range(9):
+                derivative[i][j] = 0.0
+        moment_at(self, k, amplitudes, m)
+        vector_at(self, k, 0, q, x)
+        p = dot(x, x)
+        cross(m, x, f)
         for i in range(self.dim):
+            for j in range(self.dim):
+                derivative[i][j] = 2.0 * f[i] * x[j] / (p * p)
+        for v in range(1, 3):
+            if not vector_at(self, k, v, q, y):
+                continue
+            s = dot(y, y)
+            along = 0.5 * dot(m, x) / (p * s)
+            cross(x, y, f)
+            for j in range(3):
+                unit[0] = unit[1] = unit[2] = 0.0
+                unit[j] = 1.0
+                cross(unit, y, g)
+                for i in range(3):
+                    derivative[3 * v + i][3 * v + j] = 2.0 * along * f[i] * y[j] / s
+                    derivative[3 * v + i][j] = (
+                        -along * g[i] - f[i] * (0.5 * m[j] / (p * s) - 2.0 * along * x[j] / p))
+        slot = self.moment_slot + k * (n * (n + 1) // 2)
+        for i in range(n):
             for j in range(i + 1):
-                values[self.moment_slot[(k * (self.dim * (self.dim + 1)) + i * (i + 1)) // 2 + j]] += (
-                    (f[i] * x[j] + f[j] * x[i]) / (p * p))
+                values[slot[0]] += 0.5 * (derivative[i][j] + derivative[j][i])
+                slot += 1

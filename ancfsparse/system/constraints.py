@@ -51,6 +51,11 @@ class Constraints:
         self.offset.append(float(offset))
         self.labels.append(label)
 
+    @property
+    def linear(self) -> bool:
+        """Whether no equation has a quadratic term."""
+        return all(j == LINEAR for j in self.j)
+
     def jacobian(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return phi_q, shape (m, n_all), dense: for checks and reactions, not for the loop."""
         phi_q = np.zeros((len(self.offset), len(q)))

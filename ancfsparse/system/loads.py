@@ -25,8 +25,9 @@ class Loads:
         Constant forces without gravity [N, N m].
     place, weight, column : lists
         Changing forces: ``force[place] += weight * amplitude[column]``.
-    moment_place : list of (dim,) int
-        Slopes on which moments act: force m x r' / |r'|^2.
+    moment_place : list of (3, dim) int
+        Places of r_x, which a moment bends, and of r_y and r_z, which it twists; -1 where there is
+        no such vector.
     moment_column : list of (1,) or (3,) int
         Their amplitudes [N m].
     sources : list of (load, n_columns)
@@ -66,21 +67,30 @@ class Loads:
         power = v @ self.constant
         if self.place:
             power += np.sum(v[:, self.place] * self.weight * amplitude[:, self.column], axis=1)
-        for place, column in zip(self.moment_place, self.moment_column, strict=True):
-            slope, rate = np.zeros((len(times), 3)), np.zeros((len(times), 3))
-            slope[:, : len(place)], rate[:, : len(place)] = q[:, place], v[:, place]
+        for places, column in zip(self.moment_place, self.moment_column, strict=True):
             moment = np.zeros((len(times), 3))
             moment[:, 3 - len(column) :] = amplitude[:, column]
-            spin = np.cross(slope, rate) / np.sum(slope**2, axis=1, keepdims=True)
+            slope, spin = _spin(q, v, places[0])
             power += np.sum(moment * spin, axis=1)
+            along = np.sum(moment * slope, axis=1) / np.sum(slope**2, axis=1)
+            for vector in places[1:]:
+                if vector[0] >= 0:
+                    power += 0.5 * along * np.sum(slope * _spin(q, v, vector)[1], axis=1)
         return power
+
+
+def _spin(q: Vector, v: Vector, place: NDArray[np.int64]) -> tuple[Vector, Vector]:
+    """Return a vector of a node and its angular velocity u x u' / |u|^2, each (k, 3)."""
+    u, rate = np.zeros((len(q), 3)), np.zeros((len(q), 3))
+    u[:, : len(place)], rate[:, : len(place)] = q[:, place], v[:, place]
+    return u, np.cross(u, rate) / np.sum(u**2, axis=1, keepdims=True)
 
 
 def loads_of(
     scene: Scene,
     n_all: int,
     point: Points,
-    slope: Points,
+    frame: Callable[[Node], NDArray[np.int64]],
     elements: Callable[[Any], NDArray[np.int64]],
 ) -> Loads:
     """Spread the loads of a scene over its coordinates.
@@ -91,17 +101,18 @@ def loads_of(
         The loads.
     n_all : int
         Number of coordinates.
-    point, slope : callable
-        Give places (dim, p) and weights (p,) of the position and of r' of a node.
+    point : callable
+        Gives places (dim, p) and weights (p,) of the position of a node.
+    frame : callable
+        Gives places (3, dim) of r_x, r_y and r_z of a node, -1 where it has none.
     elements : callable
         Gives the places (n_e, n_c) of a beam's elements.
     """
     out = Loads(np.zeros(n_all))
     for load in scene.loads:
         if isinstance(load, PointMoment):
-            places, _ = slope(load.node)
             first, width = out.n_amplitudes, 1 if scene.dim == 2 else 3
-            out.moment_place.append(places[:, 0])
+            out.moment_place.append(frame(load.node))
             out.moment_column.append(list(range(first, first + width)))
             out.sources.append((load, width))
             continue

@@ -60,7 +60,7 @@ class System:
         self._index = {id(beam): k for k, beam in enumerate(scene.beams)}
         self.constraints = constraints_of(scene, self.place)
         self.n_multipliers = len(self.constraints.offset)
-        self.loads = loads_of(scene, self.n_all, self.point, self.slope, self.elements)
+        self.loads = loads_of(scene, self.n_all, self.point, self.frame, self.elements)
         self.pattern = self._pattern()
         self.assembly = self._assembly()
         self.capsule = self.assembly.capsule
@@ -107,6 +107,17 @@ class System:
                 3 * xi**2 - 2 * xi,
             ],
         )
+
+    def frame(self, node: Node) -> NDArray[np.int64]:
+        """Return the places (3, dim) of r_x, r_y and r_z at a node; -1 where there is none.
+
+        In the plane a moment cannot twist, and r_y and r_z are not given.
+        """
+        places = self.place(node)[self.dim :]
+        out = np.full((3, self.dim), -1)
+        count = 3 if self.dim == 3 and len(places) == 9 else 1
+        out[:count] = places[: count * self.dim].reshape(count, self.dim)
+        return out
 
     def _interpolate(
         self, node: Node, at_node: Sequence[float], inside: Sequence[float]
@@ -204,7 +215,7 @@ class System:
 
     def _pattern(self) -> Pattern:
         cliques = [self._unknowns(self.elements(beam)) for beam in self.scene.beams]
-        cliques += [self._unknowns(slope[None]) for slope in self.loads.moment_place]
+        cliques += [self._unknowns(frame.reshape(1, -1)) for frame in self.loads.moment_place]
         return build(self.n_free + self.n_multipliers, [*cliques, self._term_unknowns()])
 
     def _assembly(self) -> Any:
@@ -250,7 +261,7 @@ class System:
             "column": np.array(loads.column, dtype=np.int32),
             "weight": np.array(loads.weight, dtype=float),
         }
-        places = np.array(loads.moment_place, dtype=np.int64).reshape(-1, self.dim)
+        places = np.array(loads.moment_place, dtype=np.int64).reshape(-1, 3 * self.dim)
         moments = {
             "place": places.astype(np.int32),
             "slot": self.pattern.slots(self._unknowns(places)),

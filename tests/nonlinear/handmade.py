@@ -90,7 +90,9 @@ class Equations:
         """The compiled loop: Newton unless an inverse is given."""
         settings = {
             "newton": inverse is None,
+            "learns": inverse is not None,
             "carry": False,
+            "polishes": False,
             "economical": False,
             "by_correction": False,
             "max_iterations": 25,
@@ -103,7 +105,9 @@ class Equations:
         }
         if inverse is None:
             inverse = compiled("inverse").Limited(self.seed, "broyden", 0)
-        return compiled("iteration").Iteration(self, self.seed, inverse, **(settings | options))
+        return compiled("iteration").Iteration(
+            self, self.seed, inverse, self.indptr, **(settings | options)
+        )
 
     def dense(self, rule):
         return compiled("inverse").Dense(self.seed, rule)

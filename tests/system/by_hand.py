@@ -164,6 +164,12 @@ class ByHand:
                 x[:dim] = slope
                 m[3 - len(value) :] = value
                 f[where] += (np.cross(m, x) / (x @ x))[:dim]
+                if load.node.beam.element == "thick" and dim == 3:
+                    # What the slope cannot take, the part along the axis, goes to r_y and r_z.
+                    along = x * (m @ x) / (x @ x)
+                    for k in (2, 3):
+                        y, where = self._vector(load.node, q, k)
+                        f[where] += 0.5 * np.cross(along, y) / (y @ y)
                 continue
             beam = load.beam if isinstance(load, DistributedForce) else load.node.beam
             nodes = self.system.places[self.scene.beams.index(beam)]
