@@ -7,8 +7,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.dispatch import compiled
 from ancfsparse.integrators.newmark import Newmark
-from ancfsparse.kernels.dispatch import compiled
 
 Vector = NDArray[np.float64]
 

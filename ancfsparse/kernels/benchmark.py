@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.dispatch import available_instruction_sets, compiled, instruction_set
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import REFERENCES, ElementKind, from_module, module_names
-from ancfsparse.kernels.dispatch import available_instruction_sets, compiled, instruction_set
 from ancfsparse.kernels.layout import pack
 
 GENERATED = Path(__file__).resolve().parents[2] / "generated"

@@ -7,8 +7,8 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError, check_choice
-from ancfsparse.kernels.dispatch import compiled
 
 OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
     "l2t2": {},

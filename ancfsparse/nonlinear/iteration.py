@@ -8,8 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError, check_positive
-from ancfsparse.kernels.dispatch import compiled
 from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.seeds import SparseSeed
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.kernels.dispatch import compiled
+from ancfsparse.dispatch import compiled
 from ancfsparse.seeds.cholmod import order
 
 Indices = NDArray[np.integer[Any]]

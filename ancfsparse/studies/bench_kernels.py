@@ -8,9 +8,9 @@ from typing import Any
 
 from tqdm import tqdm
 
+from ancfsparse.dispatch import available_instruction_sets, instruction_set
 from ancfsparse.kernels.benchmark import Timing, kernel_table, speed_ratios
 from ancfsparse.kernels.catalog import REFERENCES, module_names
-from ancfsparse.kernels.dispatch import available_instruction_sets, instruction_set
 from ancfsparse.studies.target import Target
 
 CLOSED, GAUSS = "thick_axis_consistent", "thick_axis_consistent_gauss"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ancfsparse.kernels.dispatch import instruction_set
+from ancfsparse.dispatch import instruction_set
 from ancfsparse.problems import Problem, pendulum
 from ancfsparse.studies import paper
 from ancfsparse.studies.cells import ROWS, march, median_of

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from ancfsparse.dispatch import instruction_set
 from ancfsparse.errors import InputError, check_choice
 from ancfsparse.integrators import Newmark
-from ancfsparse.kernels.dispatch import instruction_set
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.problems import pendulum
 from ancfsparse.results import Trajectory

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.kernels.dispatch import compiled
+from ancfsparse.dispatch import compiled
 
 Unknowns = NDArray[np.integer[Any]]
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import element_kind
-from ancfsparse.kernels.dispatch import compiled
 from ancfsparse.kernels.layout import pack
 from ancfsparse.scene import Beam, Node, Scene
 from ancfsparse.system.constraints import constraints_of

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from ancfsparse.dispatch import compiled
 from ancfsparse.kernels.catalog import from_module
-from ancfsparse.kernels.dispatch import compiled
 from ancfsparse.kernels.layout import pack
 
 VALUES = {

@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 
+from ancfsparse import dispatch
+from ancfsparse.dispatch import available_instruction_sets, compiled, instruction_set
 from ancfsparse.errors import InputError
-from ancfsparse.kernels import dispatch
 from ancfsparse.kernels.catalog import OPTIONS, REFERENCES, element_kind, from_module, module_names
-from ancfsparse.kernels.dispatch import available_instruction_sets, compiled, instruction_set
 
 
 def test_every_choice_has_its_module():

@@ -8,9 +8,9 @@ from conftest import VALUES
 from reference_energies import ENERGIES
 from states import STATES
 
+from ancfsparse.dispatch import REQUIRED_FLAGS, available_instruction_sets, compiled
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import element_kind
-from ancfsparse.kernels.dispatch import REQUIRED_FLAGS, available_instruction_sets, compiled
 from ancfsparse.kernels.layout import pack
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ancfsparse.kernels.dispatch import compiled
+from ancfsparse.dispatch import compiled
 from ancfsparse.seeds import SparseSeed
 
 

@@ -4,7 +4,7 @@ import ctypes as ct
 
 import numpy as np
 
-from ancfsparse.kernels.dispatch import compiled
+from ancfsparse.dispatch import compiled
 from ancfsparse.seeds import SparseSeed
 
 _new_capsule = ct.pythonapi.PyCapsule_New

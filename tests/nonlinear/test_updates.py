@@ -5,7 +5,7 @@ import pytest
 from drive import Problem, dense, iterate, learn_pair, limited, matrix_of, seed_of
 from formulas import UPDATES, broyden, compact
 
-from ancfsparse.kernels.dispatch import compiled
+from ancfsparse.dispatch import compiled
 
 RULES = tuple(UPDATES)
 SYMMETRIC = ("davidon", "dfp", "bfgs")

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from ancfsparse.kernels.dispatch import (
+from ancfsparse.dispatch import (
     ENVIRONMENT_VARIABLE,
     REQUIRED_FLAGS,
     available_instruction_sets,

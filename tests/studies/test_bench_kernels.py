@@ -2,9 +2,9 @@
 
 import json
 
+from ancfsparse.dispatch import available_instruction_sets
 from ancfsparse.kernels.benchmark import Timing
 from ancfsparse.kernels.catalog import module_names
-from ancfsparse.kernels.dispatch import available_instruction_sets
 from ancfsparse.studies import bench_kernels
 from ancfsparse.studies.target import Target
 

@@ -6,8 +6,8 @@ Only single elements are asked of the package (`tests/kernels` holds those to th
 import numpy as np
 
 import ancfsparse as ancf
+from ancfsparse.dispatch import compiled
 from ancfsparse.kernels.catalog import element_kind
-from ancfsparse.kernels.dispatch import compiled
 from ancfsparse.kernels.layout import pack
 from ancfsparse.scene import Clamp, DistributedForce, Pin, PointMoment, Rod
 
