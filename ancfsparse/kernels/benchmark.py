@@ -1,9 +1,7 @@
 """Time kernels: nanoseconds of processor time per element, with data in cache.
 
-Gather and scatter are included.  ``python -m ancfsparse.kernels.benchmark`` prints every kernel
-on every instruction set of this machine, the thick force in closed form against exact-order Gauss
-quadrature, and full vectors against one lane. For the last it compiles the same generated file
-once more with ``ANCF_LANES=1``, so it needs a checkout.
+Gather and scatter are included.  Full vectors are compared with one lane by compiling the same
+generated file once more with ``ANCF_LANES=1``, which needs a checkout.
 """
 
 import subprocess
@@ -149,26 +147,3 @@ def speed_ratios(names: Sequence[str], kernel: str = "force") -> dict[str, tuple
             single = time_kernel(one_lane(name, Path(folder)), kernel)
             result[name] = (single, time_kernel(from_module(compiled(name)), kernel))
     return result
-
-
-def main() -> None:
-    """Print all tables."""
-    table = kernel_table()
-    print(f"{'kernel':38s}{'set':>11s}{'operations':>12s}{'ns/element':>12s}")
-    for t in table:
-        print(
-            f"{t.name + ' ' + t.kernel:38s}{t.instruction_set:>11s}{t.operations:12d}"
-            f"{t.ns_per_element:12.1f}"
-        )
-    force = {(t.name, t.instruction_set): t.ns_per_element for t in table if t.kernel == "force"}
-    for set_name in available_instruction_sets():
-        closed = force["thick_axis_consistent", set_name]
-        gauss = force["thick_axis_consistent_gauss", set_name]
-        print(f"thick force, Gauss / closed form, {set_name}: {gauss / closed:.2f}")
-    names = ("l2t2", "thin_planar_green", "thin_spatial_green", "thick_axis_consistent")
-    for name, (single, full) in speed_ratios(names).items():
-        print(f"{name} force: one lane {single:.1f} ns, all {full:.1f} ns, {single / full:.2f}")
-
-
-if __name__ == "__main__":
-    main()

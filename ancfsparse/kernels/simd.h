@@ -76,16 +76,16 @@ static inline void vec_scatter_add(double *out, const int32_t *at, vec v)
 #endif
 }
 
+/* Orders for __builtin_shuffle, which wants vectors without the attributes of `vec`. */
+typedef double vec_plain __attribute__((vector_size(8 * ANCF_LANES)));
+typedef int64_t vec_order __attribute__((vector_size(8 * ANCF_LANES)));
 #if ANCF_LANES == 8
-typedef int64_t vec_order __attribute__((vector_size(64)));
 #define VEC_NEXT {1, 2, 3, 4, 5, 6, 7, 8}
 #define VEC_BEFORE {8, 0, 1, 2, 3, 4, 5, 6}
 #elif ANCF_LANES == 4
-typedef int64_t vec_order __attribute__((vector_size(32)));
 #define VEC_NEXT {1, 2, 3, 4}
 #define VEC_BEFORE {4, 0, 1, 2}
 #else
-typedef int64_t vec_order __attribute__((vector_size(16)));
 #define VEC_NEXT {1, 2}
 #define VEC_BEFORE {2, 0}
 #endif
@@ -95,7 +95,8 @@ typedef int64_t vec_order __attribute__((vector_size(16)));
 static inline vec vec_gather_next(const double *p, const int32_t *at, vec before, int chained)
 {
     if (chained)
-        return __builtin_shuffle(before, (vec){0} + p[at[ANCF_LANES - 1]], (vec_order)VEC_NEXT);
+        return __builtin_shuffle((vec_plain)before, (vec_plain){0} + p[at[ANCF_LANES - 1]],
+                                 (vec_order)VEC_NEXT);
     return vec_gather(p, at);
 }
 
@@ -105,7 +106,8 @@ static inline void vec_scatter_add_nodes(double *out, const int32_t *first, cons
                                          vec u, vec v, int chained)
 {
     if (chained) {
-        vec_scatter_add(out, first, u + __builtin_shuffle(v, (vec){0}, (vec_order)VEC_BEFORE));
+        vec_scatter_add(out, first,
+                        u + __builtin_shuffle((vec_plain)v, (vec_plain){0}, (vec_order)VEC_BEFORE));
         out[second[ANCF_LANES - 1]] += v[ANCF_LANES - 1];
     } else {
         vec_scatter_add(out, first, u);

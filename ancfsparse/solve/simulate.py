@@ -146,10 +146,10 @@ def count_steps(t_end: float, dt: float) -> int:
     check_positive("dt", dt, "s")
     n_steps = round(t_end / dt)
     if n_steps < 1 or abs(n_steps * dt - t_end) > 1e-9 * t_end:
-        fitting = t_end / max(n_steps, 1)
+        n = max(n_steps, 1)
         raise InputError(
             f"dt = {dt:g} s does not divide t_end = {t_end:g} s into whole steps "
-            f"({t_end / dt:.6g} of them): try dt = {fitting:.9g} s"
+            f"({t_end / dt:.6g} of them): try t_end = {n * dt:.9g} s, or dt = {t_end / n:.9g} s"
         )
     return n_steps
 

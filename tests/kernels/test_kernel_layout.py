@@ -67,10 +67,11 @@ def test_equal_parameters_are_stored_once():
     places = np.zeros((n, 8), dtype=int)
     layout = pack(kind, places, places, base)
     assert len(layout.parameters) == 2
-    by_block = layout.parameters[layout.set_of]
+    sets = np.where(layout.set_of < 0, ~layout.set_of, layout.set_of)
+    by_block = layout.parameters[sets]
     np.testing.assert_array_equal(by_block[5], np.broadcast_to(
         kind.prepare(np.full((1, 4), 2.0)).T, by_block[5].shape))  # fmt: skip
-    others = np.delete(layout.set_of, 5)
+    others = np.delete(sets, 5)
     assert (others == others[0]).all()
 
 
@@ -95,6 +96,20 @@ def test_neighbours_in_one_block_add_to_their_shared_node(rng):
              local, local, part)  # fmt: skip
         expected[row] += part
     np.testing.assert_allclose(out, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
+
+
+def test_chains_are_marked_and_nothing_else():
+    kind = element_kind("thin", 2)
+    if kind.lanes == 1:
+        pytest.skip("one lane has no neighbour")
+    n = 3 * kind.lanes
+    places = np.arange(n)[:, None] * 4 + np.arange(8)
+    places[kind.lanes + 1 :] += 4  # a gap inside the second block
+    base = np.ones((n, len(kind.parameters)))
+    np.testing.assert_array_equal(pack(kind, places, places, base).set_of < 0, [True, False, True])
+    # A scatter of as many numbers as coordinates must be a chain too.
+    apart = np.arange(8 * n).reshape(n, 8)
+    assert (pack(kind, places, apart, base).set_of >= 0).all()
 
 
 def test_no_elements_make_no_blocks():

@@ -28,7 +28,7 @@ def simulate(t_end=0.1, dt=1e-3, **options):
         (1.0, None, "dt must be a number, got None"),
         (1.0, 3e-3, "does not divide t_end = 1 s"),
         (1.0, 2.0, "does not divide t_end = 1 s"),
-        (1.0, 0.4, "try dt = 0.5 s"),
+        (1.0, 0.4, "try t_end = 0.8 s, or dt = 0.5 s"),
     ],
 )
 def test_times(t_end, dt, said):
