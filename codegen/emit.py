@@ -147,7 +147,8 @@ class KernelPrinter(Printer):
         if node in self.derived:
             return f"vec_parameter(p, {self.derived[node]})"
         if entry.op in ("coordinate", "acceleration"):
-            return self.gathered({"coordinate": "q", "acceleration": "a"}[entry.op], entry.value)
+            source = {"coordinate": "q", "acceleration": "a"}[entry.op]
+            return self.gathered(source, int(entry.value))
         return None
 
     def gathered(self, source: str, number: int) -> str:

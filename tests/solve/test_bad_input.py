@@ -45,7 +45,7 @@ def test_rounding_is_no_reason_to_refuse(t_end, dt):
 def test_the_step_it_suggests_is_one_that_works():
     with pytest.raises(ancf.InputError) as caught:
         simulate(1.0, 3e-3)
-    suggested = float(str(caught.value).split("try dt = ")[1].split(" s")[0])
+    suggested = float(str(caught.value).split("or dt = ")[1].split(" s")[0])
     assert simulate(1.0, suggested).stats.steps == 333
 
 
