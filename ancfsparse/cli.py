@@ -16,6 +16,7 @@ from ancfsparse.studies.bench_kernels import KernelBench
 from ancfsparse.studies.bench_kernels import bench_kernels as run_bench_kernels
 from ancfsparse.studies.bench_paper import PaperBench
 from ancfsparse.studies.bench_paper import bench_paper as run_bench_paper
+from ancfsparse.studies.commands import study
 from ancfsparse.studies.pendulum import SOLVERS, PendulumRun, run_pendulum
 from ancfsparse.studies.table1 import table1 as run_table1
 
@@ -29,6 +30,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
+app.add_typer(study, name="study")
 
 JsonOption = Annotated[
     str | None,

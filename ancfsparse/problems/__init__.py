@@ -4,5 +4,16 @@ Tests, studies, the command line and the README share them, so that a name means
 """
 
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
+from ancfsparse.problems.meshes import MOTIONS, Net, chain, net
 
-__all__ = ["Problem", "cantilever", "elastica", "pendulum", "roll_up"]
+__all__ = [
+    "MOTIONS",
+    "Net",
+    "Problem",
+    "cantilever",
+    "chain",
+    "elastica",
+    "net",
+    "pendulum",
+    "roll_up",
+]

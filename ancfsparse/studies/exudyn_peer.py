@@ -35,11 +35,14 @@ class Setting:
         full Newton.
     linear_solver : str
         Exudyn's name for it.
+    reuse_pattern : bool, optional
+        Whether a sparse solver orders its unknowns once only.
     """
 
     name: str
     contractivity: float
     linear_solver: str
+    reuse_pattern: bool = False
 
 
 SETTINGS = (
@@ -111,7 +114,8 @@ def run_exudyn(
     tip = _build(system, problem)
     sensor = _watch(exudyn, system, tip)
     system.Assemble()
-    settings = _settings(exudyn, setting, t_end, dt, interval)
+    settings = settings_of(exudyn, setting, t_end, dt)
+    settings.solution.sensors.writePeriod = interval
     begin = time.perf_counter()
     system.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.GeneralizedAlpha)
     seconds = time.perf_counter() - begin
@@ -165,11 +169,22 @@ def _watch(exudyn: Any, system: Any, node: int) -> Any:
     )
 
 
-def _settings(exudyn: Any, setting: Setting, t_end: float, dt: float, interval: float) -> Any:
+def settings_of(exudyn: Any, setting: Setting, t_end: float, dt: float) -> Any:
+    """Return Exudyn's settings: its trapezoidal rule on one thread, without output.
+
+    Parameters
+    ----------
+    exudyn : module
+        As `load` returns it.
+    setting : Setting
+        How steps are solved.
+    t_end, dt : float
+        Simulated time and time step [s].
+    """
     settings = exudyn.SimulationSettings()
     settings.solution.file.write = False
-    settings.solution.sensors.writePeriod = interval
     settings.linearSolver.solverType = getattr(exudyn.LinearSolverType, setting.linear_solver)
+    settings.linearSolver.reuseAnalyzedPattern = setting.reuse_pattern
     settings.parallel.numberOfThreads = 1
     stepping = settings.timeIntegration
     stepping.numberOfSteps = round(t_end / dt)

@@ -1,0 +1,147 @@
+"""Large scenes whose cost is studied against their size: long chains and square nets."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import check_choice, check_count
+from ancfsparse.problems.benchmarks import Problem
+from ancfsparse.scene import Beam, Connect, Material, Rectangle, Scene
+from ancfsparse.scene.beams import VelocityField
+
+LENGTH = 0.2  # of an element [m]
+
+# Speeds [m/s] and numbers of elements of the waves in each motion.
+WAVES: dict[str, list[tuple[float, int]]] = {
+    "rest": [],
+    "smooth": [(2.0, 80)],
+    "rough": [(4.0, 40), (4.0, 8)],
+}
+MOTIONS = tuple(WAVES)
+
+
+class Net(NamedTuple):
+    """A net: ``scene, along, across = net(30)``.
+
+    Attributes
+    ----------
+    scene : Scene
+        Ready to simulate.
+    along, across : list of Beam
+        Its cables in +x, from z = 0 on, and in +z, from x = 0 on.
+    """
+
+    scene: Scene
+    along: list[Beam]
+    across: list[Beam]
+
+
+def chain(n_elements: int = 1000, motion: str = "rest", element: str = "l2t2") -> Problem:
+    """Set up a planar cable of many equal elements, pinned at the origin, falling.
+
+    Section and material are those of `pendulum`; an element has 0.2 m, however many there are.
+
+    Parameters
+    ----------
+    n_elements : int, optional
+        Number of elements.
+    motion : {"rest", "smooth", "rough"}, optional
+        Initial velocities: none, a long wave, or two short ones, which whirl and wave each stretch
+        of the chain (see `WAVES`) and do not grow with its length.
+    element : str, optional
+        ``"l2t2"`` or ``"thin"``.
+
+    Returns
+    -------
+    Problem
+        The scene and its cable.
+    """
+    check_count("n_elements", n_elements)
+    scene = Scene((0.0, -9.81))
+    end = LENGTH * n_elements, 0.0
+    velocity = _whirl(_waves(motion))
+    section, material = _cable()
+    rod = scene.add_beam(element, (0, 0), end, n_elements, section, material, velocity=velocity)
+    scene.pin(rod.start)
+    return Problem(scene, rod)
+
+
+def net(n_nodes: int = 30, motion: str = "rest") -> Net:
+    """Set up a square net of thin cables in the x-z plane, held at its corners, falling in -y.
+
+    Section and material are those of `pendulum`; the cables cross every 0.2 m and share the
+    position of each crossing.
+
+    Parameters
+    ----------
+    n_nodes : int, optional
+        Crossings along a side, so ``2 n (n - 1)`` elements.
+    motion : {"rest", "smooth", "rough"}, optional
+        Initial velocities: none, or standing waves of about the lengths of those in `chain`.
+
+    Returns
+    -------
+    Net
+        The scene and its cables.
+    """
+    check_count("n_nodes", n_nodes, 2)
+    scene = Scene((0.0, -9.81, 0.0))
+    side = LENGTH * (n_nodes - 1)
+    velocity = _swell(_waves(motion), side)
+    section, material = _cable()
+
+    def cable(start: tuple[float, ...], end: tuple[float, ...]) -> Beam:
+        return scene.add_beam("thin", start, end, n_nodes - 1, section, material, velocity=velocity)
+
+    places = LENGTH * np.arange(n_nodes)
+    along = [cable((0.0, 0.0, z), (side, 0.0, z)) for z in places]
+    across = [cable((x, 0.0, 0.0), (x, 0.0, side)) for x in places]
+    # Not by `connect`, which looks through all joints for a place that is held already.
+    scene.joints += [
+        Connect(a.node(i), b.node(j)) for j, a in enumerate(along) for i, b in enumerate(across)
+    ]
+    for held in (along[0], along[-1]):
+        scene.pin(held.start)
+        scene.pin(held.end)
+    return Net(scene, along, across)
+
+
+def _cable() -> tuple[Rectangle, Material]:
+    return Rectangle(0.01, 0.01), Material(1e8, 4000.0)
+
+
+def _waves(motion: str) -> list[tuple[float, int]]:
+    """Return the speed [m/s] and the number of elements of each wave."""
+    check_choice("motion", motion, MOTIONS)
+    return WAVES[motion]
+
+
+def _whirl(waves: list[tuple[float, int]]) -> VelocityField | None:
+    """Let the points of a chain along x start on circles whose phase runs along it."""
+
+    def field(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        v = np.zeros_like(x)
+        for speed, elements in waves:
+            phase = 2.0 * math.pi / (LENGTH * elements) * x[:, 0]
+            v[:, 0] += speed * (np.cos(phase) - 1.0)
+            v[:, 1] += speed * np.sin(phase)
+        return v
+
+    return field if waves else None
+
+
+def _swell(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
+    """Let a net start in standing waves across its plane that leave its edges at rest."""
+
+    def field(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        v = np.zeros_like(x)
+        for speed, elements in waves:
+            number = max(1, round(2.0 * side / (LENGTH * elements))) * math.pi / side
+            v[:, 1] += speed * np.sin(number * x[:, 0]) * np.sin(number * x[:, 2])
+        return v
+
+    return field if waves else None

@@ -1,0 +1,245 @@
+"""What secant pairs are worth: counts, modelled cost and seconds against memory length."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from statistics import median
+from typing import Any
+
+from tqdm import tqdm
+
+from ancfsparse.dispatch import instruction_set
+from ancfsparse.nonlinear import Method, ModifiedNewton, QuasiNewton
+from ancfsparse.nonlinear.iteration import Costs
+from ancfsparse.nonlinear.methods import UPDATES
+from ancfsparse.problems import chain, net
+from ancfsparse.scene import Scene
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve import simulate
+from ancfsparse.system import System
+
+DT = 5e-4
+LENGTHS = (1, 2, 5, 10, 20)
+MOTIONS = ("smooth", "rough")
+
+# Products with a term of an inverse stream through memory like the sweeps, whose operations weigh
+# this much in the cost model; a term takes a dot product and an addition.
+TERM_COST = 0.5 * 4.0
+TERMS = {"broyden": 1, "davidon": 1, "dfp": 2, "bfgs": 2}
+
+# Costs that differ by less than this are the same.
+SAME = 0.02
+
+
+@dataclass
+class Run:
+    """One memory length of one update on one scene.
+
+    Attributes
+    ----------
+    scene : str
+        For the table.
+    update : str
+        Or ``"chord"``, which keeps no pair.
+    pairs : int
+        Memory length.
+    carry : bool
+        Whether pairs outlive their step.
+    iterations_per_step : float
+        Corrections per time step.
+    factorizations, recoveries, skipped_pairs : int
+        As in `RunStats`.
+    model_cost : float
+        Of a step, from counts, in operations of the seed's sweeps; see `model_cost`.
+    rounds : list of float
+        March of each round [s].
+    """
+
+    scene: str
+    update: str
+    pairs: int
+    carry: bool
+    iterations_per_step: float
+    factorizations: int
+    recoveries: int
+    skipped_pairs: int
+    model_cost: float
+    rounds: list[float] = field(default_factory=list)
+
+    @property
+    def seconds(self) -> float:
+        """Median time of the march [s]."""
+        return median(self.rounds)
+
+
+@dataclass(frozen=True)
+class MemoryStudy:
+    """Everything `ancfsparse study memory` measures.
+
+    Attributes
+    ----------
+    runs : list of Run
+        Scene by scene, the chord first.
+    settings : dict
+        What was run, and on what.
+    """
+
+    runs: list[Run]
+    settings: dict[str, Any]
+
+    @property
+    def scenes(self) -> list[str]:
+        """Names of the scenes, in order."""
+        return list(dict.fromkeys(run.scene for run in self.runs))
+
+    def of(self, scene: str) -> list[Run]:
+        """Return the runs of a scene, the chord first."""
+        return [run for run in self.runs if run.scene == scene]
+
+    def best(self, scene: str, carry: bool) -> Run:
+        """Return the quasi-Newton run of least modelled cost."""
+        wanted = [r for r in self.of(scene) if r.pairs > 0 and r.carry is carry]
+        return min(wanted, key=lambda run: run.model_cost)
+
+    def findings(self) -> list[str]:
+        """Say for each scene whether pairs pay, and whether carried ones do."""
+        return [self._finding(scene) for scene in self.scenes]
+
+    def _finding(self, scene: str) -> str:
+        chord, own, carried = self.of(scene)[0], self.best(scene, False), self.best(scene, True)
+        fewest = min(r.iterations_per_step for r in self.of(scene) if r.carry)
+        return (
+            f"{scene}: this step's pairs {_verdict(own, chord)} beside the chord "
+            f"({_name(own)}), carried pairs {_verdict(carried, own)} beside them "
+            f"({_name(carried)}), though iterations fall from {chord.iterations_per_step:.2f} "
+            f"(chord) and {own.iterations_per_step:.2f} to {fewest:.2f} per step"
+        )
+
+    def record(self) -> dict[str, Any]:
+        """Return one JSON object."""
+        return {
+            "settings": self.settings,
+            "runs": [asdict(run) | {"median_seconds": run.seconds} for run in self.runs],
+            "findings": self.findings(),
+        }
+
+
+def _name(run: Run) -> str:
+    return f"{run.update}, {run.pairs}"
+
+
+def _verdict(run: Run, other: Run) -> str:
+    """Compare two costs, modelled and measured, in words."""
+    model, clock = run.model_cost / other.model_cost, run.seconds / other.seconds
+    word = "pay" if model < 1.0 - SAME else "do not pay" if model > 1.0 + SAME else "change nothing"
+    return f"{word}: {model:.2f} of the cost, {clock:.2f} of the seconds"
+
+
+def model_cost(
+    costs: Costs, n: int, steps: int, iterations: int, factorizations: int, method: Method
+) -> float:
+    """Weigh the counts of a run, per step.
+
+    Parameters
+    ----------
+    costs : Costs
+        Of an iteration without pairs and of a seed, as the compiled loop weighs them.
+    n : int
+        Number of unknowns.
+    steps, iterations, factorizations : int
+        Counts of the run.
+    method : Method
+        Pairs add `TERM_COST` operations per unknown, term and product.  Pairs of this step are as
+        many as corrections before; a carried memory, which is dropped when full, is half full.
+    """
+    products = 0.0
+    if isinstance(method, QuasiNewton):
+        capacity = int(method.memory)
+        before = min(0.5 * max(iterations / steps - 1.0, 0.0), capacity)
+        held = 0.5 * capacity if method.carry else before
+        products = TERMS[method.update] * held * iterations
+    return (
+        iterations * costs.iteration + factorizations * costs.seed + TERM_COST * n * products
+    ) / steps
+
+
+def memory(
+    chain_elements: int = 1000,
+    net_nodes: int = 20,
+    steps: int = 200,
+    rounds: int = 3,
+    progress: bool = False,
+) -> MemoryStudy:
+    """Run all four updates with growing memory on a chain and a net, in smooth and rough motion.
+
+    Parameters
+    ----------
+    chain_elements, net_nodes : int, optional
+        Sizes, as in `problems.chain` and `problems.net`.
+    steps : int, optional
+        Time steps of 5e-4 s.
+    rounds : int, optional
+        Runs of each, in turn.
+    progress : bool, optional
+        Whether to draw a progress bar.
+    """
+    scenes = {f"chain of {chain_elements}, {m}": chain(chain_elements, m).scene for m in MOTIONS}
+    scenes |= {f"net {net_nodes} x {net_nodes}, {m}": net(net_nodes, m).scene for m in MOTIONS}
+    methods = _methods()
+    runs = []
+    total = rounds * len(scenes) * len(methods)
+    with tqdm(total=total, unit="run", disable=None if progress else True, leave=False) as bar:
+        for name, scene in scenes.items():
+            bar.set_description(name)
+            runs += _race(name, scene, methods, steps, rounds, bar)
+    settings = {
+        "dt_s": DT,
+        "steps": steps,
+        "rounds": rounds,
+        "tolerance": "default",
+        "instruction_set": instruction_set(),
+    }
+    return MemoryStudy(runs, settings)
+
+
+def _methods() -> list[Method]:
+    return [
+        ModifiedNewton(),
+        *(
+            QuasiNewton(update, memory=pairs, carry=carry)
+            for update in UPDATES
+            for carry in (False, True)
+            for pairs in LENGTHS
+        ),
+    ]
+
+
+def _race(
+    name: str, scene: Scene, methods: list[Method], steps: int, rounds: int, bar: Any
+) -> list[Run]:
+    """Run all methods on a scene in turn."""
+    system = System(scene)
+    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    costs = Costs.of(system.operations("residual"), system.operations("tangent"), seed)
+    runs: dict[Method, Run] = {}
+    for _ in range(rounds):
+        for method in methods:
+            stats = simulate(scene, steps * DT, DT, solver=method, save_every=steps).stats
+            if method not in runs:
+                quasi = method if isinstance(method, QuasiNewton) else None
+                runs[method] = Run(
+                    name,
+                    quasi.update if quasi else "chord",
+                    int(quasi.memory) if quasi else 0,
+                    quasi.carry if quasi else False,
+                    stats.iterations_per_step,
+                    stats.factorizations,
+                    stats.recoveries,
+                    stats.skipped_pairs,
+                    model_cost(
+                        costs, seed.n, steps, stats.iterations, stats.factorizations, method
+                    ),
+                )
+            runs[method].rounds.append(stats.march_seconds)
+            bar.update()
+    return list(runs.values())

@@ -1,0 +1,168 @@
+"""What the hot loops reach of the memory bandwidth, and the operations per second of the kernels.
+
+Bandwidth is that of a triad ``a = b + c`` on arrays far larger than the caches, measured in the
+same run.  Bytes are counted as the loops name them: a number read is 8, one written 8, one changed
+in place 16, an index 4; what the processor fetches in order to overwrite it is counted in neither.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.dispatch import instruction_set
+from ancfsparse.kernels.benchmark import time_kernel
+from ancfsparse.kernels.catalog import element_kind
+from ancfsparse.problems import chain
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.system import System
+
+DT = 5e-4
+
+# In every sweep: permuted in (8 + 4 + 8), down (16), up (8 + 16), permuted out (8 + 4 + 8 + 8).
+SOLVE_BYTES_PER_UNKNOWN = 88
+
+# Elements whose data stay in the first-level cache.
+IN_CACHE = 128
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A hot loop on a chain.
+
+    Attributes
+    ----------
+    name : str
+        Which.
+    elements : int
+        Of the chain.
+    nanoseconds : float
+        Time per element [ns].
+    bytes, operations : float
+        Per element; 0 where they are not counted.
+    """
+
+    name: str
+    elements: int
+    nanoseconds: float
+    bytes: float = 0.0
+    operations: float = 0.0
+
+    @property
+    def gigabytes_per_second(self) -> float:
+        """Bytes moved [GB/s]."""
+        return self.bytes / self.nanoseconds
+
+    @property
+    def gigaflops(self) -> float:
+        """Operations [1e9 / s]."""
+        return self.operations / self.nanoseconds
+
+
+@dataclass(frozen=True)
+class Roofline:
+    """Bandwidth and loops.
+
+    Attributes
+    ----------
+    triad : float
+        Bandwidth [GB/s].
+    loops : list of Loop
+        What was measured beside it.
+    """
+
+    triad: float
+    loops: list[Loop]
+
+    def record(self) -> dict[str, Any]:
+        """Return one JSON object."""
+        return {
+            "instruction_set": instruction_set(),
+            "triad_gigabytes_per_second": self.triad,
+            "loops": [
+                asdict(each)
+                | {
+                    "gigabytes_per_second": each.gigabytes_per_second,
+                    "share_of_triad": each.gigabytes_per_second / self.triad,
+                    "gigaflops": each.gigaflops,
+                }
+                for each in self.loops
+            ],
+        }
+
+    def __str__(self) -> str:
+        """Set the table for a terminal."""
+        lines = [
+            f"Roofline, chain of l2t2, {instruction_set()}: a triad on large arrays moves "
+            f"{self.triad:.1f} GB/s",
+            f"  {'':<18}{'elements':>10}{'ns/element':>12}{'Gflop/s':>10}{'GB/s':>8}"
+            f"{'of triad':>10}",
+        ]
+        for each in self.loops:
+            flops = f"{each.gigaflops:.1f}" if each.operations else ""
+            speed = f"{each.gigabytes_per_second:.1f}" if each.bytes else ""
+            share = f"{each.gigabytes_per_second / self.triad:.0%}" if each.bytes else ""
+            lines.append(
+                f"  {each.name:<18}{each.elements:>10}{each.nanoseconds:>12.1f}{flops:>10}"
+                f"{speed:>8}{share:>10}".rstrip()
+            )
+        return "\n".join(lines)
+
+
+def roofline(n_elements: int = 100_000, triad_numbers: int = 16_000_000) -> Roofline:
+    """Measure bandwidth, triangular solve, factorisation and kernels on a planar chain.
+
+    Parameters
+    ----------
+    n_elements : int, optional
+        Length of the chain.
+    triad_numbers : int, optional
+        Numbers in each of the three arrays of the triad.
+    """
+    before = triad(triad_numbers)
+    loops = _seed(n_elements)
+    kind = element_kind("l2t2", 2)
+    for kernel in ("residual", "tangent"):
+        for count in (IN_CACHE, n_elements):
+            nanoseconds = time_kernel(kind, kernel, n_elements=count, rounds=5)
+            operations = kind.operations[kernel]
+            loops.append(Loop(f"kernel {kernel}", count, nanoseconds, 0.0, operations))
+    return Roofline(max(before, triad(triad_numbers)), loops)
+
+
+def triad(n: int, rounds: int = 5) -> float:
+    """Return the bandwidth of ``a = b + c`` on arrays of `n` numbers [GB/s]."""
+    b, c, a = np.ones(n), np.ones(n), np.zeros(n)
+    return 24.0 * n / (1e9 * fastest(lambda: np.add(b, c, out=a), rounds))
+
+
+def _seed(n_elements: int) -> list[Loop]:
+    system = System(chain(n_elements).scene)
+    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    lam, amplitudes = np.zeros(0), np.zeros(system.loads.amplitudes(np.zeros(1)).shape[1])
+    values = system.assembly.matrix(1.0, DT**2 / 4.0, system.q0, lam, amplitudes)
+    r = np.ones(seed.n)
+    factor = fastest(lambda: seed.factor(values), 3)
+    solve = fastest(lambda: seed.solve(r), 7)
+    # L is read on the way down and on the way up.
+    moved = 16.0 * seed.nnz + SOLVE_BYTES_PER_UNKNOWN * seed.n
+    per = 1.0 / n_elements
+    return [
+        Loop("factor", n_elements, 1e9 * factor * per, 0.0, seed.factor_flops * per),
+        Loop("solve", n_elements, 1e9 * solve * per, moved * per, seed.solve_flops * per),
+    ]
+
+
+def fastest(work: Callable[[], object], rounds: int) -> float:
+    """Return the shortest time of several rounds after one that does not count [s]."""
+    work()
+    times = []
+    for _ in range(rounds):
+        begin = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begin)
+    return min(times)

@@ -1,0 +1,103 @@
+"""Counts and memory grow as they must; times are not looked at."""
+
+import numpy as np
+import pytest
+
+from ancfsparse import QuasiNewton, simulate
+from ancfsparse.problems import chain, net
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.studies.scaling_job import Job, Worker, counts
+from ancfsparse.system import System
+
+CHAINS = (100, 1000, 10_000)
+NETS = (10, 20, 40, 80)
+MOST_BYTES = 4000  # per element of a chain while it runs, so that 1e6 elements fit 4 GB
+BROYDEN = QuasiNewton("broyden", memory=10)
+
+
+def slopes(x, y):
+    """Return the power of x in y between neighbours."""
+    return np.diff(np.log(y)) / np.diff(np.log(x))
+
+
+def array_bytes(scene):
+    """Bytes of what stays in memory while a run goes on: the matrix, L and the start."""
+    system = System(scene)
+    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    pattern = system.pattern.indptr.nbytes + system.pattern.indices.nbytes
+    factor = sum(array.nbytes for array in seed.columns())
+    places = sum(array.nbytes for array in system.places)
+    return pattern + factor + places + system.q0.nbytes + system.v0.nbytes
+
+
+def test_chains_are_linear_in_pattern_and_factor():
+    table = [counts(chain(n).scene) for n in CHAINS]
+    for key in "unknowns", "pattern_entries", "factor_entries", "factor_flops":
+        np.testing.assert_allclose(slopes(CHAINS, [c[key] for c in table]), 1.0, atol=0.02)
+    assert {c["ordering"] for c in table} == {"natural"}
+    for c in table:  # no fill: L and the pivots are the lower triangle
+        assert c["factor_entries"] + c["unknowns"] == c["pattern_entries"]
+
+
+def test_entries_of_a_chain_by_hand():
+    # Two free nodes of four coordinates and the slope of the pinned one: a lower triangle of 10
+    # unknowns in which the first two do not meet the last four.
+    c = counts(chain(2).scene)
+    assert c["unknowns"] == 10
+    assert c["pattern_entries"] == 10 * 11 // 2 - 2 * 4
+    assert c["factor_entries"] == c["pattern_entries"] - 10
+
+
+def test_bytes_of_a_chain_are_linear():
+    sizes = [array_bytes(chain(n).scene) for n in CHAINS]
+    np.testing.assert_allclose(slopes(CHAINS, sizes), 1.0, atol=0.02)
+    assert sizes[-1] / CHAINS[-1] < 1000
+
+
+def test_nets_fill_in_like_nested_dissection():
+    table = [counts(net(n).scene) for n in NETS]
+    n = np.array(NETS, dtype=float)
+    np.testing.assert_array_equal([c["unknowns"] for c in table], 9 * n**2 - 12)
+    np.testing.assert_allclose(slopes(n, [c["pattern_entries"] for c in table])[1:], 2.0, atol=0.1)
+    # N^2 log N entries and N^3 operations: per node, each doubling of N adds about as many entries.
+    entries = np.array([c["factor_entries"] for c in table]) / n**2
+    assert np.ptp(np.diff(entries)) < 0.25 * np.mean(np.diff(entries))
+    operations = np.array([c["factor_flops"] for c in table]) / n**3
+    assert np.all(np.diff(operations, n=2) < 0.0)
+    assert operations[-1] < 1.25 * operations[-2]
+    assert table[-1]["ordering"] == "metis"
+
+
+@pytest.mark.parametrize("motion", ["rest", "rough"])
+def test_iterations_on_chains_do_not_grow_with_the_size(motion):
+    per_step, seeds = [], []
+    for n in CHAINS:
+        stats = simulate(
+            chain(n, motion).scene, 0.01, 5e-4, solver=QuasiNewton("broyden", 10)
+        ).stats
+        assert stats.recoveries == 0
+        per_step.append(stats.iterations_per_step)
+        seeds.append(stats.factorizations)
+    assert max(per_step) <= 1.2 * min(per_step)
+    assert max(seeds) <= 2
+    assert max(per_step) < 4.0 if motion == "rough" else max(per_step) < 2.0
+
+
+def test_iterations_on_nets_do_not_grow_with_the_size():
+    per_step = []
+    for n in (10, 20, 40):
+        stats = simulate(net(n).scene, 0.005, 5e-4, solver=BROYDEN).stats
+        assert stats.factorizations <= 2
+        per_step.append(stats.iterations_per_step)
+    assert max(per_step) <= 1.25 * min(per_step)
+
+
+def test_peak_memory_of_1e5_elements():
+    def peak(size):
+        with Worker() as worker:
+            record = worker.run(Job("chain", size, "rest", "auto", 2, 5e-4))
+        return (record["peak_bytes"] - record["base_bytes"]) / size
+
+    at_1e5 = peak(100_000)
+    assert at_1e5 < MOST_BYTES
+    assert at_1e5 < 1.2 * peak(30_000)
