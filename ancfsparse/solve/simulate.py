@@ -93,7 +93,7 @@ def simulate(
         raise InputError(f"integrator must be Newmark(alpha), got {integrator!r}")
     begin = time.perf_counter()
     system = System(scene)
-    march, iteration, why = prepare(system, dt, integrator, solver, tolerance)
+    march, iteration, seed, why = prepare(system, dt, integrator, solver, tolerance)
     rows = n_steps // save_every + 1
     saved = [np.zeros((rows, system.n_all)) for _ in range(3)]
     saved.append(np.zeros((rows, system.n_multipliers)))
@@ -112,6 +112,8 @@ def simulate(
                 iteration, wanted, amplitudes, save_every, stats.steps, *saved
             )
             stats.march_seconds += time.perf_counter() - clock
+            if seed.error is not None:
+                raise seed.error
             stats.steps += taken
             outcome = Outcome(code)
             bar.update(taken)
@@ -160,8 +162,8 @@ def prepare(
     integrator: Newmark,
     solver: Method | str,
     tolerance: str | float,
-) -> tuple[Any, Any, str]:
-    """Return the compiled march, the compiled nonlinear loop, and why this method."""
+) -> tuple[Any, Any, SparseSeed, str]:
+    """Return the compiled march and nonlinear loop, the seed, and why this method."""
     n = system.n_free + system.n_multipliers
     method, why = choose(solver, n, straight=system.constraints.linear)
     scale = integrator.beta * dt**2
@@ -186,7 +188,7 @@ def prepare(
     )
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
         why += ", first inverse from finite differences"
-    return march, iteration, why
+    return march, iteration, seed, why
 
 
 def count(stats: RunStats, iteration: Any) -> None:
