@@ -11,8 +11,8 @@ from ancfsparse.dispatch import compiled
 from ancfsparse.seeds.cholmod import Supernodal, order
 
 Indices = NDArray[np.integer[Any]]
-# Operations for each entry of L from which CHOLMOD's dense blocks beat our loops: between square nets
-# of 30 (149, four times slower) and of 60 cables a side (257, a quarter faster).
+# Operations for each entry of L from which CHOLMOD's dense blocks beat our loops: between square
+# nets of 30 (149, four times slower) and of 60 cables a side (257, a quarter faster).
 DENSE_BLOCKS = 200.0
 
 Upper = tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32]]
@@ -21,10 +21,11 @@ Upper = tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32]]
 class SparseSeed:
     """Inverse of a symmetric quasi-definite matrix through its sparse factor.
 
-    CHOLMOD orders the unknowns once, unless their own order causes no fill, as along a chain.  Where
-    the factor is sparse, every factorisation and every solve runs in our own compiled loops, without
-    Python and without allocation.  Where it fills in so much that dense blocks pay, as on nets,
-    CHOLMOD's supernodal factor takes over; if that meets an indefinite matrix, our own steps in.
+    CHOLMOD orders the unknowns once, unless their own order causes no fill, as along a chain.
+    Where the factor is sparse, every factorisation and every solve runs in our own compiled loops,
+    without Python and without allocation.  Where it fills in so much that dense blocks pay, as on
+    large nets, CHOLMOD's supernodal factor takes over; if that meets an indefinite matrix, our own
+    steps in.
 
     Parameters
     ----------
@@ -118,11 +119,11 @@ class SparseSeed:
 
 
 def _cheapest(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32], Upper]:
-    """Return the name of the ordering with the least fill, the permutation, and the upper triangle.
+    """Return the name of the ordering with the least fill, the permutation, the upper triangle.
 
-    The natural order is kept where nothing fills in, as along a chain.  Nested dissection (METIS) is
-    best for nets, minimum degree (AMD) for trees and other sparse graphs; counting the fill of a bad
-    order would take longer than all the rest, so the count stops where the better one ended.
+    The natural order is kept where nothing fills in, as along a chain.  Nested dissection (METIS)
+    is best for nets, minimum degree (AMD) for trees and other sparse graphs; counting the fill of a
+    bad order would take longer than all the rest, so it stops where the better one ended.
     """
     n = len(indptr) - 1
     tree = compiled("ldl").elimination_tree
