@@ -40,7 +40,7 @@ class SparseSeed:
     n : int
         Number of unknowns.
     ordering : str
-        ``"natural"``, ``"amd"`` or ``"metis"``: what fills in least.
+        ``"natural"``, ``"both ends"``, ``"amd"`` or ``"metis"``: what fills in least.
     supernodal : bool
         Whether CHOLMOD factors.
     """
@@ -121,15 +121,20 @@ class SparseSeed:
 def _cheapest(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32], Upper]:
     """Return the name of the ordering with the least fill, the permutation, the upper triangle.
 
-    The natural order is kept where nothing fills in, as along a chain.  Nested dissection (METIS)
-    is best for nets, minimum degree (AMD) for trees and other sparse graphs; counting the fill of a
+    Where nothing fills in, as along a chain, the natural order is kept, or better taken from both
+    ends by turns: the two fronts do not wait for each other.  Nested dissection (METIS) is best for nets, minimum degree (AMD) for trees and other sparse graphs; counting the fill of a
     bad order would take longer than all the rest, so it stops where the better one ended.
     """
     n = len(indptr) - 1
     tree = compiled("ldl").elimination_tree
+    no_fill = len(indices) - n
     permutation = np.arange(n, dtype=np.int32)
     upper = _upper(indptr, indices, permutation)
-    if tree(*upper[:2], len(indices) - n) is not None:
+    if tree(*upper[:2], no_fill) is not None:
+        inwards = _from_both_ends(indptr, indices, upper)
+        inwards_upper = _upper(indptr, indices, inwards)
+        if tree(*inwards_upper[:2], no_fill) is not None:
+            return "both ends", inwards, inwards_upper
         return "natural", permutation, upper
     best, most = None, np.iinfo(np.int64).max
     for method in ("metis", "amd"):
@@ -140,6 +145,22 @@ def _cheapest(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32]
             best, most = (method, permutation, upper), int(found[1].sum()) - 1
     assert best is not None
     return best
+
+
+def _from_both_ends(indptr: Indices, indices: Indices, upper: Upper) -> NDArray[np.int32]:
+    """Return the order that takes a supernode from the front and one from the back by turns."""
+    n = len(indptr) - 1
+    backwards = np.arange(n - 1, -1, -1, dtype=np.int32)
+    columns, turns = [], []
+    for side, (half, part) in enumerate(
+        ((n - n // 2, upper), (n // 2, _upper(indptr, indices, backwards)))
+    ):
+        tree = compiled("ldl").elimination_tree(*part[:2])
+        first = compiled("ldl").supernodes(*tree)[0].astype(np.int64)
+        width = np.diff(np.append(first[first < half], half))  # up to the middle
+        columns.append((np.arange(n, dtype=np.int32), backwards)[side][:half])
+        turns.append(np.repeat(2 * np.arange(len(width)) + side, width))
+    return np.concatenate(columns)[np.argsort(np.concatenate(turns), kind="stable")]
 
 
 def _upper(indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> Upper:

@@ -117,7 +117,6 @@ def simulate(
             stats.steps += taken
             outcome = Outcome(code)
             bar.update(taken)
-    stats.seconds["march"] = stats.march_seconds
     count(stats, iteration)
     rows = stats.steps // save_every + 1
     settings = {
@@ -192,7 +191,7 @@ def prepare(
 
 
 def count(stats: RunStats, iteration: Any) -> None:
-    """Copy the counts of the compiled loop."""
+    """Copy counts and times of the compiled loop."""
     counts = iteration.counts
     stats.iterations = counts["iterations"]
     stats.residual_evaluations = counts["residual_evaluations"]
@@ -200,6 +199,9 @@ def count(stats: RunStats, iteration: Any) -> None:
     stats.solves = counts["solves"]
     stats.skipped_pairs = counts["skipped_pairs"]
     stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]
+    parts = iteration.seconds
+    if parts:
+        stats.seconds |= parts | {"rest": stats.march_seconds - sum(parts.values())}
 
 
 def failure(
