@@ -122,8 +122,9 @@ def _cheapest(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32]
     """Return the name of the ordering with the least fill, the permutation, the upper triangle.
 
     Where nothing fills in, as along a chain, the natural order is kept, or better taken from both
-    ends by turns: the two fronts do not wait for each other.  Nested dissection (METIS) is best for nets, minimum degree (AMD) for trees and other sparse graphs; counting the fill of a
-    bad order would take longer than all the rest, so it stops where the better one ended.
+    ends by turns: the two fronts do not wait for each other.  Nested dissection (METIS) is best for
+    nets, minimum degree (AMD) for trees and other sparse graphs; counting the fill of a bad order
+    would take longer than all the rest, so it stops where the better one ended.
     """
     n = len(indptr) - 1
     tree = compiled("ldl").elimination_tree
