@@ -163,12 +163,12 @@ def prepare(
     tolerance: str | float,
 ) -> tuple[Any, Any, SparseSeed, str]:
     """Return the compiled march and nonlinear loop, the seed, and why this method."""
-    n = system.n_free + system.n_multipliers
-    method, why = choose(solver, n, straight=system.constraints.linear)
+    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    straight = system.constraints.linear
+    method, why = choose(solver, seed.n, seed.solve_flops, straight=straight)
     scale = integrator.beta * dt**2
     regularize(system, scale)
     check_constraints(system)
-    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
     a, lam = initial_acceleration(system, seed)
     amplitudes = system.loads.amplitudes(np.array([dt]))
     march = make_march(system, dt, integrator, a, lam)
