@@ -28,7 +28,8 @@ class RunStats:
     recoveries : int
         Times a step had to be helped: pairs dropped, seed renewed, line search.
     seconds : dict of str to float
-        Time by part, where it was measured [s].
+        Time by part [s]: ``"set-up"`` always, and from a thousand unknowns on the march split into
+        ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs included) and ``"rest"``.
     solver : str
         What was chosen and why.
     """

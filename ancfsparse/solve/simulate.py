@@ -93,7 +93,7 @@ def simulate(
         raise InputError(f"integrator must be Newmark(alpha), got {integrator!r}")
     begin = time.perf_counter()
     system = System(scene)
-    march, iteration, why = prepare(system, dt, integrator, solver, tolerance)
+    march, iteration, seed, why = prepare(system, dt, integrator, solver, tolerance)
     rows = n_steps // save_every + 1
     saved = [np.zeros((rows, system.n_all)) for _ in range(3)]
     saved.append(np.zeros((rows, system.n_multipliers)))
@@ -112,10 +112,11 @@ def simulate(
                 iteration, wanted, amplitudes, save_every, stats.steps, *saved
             )
             stats.march_seconds += time.perf_counter() - clock
+            if seed.error is not None:
+                raise seed.error
             stats.steps += taken
             outcome = Outcome(code)
             bar.update(taken)
-    stats.seconds["march"] = stats.march_seconds
     count(stats, iteration)
     rows = stats.steps // save_every + 1
     settings = {
@@ -160,14 +161,14 @@ def prepare(
     integrator: Newmark,
     solver: Method | str,
     tolerance: str | float,
-) -> tuple[Any, Any, str]:
-    """Return the compiled march, the compiled nonlinear loop, and why this method."""
-    n = system.n_free + system.n_multipliers
-    method, why = choose(solver, n, straight=system.constraints.linear)
+) -> tuple[Any, Any, SparseSeed, str]:
+    """Return the compiled march and nonlinear loop, the seed, and why this method."""
+    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    straight = system.constraints.linear
+    method, why = choose(solver, seed.n, seed.solve_flops, straight=straight)
     scale = integrator.beta * dt**2
     regularize(system, scale)
     check_constraints(system)
-    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
     a, lam = initial_acceleration(system, seed)
     amplitudes = system.loads.amplitudes(np.array([dt]))
     march = make_march(system, dt, integrator, a, lam)
@@ -186,11 +187,11 @@ def prepare(
     )
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
         why += ", first inverse from finite differences"
-    return march, iteration, why
+    return march, iteration, seed, why
 
 
 def count(stats: RunStats, iteration: Any) -> None:
-    """Copy the counts of the compiled loop."""
+    """Copy counts and times of the compiled loop."""
     counts = iteration.counts
     stats.iterations = counts["iterations"]
     stats.residual_evaluations = counts["residual_evaluations"]
@@ -198,6 +199,9 @@ def count(stats: RunStats, iteration: Any) -> None:
     stats.solves = counts["solves"]
     stats.skipped_pairs = counts["skipped_pairs"]
     stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]
+    parts = iteration.seconds
+    if parts:
+        stats.seconds |= parts | {"rest": stats.march_seconds - sum(parts.values())}
 
 
 def failure(
