@@ -67,6 +67,7 @@ cdef struct Counts:
     ptrdiff_t reseeds_between, reseeds_inside  # why a quasi-Newton run factored again
     ptrdiff_t recoveries_reseed, recoveries_newton  # steps saved by that rung of the ladder
     ptrdiff_t indefinite  # factors with a pivot of the wrong sign
+    ptrdiff_t last_corrections  # by the residual that ended a step, see finish
 
 
 cdef struct Seconds:
@@ -281,6 +282,7 @@ cdef void finish(Loop *self, double size) noexcept nogil:
         for i in range(n):
             self.s[i] = -self.z[i]
         self.equations.correct(self.equations.context, self.s)
+        self.counts.last_corrections += 1
 
 
 cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil:
