@@ -149,14 +149,16 @@ def model_cost(
     steps, iterations, factorizations : int
         Counts of the run.
     method : Method
-        Pairs add `TERM_COST` operations per unknown, term and product.  Pairs of this step are as
-        many as corrections before; a carried memory, which is dropped when full, is half full.
+        Pairs add `TERM_COST` operations per unknown, term and product.  A carried memory holds
+        from one pair to all, and is then dropped; this step's pairs are at most as many as the
+        corrections before.
     """
     products = 0.0
     if isinstance(method, QuasiNewton):
         capacity = int(method.memory)
-        before = min(0.5 * max(iterations / steps - 1.0, 0.0), capacity)
-        held = 0.5 * capacity if method.carry else before
+        held = 0.5 * (capacity + 1)
+        if not method.carry:
+            held = min(held, 0.5 * max(iterations / steps - 1.0, 0.0))
         products = TERMS[method.update] * held * iterations
     return (
         iterations * costs.iteration + factorizations * costs.seed + TERM_COST * n * products

@@ -1,0 +1,73 @@
+"""Chains and nets of any size are what they say."""
+
+import numpy as np
+import pytest
+
+from ancfsparse import simulate
+from ancfsparse.errors import InputError
+from ancfsparse.problems import MOTIONS, chain, net
+from ancfsparse.scene import Pin, Scene
+from ancfsparse.system import System
+
+
+def test_chain_has_elements_of_one_length():
+    scene, rod = chain(7)
+    assert (rod.element, rod.n_elements, scene.dim) == ("l2t2", 7, 2)
+    assert rod.length == pytest.approx(1.4)
+    assert rod.velocity is None
+    (pin,) = scene.joints
+    assert isinstance(pin, Pin)
+    assert pin.node == rod.start
+
+
+def test_net_crosses_in_shared_places():
+    scene, along, across = net(4)
+    assert len(along) == len(across) == 4
+    assert sum(beam.n_elements for beam in scene.beams) == 2 * 4 * 3
+    system = System(scene)
+    assert system.n_multipliers == 0
+    assert system.n_all == 9 * 4**2  # a position and two slopes at each crossing
+    assert system.n_all - system.n_free == 3 * 4
+    for i in range(4):
+        for j in range(4):
+            a, b = along[j].node(i), across[i].node(j)
+            np.testing.assert_allclose(a.position, b.position, rtol=0, atol=1e-12)
+            np.testing.assert_array_equal(system.place(a)[:3], system.place(b)[:3])
+
+
+def test_net_is_what_connect_would_make():
+    ours, along, across = net(3)
+    by_hand = Scene(ours.gravity)
+    by_hand.beams += ours.beams
+    for j, a in enumerate(along):
+        for i, b in enumerate(across):
+            by_hand.connect(a.node(i), b.node(j))
+    for beam in along[0], along[-1]:
+        by_hand.pin(beam.start)
+        by_hand.pin(beam.end)
+    for made, expected in zip(System(ours).places, System(by_hand).places, strict=True):
+        np.testing.assert_array_equal(made, expected)
+
+
+def test_motion_does_not_grow_with_the_size():
+    for motion in MOTIONS[1:]:
+        fast = [np.abs(System(chain(n, motion).scene).v0).max() for n in (200, 2000)]
+        np.testing.assert_allclose(fast[1], fast[0], rtol=0.05)
+        wide = [np.abs(System(net(n, motion).scene).v0).max() for n in (21, 41)]
+        np.testing.assert_allclose(wide[1], wide[0], rtol=0.3)
+
+
+def test_motion_needs_more_iterations():
+    def iterations(scene):
+        return simulate(scene, 0.005, 5e-4, solver="auto").stats.iterations_per_step
+
+    for make, size in ((chain, 100), (net, 8)):
+        rest, smooth, rough = (iterations(make(size, motion).scene) for motion in MOTIONS)
+        assert rest <= smooth < rough
+
+
+def test_bad_words_are_refused():
+    with pytest.raises(InputError, match="n_nodes must be an integer of at least 2, got 1"):
+        net(1)
+    with pytest.raises(InputError, match="motion"):
+        chain(5, "ruff")
