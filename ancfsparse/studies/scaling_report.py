@@ -10,6 +10,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from ancfsparse.dispatch import instruction_set
 from ancfsparse.studies.exudyn_scene import SETTINGS as PEERS
@@ -121,18 +122,19 @@ def chart(result: Scaling) -> Figure:
                 x, y = [r.job.elements for r in rows], [r.microseconds for r in rows]
                 shown[solver] = _curve(ax, x, y, solver, colour)
         ax.set_ylabel("microseconds per element and step")
-        ax.set_title(_finding(result, scene), fontsize="medium")
+        ax.set_title(_finding(result, scene), fontsize="small")
     for scene, style in zip(TITLES, ("o-", "s--", "^:"), strict=True):
         rows = [r for r in result.done(scene, "auto") if r.bytes_per_element > 0]
         x, y = [r.job.elements for r in rows], [r.bytes_per_element for r in rows]
         memory.plot(x, y, style, color="black", label=TITLES[scene])
     memory.set_ylabel("bytes per element above an idle process")
-    memory.set_title(_memory_finding(result), fontsize="medium")
+    memory.set_title(_memory_finding(result), fontsize="small")
     memory.legend(fontsize="small")
     for ax in (*costs, memory):
         ax.set_xscale("log")
         ax.set_yscale("log")
         ax.set_xlabel("elements")
+        ax.xaxis.set_minor_formatter(NullFormatter())
         ax.grid(alpha=0.3, which="major")
     figure.legend(
         shown.values(), shown, loc="outside lower center", ncols=4, fontsize="small", frameon=False
@@ -160,30 +162,34 @@ def _curve(ax: Axes, x: list[int], y: list[float], solver: str, colour: str) -> 
 
 
 def _headline(result: Scaling) -> str:
-    title, largest = "Cost per element of auto", []
-    for scene in TITLES:
-        rows = result.done(scene, "auto")
-        if rows:
-            last = rows[-1]
-            name = "chain" if scene[0] == "chain" else "net"
-            motion = " in rough motion" if scene[1] == "rough" else ""
-            largest.append(
-                f"{last.microseconds:.2g} us in a {name} of {last.job.elements:,}{motion}"
-            )
-    return f"{title}: " + ", ".join(largest)
+    """Say how the cost of the longest chain compares with that of one that fits the caches."""
+    rows = result.done(("chain", "rest"), "auto")
+    if len(rows) < 2:
+        return "Cost per element and step"
+    first = next((r for r in rows if r.job.elements >= 1000), rows[0])
+    if first is rows[-1]:
+        first = rows[0]
+    growth = rows[-1].microseconds / first.microseconds
+    return (
+        f"From {first.job.elements:,} to {rows[-1].job.elements:,} elements, a step of a chain "
+        f"costs {growth:.2f} times as much per element"
+    )
 
 
 def _finding(result: Scaling, scene: tuple[str, str]) -> str:
-    title = TITLES[scene].capitalize()
+    """Name the nearest rival of auto at the largest size where both have a result."""
     compared = [ratios(group) for group in result.by_size() if group[0].scene == scene]
-    found = [
-        f"{name} {last:.1f}"
-        for name in ("Newton", *(peer.name for peer in PEERS))
-        if (last := next((c[k] for c in compared[::-1] if (k := f"{name} / auto") in c), 0.0))
-    ]
-    return f"{title}, times slower than auto at the largest size:\n" + ", ".join(found)
+    for names in ([peer.name for peer in PEERS], ["Newton"]):
+        for found in reversed(compared):
+            rivals = {name: found[k] for name in names if (k := f"{name} / auto") in found}
+            if rivals:
+                name = min(rivals, key=lambda each: rivals[each])
+                size = f"{found['size']:,}" + (" x " + str(found["size"])) * (scene[0] == "net")
+                title = TITLES[scene].capitalize()
+                return f"{title}:\n{name} takes {rivals[name]:.1f} times as long as auto at {size}"
+    return TITLES[scene].capitalize()
 
 
 def _memory_finding(result: Scaling) -> str:
     slopes = [f"{value:.2f}" for key, value in result.slopes().items() if "memory" in key]
-    return "Memory grows with the elements to the power " + ", ".join(slopes)
+    return "Memory of auto grows with the elements\nto the power " + ", ".join(slopes)
