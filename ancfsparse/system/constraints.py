@@ -76,15 +76,15 @@ class Constraints:
         return out
 
 
-def constraints_of(scene: Scene, place: Callable[[Node], NDArray[np.int64]]) -> Constraints:
+def constraints_of(scene: Scene, places: Callable[[Node], NDArray[np.int32]]) -> Constraints:
     """Write down the joints of a scene that numbering cannot make.
 
     Parameters
     ----------
     scene : Scene
         The joints.
-    place : callable
-        Gives the places of a node's coordinates, shape (n_c,).
+    places : callable
+        Gives the places of the coordinates of all rows of a node, shape (k, n_c).
     """
     out = Constraints()
     for joint in scene.joints:
@@ -93,27 +93,30 @@ def constraints_of(scene: Scene, place: Callable[[Node], NDArray[np.int64]]) -> 
                 out.add(
                     f"pin at {joint.node!r}, component {d + 1}",
                     -joint.node.position[d],
-                    (1.0, place(joint.node)[d], LINEAR),
+                    (1.0, places(joint.node)[0, d], LINEAR),
                 )
         elif isinstance(joint, Clamp):
-            _clamp(out, joint, place(joint.node))
+            _clamp(out, joint, places(joint.node))
         elif isinstance(joint, Rod):
             # (|r - p|^2 - l^2) / (2 l): in metres, with a gradient of length one.
             scale = 0.5 / joint.length
             terms = []
-            for d, i in enumerate(place(joint.node)[: scene.dim]):
+            for d, i in enumerate(places(joint.node)[0, : scene.dim]):
                 terms += [(scale, i, i), (-2.0 * scale * joint.anchor[d], i, LINEAR)]
             constant = scale * float(joint.anchor @ joint.anchor - joint.length**2)
             out.add(f"rod at {joint.node!r}", constant, *terms)
     return out
 
 
-def _clamp(out: Constraints, joint: Clamp, place: NDArray[np.int64]) -> None:
-    """Hold the direction of a slope that is not along a coordinate axis: e.r_x = 0 across it."""
-    beam = joint.node.beam
-    if beam.element == "thick" or joint.stretch == "fixed" or along_axis(beam) is not None:
+def _clamp(out: Constraints, joint: Clamp, places: NDArray[np.int32]) -> None:
+    """Hold the directions of slopes that are not along a coordinate axis: e.r_x = 0 across it."""
+    beam, dim = joint.node.beam, joint.node.beam.dim
+    if beam.element == "thick" or joint.stretch == "fixed":
         return
-    slope = place[beam.dim : 2 * beam.dim]
-    for k, across in enumerate(beam.axes[1:]):
-        terms = [(across[d], slope[d], LINEAR) for d in range(beam.dim)]
-        out.add(f"clamp at {joint.node!r}, direction {k + 1}", 0.0, *terms)
+    for row, place in enumerate(places, beam.rows_of(joint.node.index).start):
+        axes = beam.axes_of(row)
+        if along_axis(axes[0]) is not None:
+            continue
+        for k, across in enumerate(axes[1:]):
+            terms = [(across[d], place[dim + d], LINEAR) for d in range(dim)]
+            out.add(f"clamp at {joint.node!r}, direction {k + 1}", 0.0, *terms)
