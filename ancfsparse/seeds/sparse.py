@@ -166,12 +166,7 @@ def _from_both_ends(indptr: Indices, indices: Indices, upper: Upper) -> NDArray[
 
 def _upper(indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> Upper:
     """Return the upper triangle of the permuted matrix by columns: starts, rows, slots."""
-    n = len(permutation)
-    place = np.empty(n, dtype=np.int32)
-    place[permutation] = np.arange(n, dtype=np.int32)
-    i, j = place[indices], place[np.repeat(np.arange(n, dtype=np.int32), np.diff(indptr))]
-    row, column = np.minimum(i, j), np.maximum(i, j)
-    slots = np.argsort(column, kind="stable").astype(np.int32)
-    start = np.zeros(n + 1, dtype=np.int64)
-    np.cumsum(np.bincount(column, minlength=n), out=start[1:])
-    return start, row[slots], slots
+    upper: Upper = compiled("ldl").permuted_upper(
+        np.asarray(indptr, dtype=np.int64), np.asarray(indices, dtype=np.int32), permutation
+    )
+    return upper
