@@ -73,16 +73,15 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
             f"Element {worst} has length {base[worst, length]:g}; it must be positive."
         )
     n_blocks = -(-n // lanes)
-    rows = np.minimum(np.arange(n_blocks * lanes), n - 1)
-    block_base = base[rows]
-    keep = block_base[n:, length].copy()
-    block_base[n:] = 0.0
-    block_base[n:, length] = keep
-    flat = np.ascontiguousarray(block_base).reshape(n_blocks, lanes * base.shape[1])
+    rest = n_blocks * lanes - n
+    fill = np.repeat(base[n - 1 :], rest, axis=0)
+    fill[:, np.arange(base.shape[1]) != length] = 0.0
+    block_base = np.concatenate([base, fill])
+    flat = block_base.reshape(n_blocks, lanes * base.shape[1])
     first, set_of = _distinct(flat)
     derived = kind.prepare(flat[first].reshape(len(first) * lanes, base.shape[1]))
     sets = derived.reshape(len(first), lanes, derived.shape[1])
-    gather, out = _blocks(places[rows], lanes), _blocks(scatter[rows], lanes)
+    gather, out = _blocks(places, lanes), _blocks(scatter, lanes)
     chained = _chained(gather)
     if out.shape == gather.shape:
         chained &= _chained(out)
@@ -104,8 +103,15 @@ def _places(values: ArrayLike, name: str) -> NDArray[np.int32]:
 
 
 def _blocks(rows: NDArray[np.int32], lanes: int) -> NDArray[np.int32]:
-    n_blocks = len(rows) // lanes
-    return np.ascontiguousarray(rows.reshape(n_blocks, lanes, rows.shape[1]).transpose(0, 2, 1))
+    """Deal rows out to lanes, the last one again where there are not enough of them."""
+    n_full, rest = divmod(len(rows), lanes)
+    blocks = np.empty((n_full + (rest > 0), rows.shape[1], lanes), dtype=np.int32)
+    full = rows[: n_full * lanes].reshape(n_full, lanes, rows.shape[1])
+    blocks[:n_full] = full.transpose(0, 2, 1)
+    if rest:
+        blocks[-1] = rows[-1][:, None]
+        blocks[-1, :, :rest] = rows[n_full * lanes :].T
+    return blocks
 
 
 def _chained(blocks: NDArray[np.int32]) -> NDArray[np.bool_]:

@@ -4,16 +4,19 @@ Out goes a `Scene`, a checked list of declarations that `ancfsparse.system` flat
 Nothing here computes a motion, and nothing here is left to be found wrong later.
 """
 
-from ancfsparse.scene.beams import Beam, Node
+from ancfsparse.scene.beams import Beam
+from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.joints import Clamp, Connect, Joint, Pin, Rod
 from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
 from ancfsparse.scene.material import Material
+from ancfsparse.scene.mesh import Mesh
 from ancfsparse.scene.scene import Scene
 from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
 
 __all__ = [
     "AnySection",
     "Beam",
+    "Body",
     "Circle",
     "Clamp",
     "Connect",
@@ -21,6 +24,7 @@ __all__ = [
     "Joint",
     "Load",
     "Material",
+    "Mesh",
     "Node",
     "Pin",
     "PointForce",

@@ -6,6 +6,11 @@ from collections.abc import Mapping
 
 from ancfsparse.errors import InputError, check_choice
 from ancfsparse.kernels.catalog import OPTIONS, PLANAR
+from ancfsparse.scene.material import Material
+from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
+
+# Second moments further apart than this share make a section that is not round.
+NOT_ROUND = 1e-9
 
 
 def options_of(label: str, element: str, dim: int, said: Mapping[str, str]) -> dict[str, str]:
@@ -51,3 +56,42 @@ def options_of(label: str, element: str, dim: int, said: Mapping[str, str]) -> d
                 f"leave {key}={value!r} out or take {owner!r}"
             )
     return {key: said[key] for key in own}
+
+
+def check_make(label: str, element: str, dim: int, section: AnySection, material: Material) -> None:
+    """Refuse what is no section or material, and a spatial cable whose section is not round.
+
+    Parameters
+    ----------
+    label : str
+        Name of the beam, for messages.
+    element : str
+        Name of the element.
+    dim : int
+        Dimension of the scene.
+    section, material
+        What was given.
+
+    Raises
+    ------
+    InputError
+        With what to give instead.
+    """
+    if not isinstance(section, (Rectangle, Circle, Section)):
+        raise InputError(
+            f"section of {label} must be a Rectangle, Circle or Section, got {section!r}: "
+            "try ancf.Rectangle(0.01, 0.01)"
+        )
+    if not isinstance(material, Material):
+        raise InputError(
+            f"material of {label} must be a Material, got {material!r}: "
+            "try ancf.Material(youngs_modulus=1e8, density=4000)"
+        )
+    about_y, about_z = section.inertia_y, section.inertia_z
+    round_enough = abs(about_y - about_z) <= NOT_ROUND * max(about_y, about_z)
+    if element == "thin" and dim == 3 and not round_enough:
+        raise InputError(
+            f"{label} is a spatial cable, which bends alike in all directions, but its section "
+            f"has inertia_y = {about_y:.6g} m4 and inertia_z = {about_z:.6g} m4: make them equal, "
+            "or take the element 'thick'"
+        )

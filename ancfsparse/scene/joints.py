@@ -6,14 +6,13 @@ numbering; rods are nonlinear constraints and come with a multiplier.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, SingularSceneError
-from ancfsparse.scene.beams import Node
+from ancfsparse.scene.bodies import Node
 
 # Share of a beam's length within which two nodes count as being at one place.
 SAME_PLACE = 1e-9
@@ -108,43 +107,70 @@ def check_node(what: str, node: object) -> Node:
             f"{what} needs a point on a beam such as rod.start or rod.node(3), got {node!r}"
         )
     if not node.is_node:
-        spacing = node.beam.length / node.beam.n_elements
         raise InputError(
-            f"{what} needs a node, but {node!r} lies inside element {node.index}: the nodes are "
-            f"{spacing:.6g} m apart, take rod.node({round(node.index + node.xi)}) or choose "
-            "n_elements so that a node falls there"
+            f"{what} needs a node, but {node!r} lies inside element {node.index}: "
+            f"{node.beam.hint(node)}"
         )
     return node
 
 
-def check_joints(joints: Sequence[Joint], new: Joint) -> None:
-    """Refuse a joint that holds a point which the others hold already.
+class Holds:
+    """What the joints of a scene hold where, so that no point is held twice.
 
     Equations that say the same thing twice make the matrix singular and the reactions arbitrary.
-
-    Parameters
-    ----------
-    joints : sequence of Joint
-        The joints the scene has.
-    new : Joint
-        The joint about to be added.
-
-    Raises
-    ------
-    SingularSceneError
-        If `new` repeats what is held.
+    Nodes that connections put at one place are a tree whose root keeps the list of what holds
+    them, so that the cost of a joint does not grow with their number.
     """
-    if isinstance(new, Connect):
-        if new.b in _one_place(joints, new.a):
-            raise SingularSceneError(
-                f"{new.a!r} and {new.b!r} are one point already, by connections made before: "
-                "leave this one out"
-            )
-        node = new.a
-    else:
-        node = new.node
-    place = _one_place([*joints, new], node)
-    here = [each for each in (*joints, new) if not isinstance(each, Connect) and each.node in place]
+
+    def __init__(self) -> None:
+        self._above: dict[Node, Node] = {}
+        self._held: dict[Node, list[tuple[int, Pin | Clamp | Rod]]] = {}
+        self._count = 0
+
+    def add(self, new: Joint) -> None:
+        """Take a joint in.
+
+        Parameters
+        ----------
+        new : Joint
+            The joint about to be added to the scene.
+
+        Raises
+        ------
+        SingularSceneError
+            If `new` repeats what is held; then nothing is taken in.
+        """
+        if isinstance(new, Connect):
+            root, leaf = self._root(new.a), self._root(new.b)
+            if root == leaf:
+                raise SingularSceneError(
+                    f"{new.a!r} and {new.b!r} are one point already, by connections made before: "
+                    "leave this one out"
+                )
+            here = self._held.get(root, []) + self._held.get(leaf, [])
+            here.sort(key=lambda each: each[0])
+        else:
+            root = leaf = self._root(new.node)
+            here = [*self._held.get(root, []), (self._count, new)]
+        _check_place([joint for _, joint in here])
+        self._count += 1
+        if leaf != root:
+            self._above[leaf] = root
+            self._held.pop(leaf, None)
+        if here:
+            self._held[root] = here
+
+    def _root(self, node: Node) -> Node:
+        while node in self._above:
+            above = self._above[node]
+            if above in self._above:
+                self._above[node] = self._above[above]
+            node = above
+        return node
+
+
+def _check_place(here: list[Pin | Clamp | Rod]) -> None:
+    """Refuse joints, in the order they were said, that hold one place twice."""
     fixed = [each for each in here if not isinstance(each, Rod)]
     rods = [each for each in here if isinstance(each, Rod)]
     if len(fixed) > 1:
@@ -166,15 +192,3 @@ def check_joints(joints: Sequence[Joint], new: Joint) -> None:
                 f"{rods[-1].node!r} is held twice: its {len(rods)} rods point in dependent "
                 "directions, leave one out or move its anchor"
             )
-
-
-def _one_place(joints: Sequence[Joint], node: Node) -> set[Node]:
-    """Collect the nodes that share their position with `node`, itself included."""
-    place = {node}
-    size = 0
-    while len(place) > size:
-        size = len(place)
-        for each in joints:
-            if isinstance(each, Connect) and (each.a in place or each.b in place):
-                place |= {each.a, each.b}
-    return place

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.errors import InputError, check_finite, check_vector
-from ancfsparse.scene.beams import Beam, Node
+from ancfsparse.scene.bodies import Body, Node
 
 Vector = NDArray[np.float64]
 Value = ArrayLike | Callable[[float], ArrayLike]
@@ -79,17 +79,17 @@ class PointMoment:
 
 @dataclass(frozen=True, eq=False)
 class DistributedForce:
-    """A force per reference length along a whole beam, fixed in space.
+    """A force per reference length along a whole beam or mesh, fixed in space.
 
     Attributes
     ----------
-    beam : Beam
+    beam : Beam or Mesh
         Where it acts.
     value : ndarray, shape (dim,), or callable
         The force per length [N/m], or a function of t [s] that returns it.
     """
 
-    beam: Beam
+    beam: Body
     value: Value
 
     def __post_init__(self) -> None:

@@ -6,29 +6,28 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError, check_choice, check_vector
-from ancfsparse.scene.beams import Beam, Node, VelocityField
+from ancfsparse.scene.bodies import Body, Node
+from ancfsparse.scene.contents import Contents
 from ancfsparse.scene.joints import (
     SAME_PLACE,
     Clamp,
     Connect,
+    Holds,
     Joint,
     Pin,
     Rod,
-    check_joints,
     check_node,
 )
 from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
-from ancfsparse.scene.material import Material
-from ancfsparse.scene.sections import AnySection
-from ancfsparse.scene.straight import place, straight_beam
+from ancfsparse.scene.straight import place
 
 AnyJoint = TypeVar("AnyJoint", Pin, Clamp, Rod, Connect)
 
 
-class Scene:
+class Scene(Contents):
     """Beams, joints and loads in one gravity field.
 
     Parameters
@@ -42,7 +41,7 @@ class Scene:
         2 if planar, 3 if spatial.
     gravity : ndarray, shape (dim,)
         Acceleration of gravity [m/s2], read-only.
-    beams : list of Beam
+    beams : list of Beam and Mesh
         In the order they were added.
     joints : list of Joint
         Likewise.
@@ -51,16 +50,10 @@ class Scene:
     """
 
     def __init__(self, gravity: ArrayLike = (0.0, -9.81)) -> None:
-        size = np.shape(gravity)
-        if size not in ((2,), (3,)):
-            raise InputError(
-                f"gravity must have 2 components (planar scene) or 3 (spatial), got {gravity!r}"
-            )
-        self.dim: int = size[0]
-        self.gravity: NDArray[np.float64] = check_vector("gravity", gravity, self.dim, "m/s2")
-        self.beams: list[Beam] = []
+        super().__init__(gravity)
         self.joints: list[Joint] = []
         self.loads: list[Load] = []
+        self._holds = Holds()
 
     def __repr__(self) -> str:
         """Count what the scene holds."""
@@ -69,73 +62,6 @@ class Scene:
             f"{kind} scene: beams {len(self.beams)}, joints {len(self.joints)}, "
             f"loads {len(self.loads)}"
         )
-
-    def add_beam(
-        self,
-        element: str,
-        start: ArrayLike,
-        end: ArrayLike,
-        n_elements: int,
-        section: AnySection,
-        material: Material,
-        *,
-        strain: str = "green",
-        curvature: str = "axis",
-        section_strain: str = "consistent",
-        up: ArrayLike | None = None,
-        velocity: ArrayLike | VelocityField | None = None,
-        name: str | None = None,
-    ) -> Beam:
-        """Add a beam, straight and free of stress from `start` to `end`.
-
-        Parameters
-        ----------
-        element : str
-            ``"l2t2"`` (planar cable), ``"thin"`` (cable), or ``"thick"`` (beam with section
-            vectors, so with shear and torsion).
-        start, end : array_like, shape (dim,)
-            Its two ends [m], apart from each other.
-        n_elements : int
-            Number of elements, at least 1.
-        section : Rectangle, Circle or Section
-            Its cross-section.  A spatial cable bends alike in all directions and needs
-            ``inertia_y`` equal to ``inertia_z``.
-        material : Material
-            What it is made of.
-        strain : str, optional
-            For ``"thin"``: ``"green"`` or ``"biot"``.
-        curvature : str, optional
-            For ``"thick"``: ``"axis"`` or ``"section"``.
-        section_strain : str, optional
-            For ``"thick"``: ``"consistent"`` or ``"nodal"``.
-        up : array_like, shape (3,), optional
-            Rough direction of e_y, the height of the section, in a spatial scene.  The default
-            turns the section as in a planar scene: e_z as near to +z as possible,
-            e_y = e_z x e_x, so a beam along +x has e_y = +y and e_z = +z.  A beam along z
-            takes e_y = +y.
-        velocity : array_like of shape (dim,) or callable, optional
-            Initial velocity [m/s]: one for all, or a function that maps reference positions
-            (k, dim) [m] to velocities (k, dim).  The default is at rest.
-        name : str, optional
-            How messages call it; ``"beam 0"`` for the first beam and so on if not given.
-
-        Returns
-        -------
-        Beam
-            The handle for joints, loads and results.
-
-        Raises
-        ------
-        InputError
-            If anything does not fit, with what to give instead.
-        """
-        label = self._label(name)
-        said = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
-        beam = straight_beam(
-            label, self.dim, element, start, end, n_elements, section, material, said, up, velocity
-        )
-        self.beams.append(beam)
-        return beam
 
     def pin(self, node: Node, as_constraint: bool = False) -> Pin:
         """Hold the position of a node where it is, leave its rotation free.
@@ -156,7 +82,7 @@ class Scene:
         return self._add(Pin(self._mine("a pin", check_node("a pin", node)), bool(as_constraint)))
 
     def clamp(self, node: Node, stretch: str = "free") -> Clamp:
-        """Hold the position and the rotation of a node.
+        """Hold the position and the rotation of a node; of a mesh, every slope at the node.
 
         Parameters
         ----------
@@ -192,7 +118,7 @@ class Scene:
         self._mine("a rod", check_node("a rod", node))
         point = check_vector(f"anchor of the rod at {node!r}", anchor, self.dim, "m")
         length = float(np.linalg.norm(node.position - point))
-        if length <= SAME_PLACE * node.beam.length:
+        if length <= SAME_PLACE * node.beam.size:
             raise InputError(
                 f"the rod at {node!r} would have zero length: its anchor {place(point)} is the "
                 "node itself; to hold the node there, use pin"
@@ -217,7 +143,7 @@ class Scene:
         if a == b:
             raise InputError(f"a connection needs two nodes, got {a!r} twice")
         gap = float(np.linalg.norm(a.position - b.position))
-        if gap > SAME_PLACE * max(a.beam.length, b.beam.length):
+        if gap > SAME_PLACE * max(a.beam.size, b.beam.size):
             raise InputError(
                 f"{a!r} and {b!r} cannot be connected: they are {gap:.6g} m apart, at "
                 f"{place(a.position)} and {place(b.position)}; move one beam so that they meet"
@@ -258,7 +184,8 @@ class Scene:
             Where, for example ``rod.end``.
         value : float, array_like of shape (3,), or callable
             The moment [N m], fixed in space, or a function of t [s] that returns it: one number
-            about +z in a planar scene, three components in a spatial one.
+            about +z in a planar scene, three components in a spatial one.  A cable cannot be
+            twisted: the part of a moment along its axis does nothing.
 
         Returns
         -------
@@ -266,17 +193,26 @@ class Scene:
             The load.
         """
         load = PointMoment(self._mine("a moment", check_node("a moment", node)), value)
+        if self.dim == 3 and node.beam.element != "thick" and not callable(value):
+            axis, moment = node.beam.axes_of(node.beam.rows_of(node.index).start)[0], load.at(0.0)
+            if moment.any() and np.linalg.norm(np.cross(moment, axis)) <= 1e-9 * np.linalg.norm(
+                moment
+            ):
+                raise InputError(
+                    f"the moment on {node!r} is along the axis of a cable, which cannot be "
+                    "twisted: take element='thick'"
+                )
         self.loads.append(load)
         return load
 
     def distributed_force(
-        self, beam: Beam, value: ArrayLike | Callable[[float], ArrayLike]
+        self, beam: Body, value: ArrayLike | Callable[[float], ArrayLike]
     ) -> DistributedForce:
-        """Apply a force per reference length along a whole beam.
+        """Apply a force per reference length along a whole beam or mesh.
 
         Parameters
         ----------
-        beam : Beam
+        beam : Beam or Mesh
             Where.
         value : array_like, shape (dim,), or callable
             The force per length [N/m], fixed in space, or a function of t [s] that returns it.
@@ -286,33 +222,17 @@ class Scene:
         DistributedForce
             The load.
         """
-        if not isinstance(beam, Beam):
+        if not isinstance(beam, Body):
             raise InputError(f"a distributed force needs a beam of the scene, got {beam!r}")
         load = DistributedForce(self._own("a distributed force", beam), value)
         self.loads.append(load)
         return load
-
-    def _label(self, name: str | None) -> str:
-        label = f"beam {len(self.beams)}" if name is None else name
-        if not isinstance(label, str) or not label.strip():
-            raise InputError(f"the name of a beam must be a text that is not empty, got {name!r}")
-        if any(label == each.name for each in self.beams):
-            raise InputError(f"the scene already has a beam named {label!r}: give another name")
-        return label
-
-    def _own(self, what: str, beam: Beam) -> Beam:
-        if not any(beam is each for each in self.beams):
-            raise InputError(
-                f"{what} was given {beam.name} of another scene: use a handle that add_beam of "
-                "this scene returned"
-            )
-        return beam
 
     def _mine(self, what: str, node: Node) -> Node:
         self._own(what, node.beam)
         return node
 
     def _add(self, joint: AnyJoint) -> AnyJoint:
-        check_joints(self.joints, joint)
+        self._holds.add(joint)
         self.joints.append(joint)
         return joint

@@ -9,17 +9,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.errors import InputError, check_count, check_positive, check_vector
-from ancfsparse.scene.beams import Beam, VelocityField
-from ancfsparse.scene.elements import options_of
+from ancfsparse.scene.beams import Beam
+from ancfsparse.scene.bodies import VelocityField
+from ancfsparse.scene.elements import check_make, options_of
 from ancfsparse.scene.material import Material
-from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
+from ancfsparse.scene.sections import AnySection
 
 Vector = NDArray[np.float64]
 
 # Start and end closer than this share of their distance from the origin differ by rounding only.
 NO_LENGTH = 1e-12
-# Second moments further apart than this share make a section that is not round.
-NOT_ROUND = 1e-9
 
 
 def straight_beam(
@@ -57,23 +56,12 @@ def straight_beam(
     tail = check_vector(f"start of {label}", start, dim, "m")
     head = check_vector(f"end of {label}", end, dim, "m")
     count = check_count(f"n_elements of {label}", n_elements)
-    if not isinstance(section, (Rectangle, Circle, Section)):
-        raise InputError(
-            f"section of {label} must be a Rectangle, Circle or Section, got {section!r}: "
-            "try ancf.Rectangle(0.01, 0.01)"
-        )
-    if not isinstance(material, Material):
-        raise InputError(
-            f"material of {label} must be a Material, got {material!r}: "
-            "try ancf.Material(youngs_modulus=1e8, density=4000)"
-        )
+    check_make(label, element, dim, section, material)
     far = max(np.abs(tail).max(), np.abs(head).max())
     if np.linalg.norm(head - tail) <= NO_LENGTH * far:
         raise InputError(
             f"{label} has zero length: start and end are both at {place(tail)}, move one of them"
         )
-    if element == "thin" and dim == 3:
-        _check_round(label, section)
     if up is not None and dim == 2:
         raise InputError(
             f"`up` of {label} has no meaning in a planar scene, where the height of the section "
@@ -82,9 +70,26 @@ def straight_beam(
     upwards = None if up is None else check_vector(f"`up` of {label}", up, 3)
     positions = np.linspace(tail, head, count + 1)
     axes = section_axes(head - tail, upwards, label)
-    positions.flags.writeable = axes.flags.writeable = False
-    field = None if velocity is None else _velocity_field(label, velocity, positions)
-    return Beam(label, element, chosen, section, material, count, positions, axes, field)
+    rows = np.arange(count + 1, dtype=np.int32)
+    ends = np.stack([rows[:-1], rows[1:]], axis=1)
+    for array in (positions, axes, rows, ends):
+        array.flags.writeable = False
+    length = float(np.linalg.norm(positions[-1] - positions[0]))
+    field = None if velocity is None else velocity_field(label, velocity, positions)
+    return Beam(
+        name=label,
+        element=element,
+        options=chosen,
+        section=section,
+        material=material,
+        positions=positions,
+        lengths=np.broadcast_to(length / count, (count,)),
+        row_nodes=rows,
+        ends=ends,
+        vectors=axes[None],
+        velocity=field,
+        axes=axes,
+    )
 
 
 def place(position: Vector) -> str:
@@ -143,20 +148,20 @@ def section_axes(axis: Vector, up: Vector | None, where: str) -> Vector:
     return np.array([e_x, np.cross(e_z, e_x), e_z])
 
 
-def _check_round(label: str, section: AnySection) -> None:
-    about_y, about_z = section.inertia_y, section.inertia_z
-    if abs(about_y - about_z) > NOT_ROUND * max(about_y, about_z):
-        raise InputError(
-            f"{label} is a spatial cable, which bends alike in all directions, but its section "
-            f"has inertia_y = {about_y:.6g} m4 and inertia_z = {about_z:.6g} m4: make them equal, "
-            "or take the element 'thick'"
-        )
-
-
-def _velocity_field(
+def velocity_field(
     label: str, velocity: ArrayLike | VelocityField, positions: Vector
 ) -> VelocityField:
-    """Turn an initial velocity into a function of the reference position and try it out."""
+    """Turn an initial velocity into a function of the reference position and try it out.
+
+    Parameters
+    ----------
+    label : str
+        Name of the beam, for messages.
+    velocity : array_like, shape (dim,), or callable
+        What was given [m/s].
+    positions : ndarray, shape (n, dim)
+        Where to try it [m].
+    """
     what = f"velocity of {label}"
     if not callable(velocity):
         constant = check_vector(what, velocity, positions.shape[1], "m/s")

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ancfsparse.scene import Clamp, Node, Pin, Rod, Scene
@@ -56,16 +57,16 @@ class Constraints:
         """Whether no equation has a quadratic term."""
         return all(j == LINEAR for j in self.j)
 
-    def jacobian(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return phi_q, shape (m, n_all), dense: for checks and reactions, not for the loop."""
-        phi_q = np.zeros((len(self.offset), len(q)))
-        for row, i, j, c in zip(self.row, self.i, self.j, self.coefficient, strict=True):
-            if j == LINEAR:
-                phi_q[row, i] += c
-            else:
-                phi_q[row, i] += c * q[j]
-                phi_q[row, j] += c * q[i]
-        return phi_q
+    def jacobian(self, q: NDArray[np.float64]) -> sp.csr_array:
+        """Return phi_q, sparse (m, n_all) [1]."""
+        row, i, j = (np.array(x, dtype=np.int64) for x in (self.row, self.i, self.j))
+        c = np.array(self.coefficient)
+        linear = j == LINEAR
+        by_i = np.where(linear, c, c * q[j])
+        rows = np.concatenate([row, row[~linear]])
+        columns = np.concatenate([i, j[~linear]])
+        values = np.concatenate([by_i, (c * q[i])[~linear]])
+        return sp.csr_array((values, (rows, columns)), shape=(len(self.offset), len(q)))
 
     def curvature(self, v: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (phi_q v)_q v, shape (m,) [m/s2]: what phi_q a must cancel."""
@@ -76,15 +77,15 @@ class Constraints:
         return out
 
 
-def constraints_of(scene: Scene, place: Callable[[Node], NDArray[np.int64]]) -> Constraints:
+def constraints_of(scene: Scene, places: Callable[[Node], NDArray[np.int32]]) -> Constraints:
     """Write down the joints of a scene that numbering cannot make.
 
     Parameters
     ----------
     scene : Scene
         The joints.
-    place : callable
-        Gives the places of a node's coordinates, shape (n_c,).
+    places : callable
+        Gives the places of the coordinates of all rows of a node, shape (k, n_c).
     """
     out = Constraints()
     for joint in scene.joints:
@@ -93,27 +94,30 @@ def constraints_of(scene: Scene, place: Callable[[Node], NDArray[np.int64]]) -> 
                 out.add(
                     f"pin at {joint.node!r}, component {d + 1}",
                     -joint.node.position[d],
-                    (1.0, place(joint.node)[d], LINEAR),
+                    (1.0, places(joint.node)[0, d], LINEAR),
                 )
         elif isinstance(joint, Clamp):
-            _clamp(out, joint, place(joint.node))
+            _clamp(out, joint, places(joint.node))
         elif isinstance(joint, Rod):
             # (|r - p|^2 - l^2) / (2 l): in metres, with a gradient of length one.
             scale = 0.5 / joint.length
             terms = []
-            for d, i in enumerate(place(joint.node)[: scene.dim]):
+            for d, i in enumerate(places(joint.node)[0, : scene.dim]):
                 terms += [(scale, i, i), (-2.0 * scale * joint.anchor[d], i, LINEAR)]
             constant = scale * float(joint.anchor @ joint.anchor - joint.length**2)
             out.add(f"rod at {joint.node!r}", constant, *terms)
     return out
 
 
-def _clamp(out: Constraints, joint: Clamp, place: NDArray[np.int64]) -> None:
-    """Hold the direction of a slope that is not along a coordinate axis: e.r_x = 0 across it."""
-    beam = joint.node.beam
-    if beam.element == "thick" or joint.stretch == "fixed" or along_axis(beam) is not None:
+def _clamp(out: Constraints, joint: Clamp, places: NDArray[np.int32]) -> None:
+    """Hold the directions of slopes that are not along a coordinate axis: e.r_x = 0 across it."""
+    beam, dim = joint.node.beam, joint.node.beam.dim
+    if beam.element == "thick" or joint.stretch == "fixed":
         return
-    slope = place[beam.dim : 2 * beam.dim]
-    for k, across in enumerate(beam.axes[1:]):
-        terms = [(across[d], slope[d], LINEAR) for d in range(beam.dim)]
-        out.add(f"clamp at {joint.node!r}, direction {k + 1}", 0.0, *terms)
+    for row, place in enumerate(places, beam.rows_of(joint.node.index).start):
+        axes = beam.axes_of(row)
+        if along_axis(axes[0]) is not None:
+            continue
+        for k, across in enumerate(axes[1:]):
+            terms = [(across[d], place[dim + d], LINEAR) for d in range(dim)]
+            out.add(f"clamp at {joint.node!r}, direction {k + 1}", 0.0, *terms)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ancfsparse.scene import DistributedForce, Node, PointForce, PointMoment, Scene
 
 Vector = NDArray[np.float64]
-Points = Callable[[Node], tuple[NDArray[np.int64], Vector]]
+Points = Callable[[Node], tuple[NDArray[np.int32], Vector]]
 
 
 @dataclass
@@ -38,7 +38,7 @@ class Loads:
     place: list[int] = field(default_factory=list)
     weight: list[float] = field(default_factory=list)
     column: list[int] = field(default_factory=list)
-    moment_place: list[NDArray[np.int64]] = field(default_factory=list)
+    moment_place: list[NDArray[np.int32]] = field(default_factory=list)
     moment_column: list[list[int]] = field(default_factory=list)
     sources: list[tuple[Any, int]] = field(default_factory=list)
 
@@ -79,7 +79,7 @@ class Loads:
         return power
 
 
-def _spin(q: Vector, v: Vector, place: NDArray[np.int64]) -> tuple[Vector, Vector]:
+def _spin(q: Vector, v: Vector, place: NDArray[np.int32]) -> tuple[Vector, Vector]:
     """Return a vector of a node and its angular velocity u x u' / |u|^2, each (k, 3)."""
     u, rate = np.zeros((len(q), 3)), np.zeros((len(q), 3))
     u[:, : len(place)], rate[:, : len(place)] = q[:, place], v[:, place]
@@ -90,8 +90,8 @@ def loads_of(
     scene: Scene,
     n_all: int,
     point: Points,
-    frame: Callable[[Node], NDArray[np.int64]],
-    elements: Callable[[Any], NDArray[np.int64]],
+    frame: Callable[[Node], NDArray[np.int32]],
+    elements: Callable[[Any], NDArray[np.int32]],
 ) -> Loads:
     """Spread the loads of a scene over its coordinates.
 
@@ -133,13 +133,12 @@ def loads_of(
 
 
 def _distributed(
-    load: DistributedForce, dim: int, places: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], Vector]:
+    load: DistributedForce, dim: int, places: NDArray[np.int32]
+) -> tuple[NDArray[np.int32], Vector]:
     """Places (dim, p) and weights (p,) of a force per length: integrated shape functions."""
-    length = load.beam.length / load.beam.n_elements
-    half = places.shape[1] // 2
-    weights = length * np.array([1 / 2, length / 12, 1 / 2, -length / 12])
+    length, half = load.beam.lengths, places.shape[1] // 2
+    weights = np.stack([length / 2, length**2 / 12, length / 2, -(length**2) / 12], axis=1)
     where = np.stack(
         [places[:, [d, dim + d, half + d, half + dim + d]].ravel() for d in range(dim)]
     )
-    return where, np.tile(weights, len(places))
+    return where, weights.ravel()

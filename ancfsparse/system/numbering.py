@@ -11,10 +11,13 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene import Beam, Clamp, Connect, Node, Pin, Scene
+from ancfsparse.scene import Body, Clamp, Connect, Node, Pin, Scene
 
 # A slope whose direction is within this of a coordinate axis can be clamped by numbering.
 ALIGNED = 1e-14
+
+
+Places = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -25,15 +28,16 @@ class Numbering:
     ----------
     n_free, n_all : int
         Free coordinates, and all of them.
-    places : list of (n_nodes, n_c) int arrays
-        Per beam: place of each nodal coordinate; position first, then the slope r_x.
+    places : list of (n_rows, n_c) int32 arrays
+        Per beam: place of each coordinate of each row (see `scene.bodies`; a row of a beam is a
+        node); position first, then the slope r_x.
     q, v : (n_all,) float
         Reference coordinates [m, 1] and initial velocities [m/s, 1/s].
     """
 
     n_free: int
     n_all: int
-    places: list[NDArray[np.int64]]
+    places: list[Places]
     q: NDArray[np.float64]
     v: NDArray[np.float64]
 
@@ -56,109 +60,176 @@ def number(scene: Scene, coordinates_per_node: Sequence[int]) -> Numbering:
     InputError
         If an initial velocity moves a held point.
     """
-    sizes = [b.n_nodes * c for b, c in zip(scene.beams, coordinates_per_node, strict=True)]
-    starts = np.concatenate([[0], np.cumsum(sizes)])
-    raw = [
-        start + np.arange(size).reshape(beam.n_nodes, -1)
-        for start, size, beam in zip(starts, sizes, scene.beams, strict=False)
-    ]
-    index = {id(beam): k for k, beam in enumerate(scene.beams)}
+    raw: list[Places] = []
+    index: dict[int, int] = {}
+    n_raw = 0
+    for beam, n_c in zip(scene.beams, coordinates_per_node, strict=True):
+        index[id(beam)] = len(raw)
+        raw.append(_raw(beam, n_c, n_raw))
+        n_raw = int(raw[-1][-1, -1]) + 1
 
-    def at(node: Node) -> NDArray[np.int64]:
-        numbers: NDArray[np.int64] = raw[index[id(node.beam)]][node.index]
-        return numbers
+    def at(node: Node) -> Places:
+        """Numbers of all rows of a node, (k, n_c)."""
+        return raw[index[id(node.beam)]][node.beam.rows_of(node.index)]
 
-    owner = _shared(scene, int(starts[-1]), at)
-    held = np.zeros(starts[-1], dtype=bool)
+    owner = _shared(scene, n_raw, at)
+    held = np.zeros(n_raw, dtype=bool)
     for joint in scene.joints:
         if isinstance(joint, Pin) and not joint.as_constraint:
-            held[owner[at(joint.node)[: scene.dim]]] = True
+            held[_owners(owner, at(joint.node)[0, : scene.dim])] = True
         elif isinstance(joint, Clamp):
-            held[owner[at(joint.node)[clamped(joint)]]] = True
+            rows = joint.node.beam.rows_of(joint.node.index)
+            for row, numbers in enumerate(at(joint.node), rows.start):
+                held[_owners(owner, numbers[clamped(joint, row)])] = True
 
-    is_owner = owner == np.arange(starts[-1])
-    free, fixed = np.flatnonzero(is_owner & ~held), np.flatnonzero(is_owner & held)
-    final = np.empty(starts[-1], dtype=np.int64)
-    final[free] = np.arange(len(free))
-    final[fixed] = len(free) + np.arange(len(fixed))
-    final = final[owner]
-
-    places = [final[numbers] for numbers in raw]
-    n_all = len(free) + len(fixed)
-    q, v = np.zeros(n_all), np.zeros(n_all)
+    final, n_free, n_all = _ordered(owner, held)
+    places = []
+    while raw:  # one after the other, so that only one of them is there twice
+        places.append(final[raw.pop(0)])
+    del final, owner, held
+    q, v = np.empty(n_all), np.zeros(n_all)
     for beam, where in zip(scene.beams, places, strict=True):
         q[where] = reference(beam, where.shape[1])
-        if beam.velocity is not None:
-            v[where] = velocities(beam, where.shape[1])
-    moving = np.flatnonzero(
-        np.abs(v[len(free) :]) > 1e-9 * max(1.0, float(np.abs(v).max(initial=0.0)))
-    )
-    if len(moving):
-        raise InputError(
-            f"the initial velocity moves {len(moving)} held coordinates, the first by "
-            f"{v[len(free) + moving[0]]:.6g} m/s: give a velocity field that is zero at the joints"
-        )
-    v[len(free) :] = 0.0
-    return Numbering(len(free), n_all, places, q, v)
+    if any(beam.velocity is not None for beam in scene.beams):
+        v[:] = np.nan  # not said yet
+        for beam, where in zip(scene.beams, places, strict=True):
+            _set_moving(beam, where, v)
+        _hold_still(v, n_free)
+    return Numbering(n_free, n_all, places, q, v)
 
 
-def _shared(scene: Scene, n: int, at: Callable[[Node], NDArray[np.int64]]) -> NDArray[np.int64]:
+def _raw(body: Body, n_c: int, start: int) -> Places:
+    """Count the coordinates of a body from `start`, (n_rows, n_c), node by node."""
+    node, dim = body.row_nodes, body.dim
+    rows = np.arange(len(node), dtype=np.int32)
+    begins = rows.copy()  # the first row of the node that the row belongs to
+    begins[1:][node[1:] == node[:-1]] = 0
+    begins = np.maximum.accumulate(begins)
+    numbers = np.empty((len(node), n_c), dtype=np.int32)
+    numbers[:, 0] = start + dim * node + (n_c - dim) * begins
+    numbers[:, dim] = start + dim * (node + 1) + (n_c - dim) * rows
+    for k in range(1, dim):
+        numbers[:, k] = numbers[:, 0] + np.int32(k)
+    for k in range(1, n_c - dim):
+        numbers[:, dim + k] = numbers[:, dim] + np.int32(k)
+    return numbers
+
+
+def _shared(scene: Scene, n: int, at: Callable[[Node], Places]) -> Places | None:
     """Return for each raw number the lowest one that connections make it share a place with."""
     joints = [joint for joint in scene.joints if isinstance(joint, Connect)]
     if not joints:
-        return np.arange(n)
-    one = np.concatenate([at(joint.a)[: scene.dim] for joint in joints])
-    other = np.concatenate([at(joint.b)[: scene.dim] for joint in joints])
+        return None
+    one = np.concatenate([at(joint.a)[0, : scene.dim] for joint in joints])
+    other = np.concatenate([at(joint.b)[0, : scene.dim] for joint in joints])
     graph = sp.coo_array((np.ones(len(one), dtype=bool), (one, other)), shape=(n, n))
     _, group = connected_components(graph, directed=False)
     _, lowest = np.unique(group, return_index=True)
-    owner: NDArray[np.int64] = lowest[group]
+    owner: Places = lowest.astype(np.int32)[group]
     return owner
 
 
-def clamped(joint: Clamp) -> list[int]:
-    """Nodal coordinates that a clamp fixes by numbering."""
+def _owners(owner: Places | None, numbers: Places) -> Places:
+    return numbers if owner is None else owner[numbers]
+
+
+def _ordered(owner: Places | None, held: NDArray[np.bool_]) -> tuple[Places, int, int]:
+    """Return the place of every raw number, free ones first, and how many are free and there."""
+    free = ~held
+    if owner is not None:
+        own = owner == np.arange(len(owner), dtype=np.int32)
+        free &= own
+        held = held & own
+    n_free, n_held = int(np.count_nonzero(free)), int(np.count_nonzero(held))
+    final = np.cumsum(free, dtype=np.int32)
+    final -= np.int32(1)
+    final[held] = n_free + np.arange(n_held, dtype=np.int32)
+    return final if owner is None else final[owner], n_free, n_free + n_held
+
+
+def _set_moving(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
+    """Write the velocities of a beam, rest included, and refuse what another beam contradicts."""
+    said = velocities(beam, where.shape[1])
+    undefined = np.count_nonzero(~np.isfinite(said))
+    if undefined:
+        raise InputError(
+            f"the initial velocity of {beam.name} is not a number for {undefined} of {said.size} "
+            "coordinates: give a field that is defined beside the beam too, because slopes move "
+            "with its derivative"
+        )
+    known = v[where]
+    clash = np.argwhere(np.abs(known - said) > 1e-9 * max(1.0, float(np.abs(said).max())))
+    if len(clash):
+        first = tuple(clash[0])
+        raise InputError(
+            f"{beam.name} shares {len(clash)} coordinates with other beams whose initial velocity "
+            f"is another, the first {said[first]:.6g} m/s against {known[first]:.6g} m/s: give "
+            "connected beams velocities that agree where they meet (none means at rest)"
+        )
+    v[where] = said
+
+
+def _hold_still(v: NDArray[np.float64], n_free: int) -> None:
+    """Set the velocity of held coordinates to zero, which it must be but for rounding."""
+    held = v[n_free:]
+    moving = np.flatnonzero(np.abs(held) > 1e-9 * max(1.0, float(np.abs(v).max(initial=0.0))))
+    if len(moving):
+        raise InputError(
+            f"the initial velocity moves {len(moving)} held coordinates, the first by "
+            f"{held[moving[0]]:.6g} m/s: give a velocity field that is zero at the joints"
+        )
+    held[:] = 0.0
+
+
+def clamped(joint: Clamp, row: int) -> list[int]:
+    """Coordinates of a row that a clamp fixes by numbering."""
     beam = joint.node.beam
     dim = beam.dim
     if beam.element == "thick":
         return list(range(12 if dim == 3 else 7))
     if joint.stretch == "fixed":
         return list(range(2 * dim))
-    axis = along_axis(beam)
+    axis = along_axis(beam.axes_of(row)[0])
     across = [] if axis is None else [dim + d for d in range(dim) if d != axis]
     return list(range(dim)) + across
 
 
-def along_axis(beam: Beam) -> int | None:
-    """Return the coordinate axis that a beam is parallel to, or None."""
-    direction = np.abs(beam.axes[0])
+def along_axis(slope: NDArray[np.float64]) -> int | None:
+    """Return the coordinate axis that a slope is parallel to, or None."""
+    direction = np.abs(slope)
     axis = int(np.argmax(direction))
     return axis if np.all(np.delete(direction, axis) <= ALIGNED) else None
 
 
-def reference(beam: Beam, n_coordinates: int) -> NDArray[np.float64]:
-    """Return the straight, stress-free nodal coordinates of a beam, (n_nodes, n_c) [m, 1]."""
-    q = np.empty((beam.n_nodes, n_coordinates))
-    q[:, : beam.dim] = beam.positions
-    q[:, beam.dim :] = np.append(beam.axes.ravel(), 1.0)[: n_coordinates - beam.dim]
+def reference(body: Body, n_coordinates: int) -> NDArray[np.float64]:
+    """Return the stress-free coordinates of all rows, (n_rows, n_c) [m, 1]."""
+    nodes, dim = body.row_nodes, body.dim
+    q = np.empty((len(nodes), n_coordinates))
+    q[:, :dim] = body.positions if len(nodes) == body.n_nodes else body.positions[nodes]
+    vectors = body.vectors.reshape(len(body.vectors), -1)[:, : n_coordinates - dim]
+    q[:, dim:] = 1.0  # what a planar beam has besides: the stretch of its section along z
+    q[:, dim : dim + vectors.shape[1]] = vectors
     return q
 
 
-def velocities(beam: Beam, n_coordinates: int) -> NDArray[np.float64]:
-    """Return initial nodal velocities, (n_nodes, n_c) [m/s, 1/s].
+def velocities(body: Body, n_coordinates: int) -> NDArray[np.float64]:
+    """Return initial velocities of all rows, (n_rows, n_c) [m/s, 1/s].
 
     Slopes move with the derivative of the velocity field along their vector, a central difference
     over a thousandth of an element: exact for rigid motions.
     """
-    field = beam.velocity
-    assert field is not None
-    v = np.zeros((beam.n_nodes, n_coordinates))
-    v[:, : beam.dim] = field(beam.positions)
-    reach = 1e-3 * beam.length / beam.n_elements
-    for k, axis in enumerate(beam.axes):
-        columns = slice(beam.dim * (k + 1), beam.dim * (k + 2))
+    field = body.velocity
+    nodes, dim = body.row_nodes, body.dim
+    v = np.zeros((len(nodes), n_coordinates))
+    if field is None:
+        return v
+    places = body.positions[nodes]
+    v[:, :dim] = field(body.positions)[nodes]
+    reach = 1e-3 * float(body.lengths.min())
+    for k in range(body.vectors.shape[1]):
+        columns = slice(dim * (k + 1), dim * (k + 2))
         if columns.stop > n_coordinates:
             break
-        ahead, behind = beam.positions + reach * axis, beam.positions - reach * axis
-        v[:, columns] = (field(ahead) - field(behind)) / (2.0 * reach)
+        step = reach * body.vectors[:, k]
+        v[:, columns] = (field(places + step) - field(places - step)) / (2.0 * reach)
     return v

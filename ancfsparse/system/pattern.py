@@ -67,8 +67,10 @@ def build(n: int, cliques: Sequence[Unknowns]) -> Pattern:
     cliques : sequence of (n_rows, k) int arrays
         The unknowns in a row all meet; negative ones are left out.
     """
-    tables = [np.ascontiguousarray(table, dtype=np.int32) for table in cliques]
-    sizes = [np.full(len(table), table.shape[1], dtype=np.int64) for table in tables]
-    start = np.concatenate([np.zeros(1, dtype=np.int64), *sizes]).cumsum()
-    member = np.concatenate([np.empty(0, np.int32), *(table.ravel() for table in tables)])
+    tables = [np.ascontiguousarray(table, dtype=np.int32) for table in cliques if len(table)]
+    sizes = [np.full(len(table), table.shape[1], dtype=np.int32) for table in tables]
+    start = np.zeros(1 + sum(len(table) for table in tables), dtype=np.int64)
+    np.cumsum(np.concatenate([np.empty(0, np.int32), *sizes]), out=start[1:])
+    flat = [table.ravel() for table in tables]
+    member = flat[0] if len(flat) == 1 else np.concatenate([np.empty(0, np.int32), *flat])
     return Pattern(*compiled("pattern").lower_triangle(n, start, member))

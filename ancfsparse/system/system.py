@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import element_kind
+from ancfsparse.kernels.catalog import ElementKind, element_kind
 from ancfsparse.kernels.layout import pack
-from ancfsparse.scene import Beam, Node, Scene
+from ancfsparse.scene import Body, Node, Scene
 from ancfsparse.system.constraints import constraints_of
 from ancfsparse.system.loads import loads_of
-from ancfsparse.system.numbering import number
+from ancfsparse.system.numbering import Places, number
 from ancfsparse.system.pattern import Pattern, build
 
 Vector = NDArray[np.float64]
@@ -25,12 +25,12 @@ class System:
     """A scene as flat arrays, with compiled evaluation.
 
     The coordinate vector q holds the free coordinates first and the fixed ones after them; within
-    each part beam by beam and node by node.
+    each part beam by beam (or mesh by mesh) and node by node.
 
     Parameters
     ----------
     scene : Scene
-        At least one beam.
+        At least one beam or mesh.
 
     Attributes
     ----------
@@ -49,40 +49,55 @@ class System:
     """
 
     def __init__(self, scene: Scene) -> None:
+        if not isinstance(scene, Scene):
+            raise InputError(f"a Scene is needed, got {scene!r}")
         if not scene.beams:
-            raise InputError("the scene has no beam: add one with scene.add_beam")
+            raise InputError("the scene has no beam: add one with scene.add_beam or scene.add_mesh")
         self.scene = scene
         self.dim = scene.dim
         self.kinds = [element_kind(b.element, scene.dim, **b.options) for b in scene.beams]
         numbering = number(scene, [len(kind.node_coordinates) for kind in self.kinds])
         self.n_free, self.n_all = numbering.n_free, numbering.n_all
+        if self.n_free == 0:
+            raise InputError("the joints hold every coordinate of the scene: nothing can move")
         self.q0, self.v0, self.places = numbering.q, numbering.v, numbering.places
         self._index = {id(beam): k for k, beam in enumerate(scene.beams)}
-        self.constraints = constraints_of(scene, self.place)
+        self.constraints = constraints_of(scene, self.rows)
         self.n_multipliers = len(self.constraints.offset)
         self.loads = loads_of(scene, self.n_all, self.point, self.frame, self.elements)
         self.pattern = self._pattern()
         self.assembly = self._assembly()
         self.capsule = self.assembly.capsule
-        uniform = np.zeros(self.n_all)
-        for places in self.places:
-            uniform[places[:, : self.dim]] = scene.gravity
-        self.gravity_load = np.asarray(self.assembly.inertia(uniform))
+        self.gravity_load = self._gravity()
         self.dead_load = self.gravity_load + self.loads.constant
 
-    def place(self, node: Node) -> NDArray[np.int64]:
-        """Return the places of a node's coordinates, shape (n_c,)."""
-        places: NDArray[np.int64] = self.places[self._of(node.beam)][node.index]
-        return places
+    def rows(self, node: Node) -> Places:
+        """Return the places of the coordinates of all rows of a node, shape (k, n_c)."""
+        return self.places[self._of(node.beam)][node.beam.rows_of(node.index)]
 
-    def elements(self, beam: Beam) -> NDArray[np.int64]:
+    def place(self, node: Node) -> Places:
+        """Return the places of a node's coordinates, shape (n_c,).
+
+        Raises
+        ------
+        InputError
+            If the node of a mesh has more slopes than one.
+        """
+        rows = self.rows(node)
+        if len(rows) > 1:
+            raise InputError(
+                f"{node!r} has {len(rows)} slopes, one for each line through it: ask for a point "
+                "on an edge beside it, mesh.at(edge, s)"
+            )
+        return np.asarray(rows[0])
+
+    def elements(self, beam: Body) -> Places:
         """Return the places of a beam's element coordinates, shape (n_e, 2 n_c)."""
-        places = self.places[self._of(beam)]
-        return np.hstack([places[:-1], places[1:]])
+        return self.places[self._of(beam)][beam.ends].reshape(beam.n_elements, -1)
 
-    def point(self, node: Node) -> tuple[NDArray[np.int64], Vector]:
+    def point(self, node: Node) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
-        xi, length = node.xi, node.beam.length / node.beam.n_elements
+        xi, length = node.xi, self._length(node)
         return self._interpolate(
             node,
             [1.0, 0.0, 0.0, 0.0],
@@ -94,9 +109,9 @@ class System:
             ],
         )
 
-    def slope(self, node: Node) -> tuple[NDArray[np.int64], Vector]:
+    def slope(self, node: Node) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of the slope r'."""
-        xi, length = node.xi, node.beam.length / node.beam.n_elements
+        xi, length = node.xi, self._length(node)
         return self._interpolate(
             node,
             [0.0, 1.0, 0.0, 0.0],
@@ -108,34 +123,40 @@ class System:
             ],
         )
 
-    def frame(self, node: Node) -> NDArray[np.int64]:
+    def frame(self, node: Node) -> Places:
         """Return the places (3, dim) of r_x, r_y and r_z at a node; -1 where there is none.
 
         In the plane a moment cannot twist, and r_y and r_z are not given.
         """
         places = self.place(node)[self.dim :]
-        out = np.full((3, self.dim), -1)
+        out = np.full((3, self.dim), -1, dtype=np.int32)
         count = 3 if self.dim == 3 and len(places) == 9 else 1
         out[:count] = places[: count * self.dim].reshape(count, self.dim)
         return out
 
     def _interpolate(
         self, node: Node, at_node: Sequence[float], inside: Sequence[float]
-    ) -> tuple[NDArray[np.int64], Vector]:
-        places = self.places[self._of(node.beam)]
+    ) -> tuple[Places, Vector]:
         if node.is_node:
             part = at_node.index(1.0)
-            return places[node.index, self.dim * part : self.dim * (part + 1)][:, None], np.ones(1)
-        ends = [places[node.index], places[node.index + 1]]
+            places = self.rows(node)[0] if part == 0 else self.place(node)
+            return places[self.dim * part : self.dim * (part + 1)][:, None], np.ones(1)
+        ends = self.places[self._of(node.beam)][node.beam.ends[node.index]]
         where = [[e[d], e[self.dim + d]] for d in range(self.dim) for e in ends]
         return np.array(where).reshape(self.dim, 4), np.array(inside)
+
+    @staticmethod
+    def _length(point: Node) -> float:
+        """Length of the element a point is inside of [m]; 1 at a node, where none is needed."""
+        return 1.0 if point.is_node else float(point.beam.lengths[point.index])
 
     def describe(self, place: int) -> str:
         """Say which beam, node and coordinate a place in q is."""
         for beam, kind, places in zip(self.scene.beams, self.kinds, self.places, strict=True):
             found = np.argwhere(places == place)
             if len(found):
-                node, coordinate = found[0]
+                row, coordinate = found[0]
+                node = beam.row_nodes[row]
                 return f"{beam.name}, node {node}, {kind.node_coordinates[coordinate]}"
         raise IndexError(f"no coordinate stands at place {place}")
 
@@ -166,7 +187,7 @@ class System:
         InputError
             If no joint to the ground holds the node.
         """
-        places = self.place(node)[: self.dim]
+        places = self.rows(node)[0, : self.dim]
         rows = {i for i, j in zip(self.constraints.i, self.constraints.j, strict=True)}
         if np.all(places < self.n_free) and rows.isdisjoint(places.tolist()):
             raise InputError(f"no joint holds {node!r}, so it has no reaction")
@@ -197,34 +218,36 @@ class System:
         beams = zip(self.scene.beams, self.kinds, strict=True)
         return sum(beam.n_elements * kind.operations[kernel] for beam, kind in beams)
 
-    def _of(self, beam: Beam) -> int:
+    def _of(self, beam: Body) -> int:
         try:
             return self._index[id(beam)]
         except KeyError:
             raise InputError(f"{beam!r} is not part of this scene") from None
 
-    def _unknowns(self, places: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Numbers of coordinates in the matrix; -1 for the fixed ones."""
-        return np.where(places < self.n_free, places, -1)
+    def _unknowns(self, places: Places) -> Places:
+        """Turn places, in place, into numbers of unknowns in the matrix; -1 for the fixed ones."""
+        places[places >= self.n_free] = -1
+        return places
 
-    def _term_unknowns(self) -> NDArray[np.int64]:
+    def _term_unknowns(self) -> Places:
         """Per constraint term its equation and the one or two coordinates in it, (n_terms, 3)."""
         c = self.constraints
-        row, i, j = (np.array(x, dtype=np.int64) for x in (c.row, c.i, c.j))
+        row, i, j = (np.array(x, dtype=np.int32) for x in (c.row, c.i, c.j))
         return np.stack([self.n_free + row, self._unknowns(i), self._unknowns(j)], axis=1)
 
     def _pattern(self) -> Pattern:
         cliques = [self._unknowns(self.elements(beam)) for beam in self.scene.beams]
-        cliques += [self._unknowns(frame.reshape(1, -1)) for frame in self.loads.moment_place]
+        cliques += [
+            self._unknowns(frame.reshape(1, -1).copy()) for frame in self.loads.moment_place
+        ]
         return build(self.n_free + self.n_multipliers, [*cliques, self._term_unknowns()])
 
     def _assembly(self) -> Any:
         groups = []
         for beam, kind in zip(self.scene.beams, self.kinds, strict=True):
-            places = self.elements(beam)
-            slots = self.pattern.slots(self._unknowns(places))
-            base = [beam.parameters()[name] for name in kind.parameters]
-            layout = pack(kind, places, slots, np.broadcast_to(base, (len(places), len(base))))
+            slots = self.pattern.slots(self._unknowns(self.elements(beam)))
+            layout = pack(kind, self.elements(beam), slots, _base(beam, kind))
+            del slots
             groups.append(
                 {
                     "gather": layout.gather,
@@ -238,6 +261,13 @@ class System:
         return compiled("assembly").Assembly(
             self.n_free, self.n_all, self.pattern.n_values, groups, *self._terms()
         )
+
+    def _gravity(self) -> Vector:
+        """Return gravity as a generalized force, (n_all,) [N, N m]."""
+        uniform = np.zeros(self.n_all)
+        for places in self.places:
+            uniform[places[:, : self.dim]] = self.scene.gravity
+        return np.asarray(self.assembly.inertia(uniform))
 
     def _terms(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Constraints, changing loads and moments as arrays for the assembly."""
@@ -261,10 +291,20 @@ class System:
             "column": np.array(loads.column, dtype=np.int32),
             "weight": np.array(loads.weight, dtype=float),
         }
-        places = np.array(loads.moment_place, dtype=np.int64).reshape(-1, 3 * self.dim)
+        places = np.array(loads.moment_place, dtype=np.int32).reshape(-1, 3 * self.dim)
         moments = {
-            "place": places.astype(np.int32),
-            "slot": self.pattern.slots(self._unknowns(places)),
+            "place": places,
+            "slot": self.pattern.slots(self._unknowns(places.copy())),
             "column": np.array(loads.moment_column, dtype=np.int32).ravel(),
         }
         return constraints, changing, moments
+
+
+def _base(body: Body, kind: ElementKind) -> Vector:
+    """Return the base parameters of every element, (n_e, n_base)."""
+    common = body.stiffnesses()
+    lengths = body.lengths
+    base = np.empty((body.n_elements, len(kind.parameters)))
+    for k, name in enumerate(kind.parameters):
+        base[:, k] = lengths if name == "length" else common[name]
+    return base

@@ -1,0 +1,224 @@
+"""What beams and meshes have in common, and the points on them.
+
+A body is a table of rows and a list of elements.  A row is a node together with one slope at it:
+the nodes of a beam have one row each, a node of a net one for each line that runs through it.
+Rows of one node share its position.  An element joins two rows.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.scene.material import Material
+from ancfsparse.scene.sections import AnySection
+
+Vector = NDArray[np.float64]
+Numbers = NDArray[np.int32]
+VelocityField = Callable[[Vector], Vector]
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Body(ABC):
+    """Nodes and elements of one kind, section and material.
+
+    Two bodies are equal only if they are the same one.
+
+    Attributes
+    ----------
+    name : str
+        Unique in its scene.
+    element : str
+        ``"l2t2"``, ``"thin"`` or ``"thick"``.
+    options : dict of str to str
+        The options this element has, and no others.
+    section : Rectangle, Circle or Section
+        Its cross-section.
+    material : Material
+        What it is made of.
+    positions : ndarray, shape (n_nodes, dim)
+        Reference positions of the nodes [m], read-only.
+    lengths : ndarray, shape (n_elements,)
+        Length of every element [m], read-only.
+    row_nodes : ndarray, shape (n_rows,)
+        Node of every row, ascending, read-only.
+    ends : ndarray, shape (n_elements, 2)
+        The two rows of every element, read-only.
+    vectors : ndarray, shape (n_rows or 1, k, dim)
+        Reference slope and, in a beam, section vectors of every row, or one for all, read-only.
+    velocity : callable or None
+        Initial velocities: maps reference places (k, dim) [m] to velocities (k, dim) [m/s].
+        None means at rest.
+    """
+
+    name: str
+    element: str
+    options: Mapping[str, str]
+    section: AnySection
+    material: Material
+    positions: Vector
+    lengths: Vector
+    row_nodes: Numbers
+    ends: Numbers
+    vectors: Vector
+    velocity: VelocityField | None = None
+
+    @property
+    def dim(self) -> int:
+        """Number of components of a position, 2 or 3."""
+        return int(self.positions.shape[1])
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes."""
+        return len(self.positions)
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return len(self.lengths)
+
+    @property
+    @abstractmethod
+    def length(self) -> float:
+        """Length of all elements together in the reference shape [m]."""
+
+    @property
+    @abstractmethod
+    def size(self) -> float:
+        """Extent in the reference shape [m], beside which rounding is judged."""
+
+    @property
+    @abstractmethod
+    def parts(self) -> Numbers:
+        """Number of the piece that every row belongs to, (n_rows,); what a piece is, it says."""
+
+    @abstractmethod
+    def arc(self, point: Node) -> float:
+        """Return the arc coordinate of a point in the reference shape [m]."""
+
+    @abstractmethod
+    def axes_of(self, row: int) -> Vector:
+        """Return the unit vectors e_x, e_y (and e_z) of a row, shape (dim, dim)."""
+
+    @abstractmethod
+    def say(self, point: Node) -> str:
+        """Say where a point is, for messages."""
+
+    @abstractmethod
+    def hint(self, point: Node) -> str:
+        """Say which node to take instead of a point inside an element."""
+
+    def rows_of(self, node: int) -> slice:
+        """Return the rows of a node."""
+        first, last = np.searchsorted(self.row_nodes, np.array([node, node + 1], dtype=np.int32))
+        return slice(int(first), int(last))
+
+    def node(self, i: int) -> Node:
+        """Return one of the nodes.
+
+        Parameters
+        ----------
+        i : int
+            Number of the node, from 0: along a beam, or in the order of the array of a mesh.
+
+        Returns
+        -------
+        Node
+            Its handle.
+        """
+        if isinstance(i, bool) or not isinstance(i, (int, np.integer)):
+            raise InputError(f"the number of a node of {self.name} must be an integer, got {i!r}")
+        if not 0 <= i < self.n_nodes:
+            raise InputError(
+                f"{self.name} has nodes 0 to {self.n_nodes - 1}, there is no node {i}"
+                + ("; its last one is `.end`" if i < 0 and hasattr(self, "end") else "")
+            )
+        return Node(self, int(i))
+
+    def stiffnesses(self) -> dict[str, float]:
+        """Give the base parameters of the kernels that all elements have in common.
+
+        Returns
+        -------
+        dict of str to float
+            ``axial_stiffness`` = ``youngs_modulus_area`` E A,
+            ``shear_modulus_area`` G A, ``lame_area`` lam A, ``shear_stiffness_y`` and ``_z``
+            k G A [N]; ``torsion_stiffness`` G J, ``bending_stiffness_y`` E int z^2 dA,
+            ``bending_stiffness_z`` = ``bending_stiffness`` E int y^2 dA [N m2];
+            ``mass_per_length`` rho A [kg/m]; ``inertia_y`` rho int y^2 dA and ``inertia_z``
+            rho int z^2 dA [kg m]; ``poisson_ratio``.
+
+        Notes
+        -----
+        ``inertia_y`` goes with the section vector r_y and so holds int y^2 dA, which as a second
+        moment of area is named after the axis it turns about: ``section.inertia_z``.
+        """
+        section, material = self.section, self.material
+        modulus, shear_modulus = material.youngs_modulus, material.shear_modulus
+        shear_stiffness = (
+            section.shear_correction(material.poisson_ratio) * shear_modulus * section.area
+        )
+        return {
+            "axial_stiffness": modulus * section.area,
+            "bending_stiffness": modulus * section.inertia_z,
+            "mass_per_length": material.density * section.area,
+            "lame_area": material.lame_modulus * section.area,
+            "shear_modulus_area": shear_modulus * section.area,
+            "youngs_modulus_area": modulus * section.area,
+            "poisson_ratio": material.poisson_ratio,
+            "shear_stiffness_y": shear_stiffness,
+            "shear_stiffness_z": shear_stiffness,
+            "torsion_stiffness": shear_modulus * section.torsion_constant,
+            "bending_stiffness_y": modulus * section.inertia_y,
+            "bending_stiffness_z": modulus * section.inertia_z,
+            "inertia_y": material.density * section.inertia_z,
+            "inertia_z": material.density * section.inertia_y,
+        }
+
+
+@dataclass(frozen=True, repr=False)
+class Node:
+    """A point on a beam or a mesh.
+
+    Parameters
+    ----------
+    beam : Beam or Mesh
+        What it is on.
+    index : int
+        Number of the node if `xi` is 0, else of the element the point is inside of.
+    xi : float, optional
+        Share of the element's length, in (0, 1) inside an element, 0 at a node.
+    """
+
+    beam: Body
+    index: int
+    xi: float = 0.0
+
+    def __repr__(self) -> str:
+        """Say where the point is."""
+        return self.beam.say(self)
+
+    @property
+    def is_node(self) -> bool:
+        """Whether the point is a node of the mesh."""
+        return self.xi == 0.0
+
+    @property
+    def s(self) -> float:
+        """Arc coordinate in the reference shape: along a beam, or along an edge of a mesh [m]."""
+        return self.beam.arc(self)
+
+    @property
+    def position(self) -> Vector:
+        """Position in the reference shape, shape (dim,) [m]."""
+        nodes = self.beam.positions
+        if self.is_node:
+            return np.array(nodes[self.index])
+        tail, head = self.beam.row_nodes[self.beam.ends[self.index]]
+        return np.asarray((1.0 - self.xi) * nodes[tail] + self.xi * nodes[head])

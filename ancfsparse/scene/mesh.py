@@ -1,0 +1,138 @@
+"""Nets and lattices of cables, as handles that joints, loads and results are asked with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from ancfsparse.errors import InputError, check_count, check_finite
+from ancfsparse.scene.beams import NODE_SNAP
+from ancfsparse.scene.bodies import Body, Node, Numbers, Vector
+from ancfsparse.scene.straight import section_axes
+
+# More lines than this are not looked at one by one when a scene is searched for free motions.
+MANY_LINES = 200
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Mesh(Body):
+    """Cables between nodes, as `Scene.add_mesh` returns them.
+
+    All edges at a node share its position.  Edges that run on through it in one line share their
+    slope too and so make one cable; lines are free to turn against each other.
+
+    Attributes
+    ----------
+    name, element, options, section, material, positions, lengths, velocity
+        As in `Body`; every edge is an element.
+    edges : ndarray, shape (n_elements, 2)
+        Nodes at the two ends of every edge in the order given, turned round where that lets all
+        edges of a line point the same way, read-only.
+    flipped : ndarray, shape (n_elements,)
+        Which edges were turned round, read-only.
+    """
+
+    edges: Numbers
+    flipped: np.ndarray[tuple[int], np.dtype[np.bool_]]
+
+    def __repr__(self) -> str:
+        """Say which mesh this is."""
+        return (
+            f"{self.name}: {self.n_nodes} nodes, {self.n_elements} {self.element} elements, "
+            f"{self.n_lines} line(s), {self.length:.6g} m, "
+            f"{'planar' if self.dim == 2 else 'spatial'}"
+        )
+
+    @property
+    def n_lines(self) -> int:
+        """Number of lines: cables of one slope after the other."""
+        return int(self.lines.max()) + 1
+
+    @property
+    def length(self) -> float:
+        """Length of all edges together in the reference shape [m]."""
+        return float(self.lengths.sum())
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the box around all nodes [m]."""
+        return float(np.linalg.norm(np.ptp(self.positions, axis=0)))
+
+    @cached_property
+    def lines(self) -> Numbers:
+        """Number of the line that every row belongs to, shape (n_rows,)."""
+        return _components(len(self.row_nodes), self.ends)
+
+    @property
+    def parts(self) -> Numbers:
+        """Line of every row, or, where there are very many lines, connected part of the mesh."""
+        if self.n_lines <= MANY_LINES:
+            return self.lines
+        return _components(self.n_nodes, self.edges)[self.row_nodes]
+
+    def arc(self, point: Node) -> float:
+        """Return the distance of a point from the first end of its edge, as given [m]."""
+        if point.is_node:
+            raise InputError(f"{point!r} has no arc coordinate: several edges may meet there")
+        share = 1.0 - point.xi if self.flipped[point.index] else point.xi
+        return float(share * self.lengths[point.index])
+
+    def axes_of(self, row: int) -> Vector:
+        """Return unit vectors along and across the slope of a row, shape (dim, dim)."""
+        return section_axes(self.vectors[row, 0], None, self.name)
+
+    def say(self, point: Node) -> str:
+        """Say where a point is."""
+        if point.is_node:
+            return f"{self.name}, node {point.index}"
+        return f"{self.name}, edge {point.index} at s = {self.arc(point):.6g} m"
+
+    def hint(self, point: Node) -> str:
+        """Say which node to take instead of a point inside an element."""
+        tail, head = self.edges[point.index]
+        return f"its ends are {self.name}.node({tail}) and .node({head})"
+
+    def at(self, edge: int, s: float) -> Node:
+        """Return a point on an edge.
+
+        Parameters
+        ----------
+        edge : int
+            Number of the edge, in the order of the array given.
+        s : float
+            Distance from the first node of the edge, as given [m].
+
+        Returns
+        -------
+        Node
+            A node where `s` falls on one (to rounding), else a point inside the edge.
+        """
+        check_count("the number of an edge", edge, 0)
+        if edge >= self.n_elements:
+            raise InputError(
+                f"{self.name} has edges 0 to {self.n_elements - 1}, there is no edge {edge}"
+            )
+        length = float(self.lengths[edge])
+        share = check_finite(f"s on edge {edge} of {self.name}", s, "m") / length
+        if not -NODE_SNAP <= share <= 1.0 + NODE_SNAP:
+            raise InputError(
+                f"s = {s:.6g} m lies outside edge {edge} of {self.name}: it runs from 0 to "
+                f"{length:.6g} m"
+            )
+        if self.flipped[edge]:
+            share = 1.0 - share
+        for end, node in enumerate(self.edges[edge]):
+            if abs(share - end) <= NODE_SNAP:
+                return Node(self, int(node))
+        return Node(self, int(edge), share)
+
+
+def _components(n: int, pairs: Numbers) -> Numbers:
+    """Return the number of the connected part that each vertex of a graph is in, (n,)."""
+    links = np.ones(len(pairs), dtype=bool)
+    graph = sp.coo_array((links, (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int32)

@@ -1,0 +1,207 @@
+"""From arrays of nodes and edges to a checked `Mesh`, without a Python loop over elements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse.csgraph import connected_components
+
+from ancfsparse.errors import InputError, check_finite
+from ancfsparse.scene.bodies import Numbers, Vector, VelocityField
+from ancfsparse.scene.elements import check_make, options_of
+from ancfsparse.scene.graph import checked_graph
+from ancfsparse.scene.material import Material
+from ancfsparse.scene.mesh import Mesh
+from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.straight import velocity_field
+
+Integers = NDArray[np.integer[Any]]
+
+
+def mesh_of(
+    label: str,
+    dim: int,
+    nodes: ArrayLike,
+    edges: ArrayLike,
+    element: str,
+    section: AnySection,
+    material: Material,
+    options: Mapping[str, str],
+    smooth: float,
+    velocity: ArrayLike | VelocityField | None,
+) -> Mesh:
+    """Check everything said about a mesh and make its handle.
+
+    Parameters
+    ----------
+    label : str
+        Its name.
+    dim : int
+        Dimension of its scene.
+    nodes, edges, element, section, material, smooth, velocity
+        As in `Scene.add_mesh`.
+    options : mapping of str to str
+        A value for every option of every element.
+
+    Returns
+    -------
+    Mesh
+        The handle, not yet part of a scene.
+    """
+    if element == "thick":
+        raise InputError(
+            f"{label} cannot be made of 'thick': its corners would have to be rigid, and a mesh "
+            "has hinges; take 'thin', or join beams of add_beam with connect"
+        )
+    chosen = options_of(label, element, dim, options)
+    check_make(label, element, dim, section, material)
+    angle = check_finite(f"smooth of {label}", smooth, "degrees")
+    if not 0.0 <= angle <= 90.0:
+        raise InputError(f"smooth of {label} must lie between 0 and 90 degrees, got {angle:.6g}")
+    positions, given, lengths = checked_graph(label, dim, nodes, edges)
+    directions = (positions[given[:, 1]] - positions[given[:, 0]]) / lengths[:, None]
+    # Half-edge 2 e is where edge e begins, 2 e + 1 where it ends; each points away from its node.
+    at = given.ravel()
+    outward = np.stack([directions, -directions], axis=1).reshape(-1, dim)
+    partners = _partners(at, outward, 2.0 * np.sin(0.5 * np.radians(angle)))
+    flipped = _turned_round(len(given), partners)
+    row_nodes, row_of = _rows(at, partners)
+    slopes = _mean_slopes(len(row_nodes), row_of, directions, flipped)
+    ends = row_of.reshape(-1, 2)
+    tables = [given, ends]
+    for table in tables:
+        table[flipped] = table[flipped, ::-1]
+    for array in (positions, given, flipped, lengths, row_nodes, ends, slopes):
+        array.flags.writeable = False
+    return Mesh(
+        name=label,
+        element=element,
+        options=chosen,
+        section=section,
+        material=material,
+        positions=positions,
+        velocity=None if velocity is None else velocity_field(label, velocity, positions),
+        edges=given,
+        flipped=flipped,
+        lengths=lengths,
+        row_nodes=row_nodes,
+        ends=ends,
+        vectors=slopes[:, None],
+    )
+
+
+def _partners(at: Numbers, outward: Vector, bend: float) -> tuple[Integers, Integers]:
+    """Pair the half-edges that run on in each other, straightest first.
+
+    Parameters
+    ----------
+    at : (2 m,) int
+        Node of each half-edge.
+    outward : (2 m, dim) float
+        Unit vectors away from that node.
+    bend : float
+        Sums of two unit vectors from this length on make a corner.
+
+    Returns
+    -------
+    a, b : (k,) int
+        Half-edges that continue each other; none appears twice.
+    """
+    order = np.argsort(at, kind="stable")
+    place, out = at[order], outward[order]
+    one, other, how = [], [], []
+    first = np.arange(len(order))
+    step = 1
+    while True:  # all pairs at a node: neighbours in the sorted list, next but one, and so on
+        first = first[first + step < len(order)]
+        first = first[place[first] == place[first + step]]
+        if not len(first):
+            break
+        sums = np.linalg.norm(out[first] + out[first + step], axis=1)
+        straight = sums < bend
+        one.append(first[straight])
+        other.append(first[straight] + step)
+        how.append(sums[straight])
+        step += 1
+    if not one:
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    rank = np.argsort(np.concatenate(how), kind="stable")
+    a, b = order[np.concatenate(one)][rank], order[np.concatenate(other)][rank]
+    return _matched(a, b, len(at))
+
+
+def _matched(a: Integers, b: Integers, n: int) -> tuple[Integers, Integers]:
+    """Take pairs in order and leave out those of which one side is taken already.
+
+    In each round all pairs that come first at both their sides are taken at once.
+    """
+    taken_a, taken_b = [a[:0]], [b[:0]]
+    while len(a):
+        best = np.full(n, len(a))
+        for side in (a, b):
+            np.minimum.at(best, side, np.arange(len(a)))
+        mine = np.arange(len(a))
+        chosen = (best[a] == mine) & (best[b] == mine)
+        taken_a.append(a[chosen])
+        taken_b.append(b[chosen])
+        used = np.zeros(n, dtype=bool)
+        used[a[chosen]] = used[b[chosen]] = True
+        left = ~(used[a] | used[b])
+        a, b = a[left], b[left]
+    return np.concatenate(taken_a), np.concatenate(taken_b)
+
+
+def _turned_round(m: int, partners: tuple[Integers, Integers]) -> NDArray[np.bool_]:
+    """Say which edges must be turned round so that lines have one direction, (m,) bool.
+
+    Every edge stands twice in a graph, as given (number 2 e) and turned round (2 e + 1); the
+    state that leaves through a half-edge is followed by the one that enters through its partner.
+    A line then shows up twice, once in each direction; its first edge keeps the one given.
+    """
+    a, b = partners
+    # Leaving through half-edge h: as given if h is an end (odd).  Entering: as given if it is even.
+    leaving_a, entering_b = a ^ 1, b
+    leaving_b, entering_a = b ^ 1, a
+    rows = np.concatenate([leaving_a, leaving_b])
+    columns = np.concatenate([entering_b, entering_a])
+    graph = sp.coo_array((np.ones(len(rows), dtype=bool), (rows, columns)), shape=(2 * m, 2 * m))
+    _, line = connected_components(graph, directed=False)
+    first = np.unique(line, return_index=True)[1]
+    turned: NDArray[np.bool_] = first[line[0::2]] > first[line[1::2]]
+    return turned
+
+
+def _rows(at: Numbers, partners: tuple[Integers, Integers]) -> tuple[Numbers, Numbers]:
+    """Give the slopes numbers, node by node.
+
+    Returns
+    -------
+    row_nodes : (n_rows,) int32
+        Node of each slope, ascending.
+    row_of : (2 m,) int32
+        Slope of each half-edge; partners have one.
+    """
+    a, b = partners
+    owner = np.arange(len(at))
+    owner[np.maximum(a, b)] = np.minimum(a, b)
+    owners = np.flatnonzero(owner == np.arange(len(at)))
+    owners = owners[np.argsort(at[owners], kind="stable")]
+    number = np.empty(len(at), dtype=np.int32)
+    number[owners] = np.arange(len(owners), dtype=np.int32)
+    return at[owners], number[owner]
+
+
+def _mean_slopes(
+    n_rows: int, row_of: Numbers, directions: Vector, flipped: NDArray[np.bool_]
+) -> Vector:
+    """Return the unit vector of each slope: the direction of its edge, or the mean of its two."""
+    along = np.where(flipped[:, None], -directions, directions)
+    slopes = np.empty((n_rows, directions.shape[1]))
+    for d in range(directions.shape[1]):
+        slopes[:, d] = np.bincount(row_of, np.repeat(along[:, d], 2), minlength=n_rows)
+    slopes /= np.linalg.norm(slopes, axis=1)[:, None]
+    return slopes
