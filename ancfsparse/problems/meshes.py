@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import check_choice, check_count
 from ancfsparse.problems.benchmarks import Problem
-from ancfsparse.scene import Beam, Connect, Material, Rectangle, Scene
-from ancfsparse.scene.beams import VelocityField
+from ancfsparse.scene import Beam, Material, Rectangle, Scene
+from ancfsparse.scene.bodies import VelocityField
 
 LENGTH = 0.2  # of an element [m]
 
@@ -100,10 +100,9 @@ def net(n_nodes: int = 30, motion: str = "rest") -> Net:
     places = LENGTH * np.arange(n_nodes)
     along = [cable((0.0, 0.0, z), (side, 0.0, z)) for z in places]
     across = [cable((x, 0.0, 0.0), (x, 0.0, side)) for x in places]
-    # Not by `connect`, which looks through all joints for a place that is held already.
-    scene.joints += [
-        Connect(a.node(i), b.node(j)) for j, a in enumerate(along) for i, b in enumerate(across)
-    ]
+    for j, a in enumerate(along):
+        for i, b in enumerate(across):
+            scene.connect(a.node(i), b.node(j))
     for held in (along[0], along[-1]):
         scene.pin(held.start)
         scene.pin(held.end)

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene import Connect, Node, Pin, Scene
+from ancfsparse.scene import Beam, Connect, Node, Pin, Scene
 from ancfsparse.studies.exudyn_peer import Setting, load, settings_of
 from ancfsparse.system import System
 
@@ -81,6 +81,8 @@ def _build(system: Any, scene: Scene) -> None:
     flat = System(scene)
     nodes = {}
     for beam, places in zip(scene.beams, flat.places, strict=True):
+        if not isinstance(beam, Beam):
+            raise InputError(f"{beam!r} is not handed to Exudyn: make it of beams")
         given = beam.parameters()
         numbers = nodes[beam.name] = [
             system.AddNode(point(referenceCoordinates=q, initialVelocities=v))

@@ -6,7 +6,7 @@ import pytest
 from ancfsparse import simulate
 from ancfsparse.errors import InputError
 from ancfsparse.problems import MOTIONS, chain, net
-from ancfsparse.scene import Pin, Scene
+from ancfsparse.scene import Pin
 from ancfsparse.system import System
 
 
@@ -33,20 +33,6 @@ def test_net_crosses_in_shared_places():
             a, b = along[j].node(i), across[i].node(j)
             np.testing.assert_allclose(a.position, b.position, rtol=0, atol=1e-12)
             np.testing.assert_array_equal(system.place(a)[:3], system.place(b)[:3])
-
-
-def test_net_is_what_connect_would_make():
-    ours, along, across = net(3)
-    by_hand = Scene(ours.gravity)
-    by_hand.beams += ours.beams
-    for j, a in enumerate(along):
-        for i, b in enumerate(across):
-            by_hand.connect(a.node(i), b.node(j))
-    for beam in along[0], along[-1]:
-        by_hand.pin(beam.start)
-        by_hand.pin(beam.end)
-    for made, expected in zip(System(ours).places, System(by_hand).places, strict=True):
-        np.testing.assert_array_equal(made, expected)
 
 
 def test_motion_does_not_grow_with_the_size():
