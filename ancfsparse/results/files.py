@@ -21,9 +21,9 @@ from ancfsparse.results.trajectory import Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.system import System
 
-# Numbers in one chunk of a data set, and the most columns of it: 256 KiB, good both for rows and
-# for the history of one node.
-CHUNK, WIDE = 2**15, 1024
+# Numbers in one chunk of a data set (32 KiB), the most columns of it, and the columns of a table
+# from which on a chunk has one row, so that appending a row does not read chunks back.
+CHUNK, WIDE, VERY_WIDE = 2**12, 1024, 2**20
 
 
 class Writer:
@@ -62,8 +62,9 @@ class Writer:
         widths = {"q": width, "v": width, "a": width, **({"lam": m} if m else {})}
         for name, columns in widths.items():
             wide = min(columns, WIDE)
+            high = max(1, min(CHUNK // wide, VERY_WIDE // columns))
             self._file.create_dataset(
-                name, (0, columns), float, maxshape=(None, columns), chunks=(CHUNK // wide, wide)
+                name, (0, columns), float, maxshape=(None, columns), chunks=(high, wide)
             )
         self._file.create_dataset("t", (0,), float, maxshape=(None,), chunks=(CHUNK,))
         if places is not None:

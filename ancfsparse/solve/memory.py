@@ -12,7 +12,7 @@ from ancfsparse.nonlinear import Method, QuasiNewton
 from ancfsparse.scene import Connect, Mesh, Scene
 
 # Vectors over all coordinates that a run keeps: states, loads, predictor, secant pairs.
-VECTORS = 30
+VECTORS = 24
 # Bytes for an entry of the matrix: values of mass, matrix and their maps; and of its factor.
 MATRIX_ENTRY, FACTOR_ENTRY = 36, 12
 GIGABYTE = 1e9
