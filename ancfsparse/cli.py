@@ -30,13 +30,29 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+
+def _can_be_written(target: str | None) -> str | None:
+    """Refuse a file in a folder that does not exist before the run, not after it."""
+    if target is not None and target != "-" and not Path(target).absolute().parent.is_dir():
+        raise InputError(
+            f"{target} cannot be written: there is no folder {Path(target).absolute().parent}"
+        )
+    return target
+
+
 JsonOption = Annotated[
     str | None,
-    typer.Option("--json", metavar="FILE", help="Write one JSON object to FILE; '-' prints it."),
+    typer.Option(
+        "--json",
+        metavar="FILE",
+        help="Write one JSON object to FILE; '-' prints it.",
+        callback=_can_be_written,
+    ),
 ]
 
 SaveOption = Annotated[
-    str | None, typer.Option(metavar="FILE", help="Write one JSON object to FILE.")
+    str | None,
+    typer.Option(metavar="FILE", help="Write one JSON object to FILE.", callback=_can_be_written),
 ]
 
 

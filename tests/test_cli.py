@@ -135,3 +135,10 @@ def test_step_that_fails_is_one_sentence_and_code_1(capsys):
     assert (code, out) == (1, "")
     assert err.count("\n") == 1
     assert "Try a smaller dt" in err
+
+
+def test_a_folder_that_is_missing_is_noticed_before_the_run(capsys, tmp_path):
+    with pytest.raises(SystemExit) as caught:
+        main(["pendulum", "--json", str(tmp_path / "nowhere" / "run.json")])
+    assert caught.value.code == 2
+    assert "there is no folder" in capsys.readouterr().err

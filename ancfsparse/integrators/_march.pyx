@@ -70,7 +70,7 @@ cdef class March:
 
     cdef ancf_equations interface
     cdef Motion motion
-    cdef object owner, arrays
+    cdef object owner, arrays, loads  # the loads are pointed into until the next ones come
     cdef readonly object capsule
 
     def __cinit__(self, system, double dt, double beta, double gamma, q, v, a, lam, dead_load):
@@ -112,6 +112,7 @@ cdef class March:
 
     def prepare(self, const double[:, ::1] amplitudes):
         """Set the loads of the next step and put its predictor in place."""
+        self.loads = amplitudes
         self.motion.amplitudes = &amplitudes[0, 0] if amplitudes.shape[1] > 0 else NULL
         restart(&self.motion)
 
@@ -150,6 +151,7 @@ cdef class March:
         cdef Motion *motion = &self.motion
         cdef ptrdiff_t k, i, row
         cdef int outcome = 0
+        self.loads = amplitudes
         cdef double keep = motion.dt * (1.0 - motion.gamma), gain = motion.dt * motion.gamma
         with nogil:
             for k in range(n_steps):

@@ -44,6 +44,8 @@ cdef enum Rule:
 
 
 RULES = {"broyden": BROYDEN, "davidon": DAVIDON, "dfp": DFP, "bfgs": BFGS}
+cdef enum:
+    MOST_TERMS = 2  # that any rule makes of one pair
 
 # A pair is refused when a denominator is this small beside the norms in it.  The sign is not
 # looked at: on a saddle point it says nothing (a curvature s.y may be negative and right).
@@ -294,9 +296,9 @@ cdef int dense_learn(void *context, const double *s, const double *y, const doub
 cdef struct LimitedData:
     const ancf_seed *seed
     Rule rule
-    ptrdiff_t n, capacity, count
+    ptrdiff_t n, capacity, pairs, count  # pairs and terms held
     double smallest_y
-    double *a  # `capacity` terms of n numbers each, like w
+    double *a  # terms of n numbers each, like w
     double *w
     const double *weights
 
@@ -321,8 +323,8 @@ cdef class Limited:
         data.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         data.rule = RULES[rule]
         data.n = data.seed.n
-        data.capacity = n_pairs * (2 if data.rule in (DFP, BFGS) else 1)
-        self.terms = np.zeros((2, max(data.capacity, 1), data.n))
+        data.capacity = n_pairs
+        self.terms = np.zeros((2, max(MOST_TERMS * n_pairs, 1), data.n))
         self.weights = np.ones(data.n) if weights is None else np.array(weights, dtype=float)
         terms, weights_view = self.terms, self.weights
         data.a, data.w, data.weights = &terms[0, 0, 0], &terms[1, 0, 0], &weights_view[0]
@@ -350,12 +352,13 @@ cdef class Limited:
 
 
 cdef int limited_reseed(void *context) noexcept nogil:
-    (<LimitedData *>context).count = 0
+    limited_forget(context)
     return 0
 
 
 cdef void limited_forget(void *context) noexcept nogil:
     (<LimitedData *>context).count = 0
+    (<LimitedData *>context).pairs = 0
 
 
 cdef void add_term(const LimitedData *self, ptrdiff_t k, const double *r, double *z) noexcept nogil:
@@ -382,11 +385,8 @@ cdef int limited_learn(void *context, const double *s, const double *y, const do
     cdef ptrdiff_t n = self.n, i, k, terms
     cdef double delta, ss
     cdef double *w
-    if self.capacity == 0:
-        limited_apply(context, r_new, z)
-        return 1
-    if self.count >= self.capacity:
-        self.count = 0
+    if self.pairs == self.capacity:  # also with no room at all, which is modified Newton
+        limited_forget(context)
         limited_apply(context, r_new, z)
         return 1
     limited_apply(context, r_new, z)
@@ -407,4 +407,5 @@ cdef int limited_learn(void *context, const double *s, const double *y, const do
     for k in range(self.count, self.count + terms):
         add_term(self, k, r_new, z)
     self.count += terms
+    self.pairs += 1
     return 1

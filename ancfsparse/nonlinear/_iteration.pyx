@@ -10,6 +10,14 @@ from libc.math cimport fabs, fmax, fmin, isfinite, log, sqrt
 import numpy as np
 
 
+cdef extern from "<time.h>":
+    ctypedef long time_t
+    cdef struct timespec:
+        time_t tv_sec
+        long tv_nsec
+    int clock_gettime(int, timespec *) noexcept nogil
+    int CLOCK_MONOTONIC
+
 cdef extern from "vectors.h":
     double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
 
@@ -47,6 +55,7 @@ cdef enum:
     DIVERGED = 2
     NOT_FINITE = 3
 
+cdef ptrdiff_t TIMED_FROM = 1000  # unknowns: a look at the clock costs 20 ns, a few in each iteration
 cdef double GROWTH = 1e4  # residual beside the predictor's: past this an attempt is given up
 cdef double STALE = 1.2  # a contraction that was not measured again is trusted less in each step
 cdef double BELIEF = 10.0  # times the tolerance: residual over diagonal that a small correction may leave
@@ -58,6 +67,11 @@ cdef struct Counts:
     ptrdiff_t reseeds_between, reseeds_inside  # why a quasi-Newton run factored again
     ptrdiff_t recoveries_reseed, recoveries_newton  # steps saved by that rung of the ladder
     ptrdiff_t indefinite  # factors with a pivot of the wrong sign
+    ptrdiff_t last_corrections  # by the residual that ended a step, see finish
+
+
+cdef struct Seconds:
+    double force, tangent, factor, solve
 
 
 cdef struct Loop:
@@ -82,6 +96,8 @@ cdef struct Loop:
     double *diagonal  # of the last matrix that was factored
     const int64_t *column_start
     Counts counts
+    bint timed
+    Seconds seconds
 
 
 cdef class Iteration:
@@ -113,6 +129,7 @@ cdef class Iteration:
         loop.correction_tolerance, loop.noise = correction_tolerance, noise
         loop.cost_iteration, loop.cost_seed = cost_iteration, cost_seed
         loop.rate = SLOW
+        loop.timed = loop.n >= TIMED_FROM
         self.arrays = np.zeros((6, loop.n)), np.zeros(loop.equations.n_values + 1)
         vectors, values = self.arrays
         loop.r, loop.r_new, loop.s = &vectors[0, 0], &vectors[1, 0], &vectors[2, 0]
@@ -120,6 +137,11 @@ cdef class Iteration:
         loop.values, loop.column_start = &values[0], &column_start[0]
         self.interface.context, self.interface.solve = loop, solve
         self.capsule = PyCapsule_New(&self.interface, "ancf_nonlinear", NULL)
+
+    @property
+    def seconds(self):
+        """Time by part [s], empty for systems so small that looking at the clock would count."""
+        return dict(self.loop.seconds) if self.loop.timed else {}
 
     @property
     def counts(self):
@@ -135,6 +157,38 @@ cdef class Iteration:
         """Solve the equations from their predictor; return 0 or a reason (`nonlinear.outcome`)."""
         self.loop.equations.restart(self.loop.equations.context)
         return solve(&self.loop)
+
+
+cdef inline double clock(const Loop *self) noexcept nogil:
+    cdef timespec t
+    if not self.timed:
+        return 0.0
+    clock_gettime(CLOCK_MONOTONIC, &t)
+    return t.tv_sec + 1e-9 * t.tv_nsec
+
+
+cdef void evaluate(Loop *self, double *r) noexcept nogil:
+    cdef double start = clock(self)
+    self.equations.residual(self.equations.context, r)
+    self.counts.residual_evaluations += 1
+    self.seconds.force += clock(self) - start
+
+
+cdef void multiply(Loop *self, const double *r) noexcept nogil:
+    """z = H r."""
+    cdef double start = clock(self)
+    self.inverse.apply(self.inverse.context, r, self.z)
+    self.counts.solves += 1
+    self.seconds.solve += clock(self) - start
+
+
+cdef void learn(Loop *self, const double *r_new) noexcept nogil:
+    """Take in the pair (s, y) and set z = H r_new."""
+    cdef double start = clock(self)
+    self.counts.skipped_pairs += 1 - self.inverse.learn(
+        self.inverse.context, self.s, self.y, r_new, self.z)
+    self.counts.solves += 1
+    self.seconds.solve += clock(self) - start
 
 
 cdef bint all_below(const double *x, ptrdiff_t n, double bound) noexcept nogil:
@@ -159,7 +213,9 @@ cdef inline double rms(const double *x, ptrdiff_t n) noexcept nogil:
 
 cdef void assemble(Loop *self) noexcept nogil:
     cdef ptrdiff_t i
+    cdef double start = clock(self)
     self.equations.matrix(self.equations.context, self.values)
+    self.seconds.tangent += clock(self) - start
     for i in range(self.n):  # each column starts with its diagonal
         self.diagonal[i] = self.values[self.column_start[i]]
 
@@ -167,8 +223,11 @@ cdef void assemble(Loop *self) noexcept nogil:
 cdef void renew_seed(Loop *self) noexcept nogil:
     """Factor the matrix at the current iterate; a wrong sign of a pivot is counted."""
     cdef ptrdiff_t bad
+    cdef double start
     assemble(self)
+    start = clock(self)
     bad = self.seed.factor(self.seed.context, self.values)
+    self.seconds.factor += clock(self) - start
     self.counts.factorizations += 1
     if bad != 0:
         self.counts.indefinite += 1
@@ -216,17 +275,14 @@ cdef void finish(Loop *self, double size) noexcept nogil:
     if self.carry:
         for i in range(n):
             self.y[i] = self.r_new[i] - self.r[i]
-        self.counts.skipped_pairs += 1 - self.inverse.learn(
-            self.inverse.context, self.s, self.y, self.r_new, self.z)
-    elif not self.polishes:
-        return
-    else:
-        self.inverse.apply(self.inverse.context, self.r_new, self.z)
-    self.counts.solves += 1
+        learn(self, self.r_new)
+    elif self.polishes:
+        multiply(self, self.r_new)
     if self.polishes and rms(self.z, self.equations.n_coordinates) <= size:
         for i in range(n):
             self.s[i] = -self.z[i]
         self.equations.correct(self.equations.context, self.s)
+        self.counts.last_corrections += 1
 
 
 cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil:
@@ -240,8 +296,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
     cdef int it, halvings
     cdef bint small, learns = not newton and self.learns
     cdef double size, last_size = 0.0, norm, norm_new, start, theta, last_theta = 0.0, remaining
-    eq.residual(eq.context, self.r)
-    self.counts.residual_evaluations += 1
+    evaluate(self, self.r)
     norm = start = rms(self.r, n)
     if not isfinite(norm):
         return NOT_FINITE
@@ -251,8 +306,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
         renew_seed(self)
     elif not self.carry:
         inverse.forget(inverse.context)
-    inverse.apply(inverse.context, self.r, z)
-    self.counts.solves += 1
+    multiply(self, self.r)
     for it in range(self.max_iterations):
         for i in range(n):
             s[i] = -z[i]
@@ -270,8 +324,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
             self.rate = fmin(STALE * self.rate, SLOW)
         if small and not learns and not damped and n == eq.n_coordinates:
             return CONVERGED
-        eq.residual(eq.context, self.r_new)
-        self.counts.residual_evaluations += 1
+        evaluate(self, self.r_new)
         norm_new = rms(self.r_new, n)
         if damped:
             # Halve a step that makes the residual larger; the last try is kept whatever it does.
@@ -283,8 +336,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
                 eq.correct(eq.context, s)
                 for i in range(n):
                     s[i] = -s[i]
-                eq.residual(eq.context, self.r_new)
-                self.counts.residual_evaluations += 1
+                evaluate(self, self.r_new)
                 norm_new = rms(self.r_new, n)
         if not isfinite(norm_new):
             return NOT_FINITE
@@ -307,8 +359,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
         norm = norm_new
         if newton:
             renew_seed(self)
-            inverse.apply(inverse.context, self.r, z)
-            self.counts.solves += 1
+            multiply(self, self.r)
             continue
         if self.economical and (it > 0 or theta > 0.7):
             if self.by_correction:
@@ -319,13 +370,11 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
                     self, sqrt(theta * last_theta) if it > 0 else theta, remaining):
                 self.counts.reseeds_inside += 1
                 renew_seed(self)
-                inverse.apply(inverse.context, self.r, z)
-                self.counts.solves += 1
+                multiply(self, self.r)
                 last_theta = theta
                 continue
         last_theta = theta
-        self.counts.skipped_pairs += 1 - inverse.learn(inverse.context, s, self.y, self.r, z)
-        self.counts.solves += 1
+        learn(self, self.r)
     return TOO_MANY
 
 

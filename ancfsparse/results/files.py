@@ -55,8 +55,8 @@ class Writer:
     ) -> None:
         try:
             self._file = h5py.File(path, "w")
-        except (OSError, TypeError) as refused:
-            raise InputError(f"output {path!r} cannot be written: {refused}") from None
+        except OSError as refused:
+            raise InputError(f"output {str(path)!r} cannot be written: {refused}") from None
         self._places = places
         width = n if places is None else len(places)
         widths = {"q": width, "v": width, "a": width, **({"lam": m} if m else {})}

@@ -12,23 +12,31 @@ class RunStats:
     Attributes
     ----------
     march_seconds : float
-        Time of the compiled march alone, without set-up and output [s].
+        Time of the compiled march alone, without set-up and output [s]; in statics of all load
+        steps.
     steps : int
         Accepted time steps or load steps.
     iterations : int
-        Corrections, summed over all steps.
+        Corrections whose residual was looked at, or which ended a step by being small, summed over
+        all steps.
+    last_corrections : int
+        Corrections by the residual that ended a step; they cost no residual and are not looked at.
     residual_evaluations : int
-        Evaluations of the residual; one more per step than iterations.
+        Evaluations of the residual; judged by residuals and without recoveries one more per step
+        than iterations.
     factorizations : int
         Sparse factorizations.
+    indefinite : int
+        Those with a pivot of the wrong sign: compression beyond what the mass carries.
     solves : int
         Solutions with a factor or a dense inverse.
     skipped_pairs : int
         Secant pairs an update refused.
     recoveries : int
-        Times a step had to be helped: pairs dropped, seed renewed, line search.
+        Steps that needed a new seed or damped Newton to converge.
     seconds : dict of str to float
-        Time by part, where it was measured [s].
+        Time by part [s]: ``"set-up"`` always, and from a thousand unknowns on the march split into
+        ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs included) and ``"rest"``.
     solver : str
         What was chosen and why.
     """
@@ -36,8 +44,10 @@ class RunStats:
     march_seconds: float = 0.0
     steps: int = 0
     iterations: int = 0
+    last_corrections: int = 0
     residual_evaluations: int = 0
     factorizations: int = 0
+    indefinite: int = 0
     solves: int = 0
     skipped_pairs: int = 0
     recoveries: int = 0
@@ -46,5 +56,5 @@ class RunStats:
 
     @property
     def iterations_per_step(self) -> float:
-        """Mean number of corrections per step; 0 if there was no step."""
+        """Mean number of iterations per step; 0 if there was no step."""
         return self.iterations / self.steps if self.steps else 0.0

@@ -10,7 +10,7 @@ tree of the supernodes.  Written here because the time loop refactors thousands 
 """
 from cpython.pycapsule cimport PyCapsule_New
 from libc.math cimport INFINITY
-from libc.stdint cimport int8_t, int32_t, int64_t
+from libc.stdint cimport INT64_MAX, int8_t, int32_t, int64_t
 
 import numpy as np
 
@@ -151,13 +151,16 @@ cdef double *reals(array) except NULL:
     return &view[0]
 
 
-def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_row):
+def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_row,
+                     int64_t most=INT64_MAX):
     """Return the elimination tree and the length below the diagonal of each column of L, ``(n,)``.
 
     Row k of L has an entry in every column that a walk from the entries of column k of the upper
-    triangle up the tree meets below k.
+    triangle up the tree meets below k.  With more than ``most`` entries in all the walk is broken
+    off and None returned.
     """
     cdef ptrdiff_t n = upper_start.shape[0] - 1, k, i
+    cdef int64_t total = 0
     cdef int64_t p
     parents, flags = np.full(n, -1, dtype=np.int32), np.zeros(n, dtype=np.int32)
     lengths = np.zeros(n, dtype=np.int64)
@@ -171,8 +174,11 @@ def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_ro
                 if parent[i] == -1:
                     parent[i] = <int32_t>k
                 length[i] += 1
+                total += 1
                 flag[i] = <int32_t>k
                 i = parent[i]
+        if total > most:
+            return None
     return parents, lengths
 
 

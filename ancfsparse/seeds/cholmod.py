@@ -1,4 +1,4 @@
-"""The only file that knows scikit-sparse: fill-reducing orderings."""
+"""The only file that knows scikit-sparse: fill-reducing orderings and supernodal factors."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from sksparse.cholmod import analyze
+from sksparse.cholmod import CholmodNotPositiveDefiniteError, analyze
+
+Indices = NDArray[np.integer[Any]]
 
 
-def order(
-    indptr: NDArray[np.integer[Any]], indices: NDArray[np.integer[Any]], method: str
-) -> NDArray[np.int32]:
+def order(indptr: Indices, indices: Indices, method: str) -> NDArray[np.int32]:
     """Let CHOLMOD choose the order of elimination.
 
     Parameters
@@ -27,7 +27,39 @@ def order(
     (n,) int32
         Unknown eliminated in each place.
     """
-    n = len(indptr) - 1
-    pattern = sp.csc_matrix((np.ones(len(indices)), indices, indptr), shape=(n, n))
-    factor = analyze(pattern, mode="simplicial", ordering_method=method)
+    factor = analyze(_matrix(indptr, indices), mode="simplicial", ordering_method=method)
     return np.ascontiguousarray(factor.P(), dtype=np.int32)
+
+
+class Supernodal:
+    """CHOLMOD's supernodal L L^T of a positive definite matrix: dense blocks, by the BLAS.
+
+    Parameters
+    ----------
+    indptr, indices : integer arrays
+        Lower triangle by columns, diagonal included.
+    method : {"amd", "metis"}
+        Ordering.
+    """
+
+    def __init__(self, indptr: Indices, indices: Indices, method: str) -> None:
+        self._matrix = _matrix(indptr, indices)
+        self._factor = analyze(self._matrix, mode="supernodal", ordering_method=method)
+
+    def factor(self, values: NDArray[np.float64]) -> int:
+        """Factor anew; return 0, or 1 + the place at which the matrix is not positive definite."""
+        self._matrix.data[:] = values
+        try:
+            self._factor.cholesky_inplace(self._matrix)
+        except CholmodNotPositiveDefiniteError as indefinite:
+            return 1 + int(indefinite.column)
+        return 0
+
+    def solve(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the solution ``(n,)`` for the right-hand side ``r (n,)``."""
+        return np.asarray(self._factor.solve_A(r))
+
+
+def _matrix(indptr: Indices, indices: Indices) -> sp.csc_matrix:
+    n = len(indptr) - 1
+    return sp.csc_matrix((np.ones(len(indices)), indices, indptr), shape=(n, n))

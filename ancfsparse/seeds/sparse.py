@@ -8,20 +8,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.seeds.cholmod import order
+from ancfsparse.seeds.cholmod import Supernodal, order
 
 Indices = NDArray[np.integer[Any]]
-Upper = tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32]]
+# Operations for each entry of L from which CHOLMOD's dense blocks beat our loops: between square
+# nets of 30 (149, four times slower) and of 60 cables a side (257, a quarter faster).
+DENSE_BLOCKS = 200.0
 
-# Entries of L beside those of the matrix from which another ordering is worth a try.
-HEAVY_FILL = 3.0
+Upper = tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32]]
 
 
 class SparseSeed:
     """Inverse of a symmetric quasi-definite matrix through its sparse factor.
 
-    CHOLMOD orders the unknowns once, unless their own order causes no fill, as along a chain; every
-    factorisation and every solve runs compiled, without Python and without allocation.
+    CHOLMOD orders the unknowns once, unless their own order causes no fill, as along a chain.
+    Where the factor is sparse, every factorisation and every solve runs in our own compiled loops,
+    without Python and without allocation.  Where it fills in so much that dense blocks pay, as on
+    large nets, CHOLMOD's supernodal factor takes over; if that meets an indefinite matrix, our own
+    steps in.
 
     Parameters
     ----------
@@ -33,31 +37,55 @@ class SparseSeed:
 
     Attributes
     ----------
+    n : int
+        Number of unknowns.
     ordering : str
-        ``"natural"``, ``"amd"`` or ``"metis"``: what was found cheapest to factor.
+        ``"natural"``, ``"both ends"``, ``"amd"`` or ``"metis"``: what fills in least.
+    supernodal : bool
+        Whether CHOLMOD factors.
     """
 
     def __init__(self, indptr: Indices, indices: Indices, n_positive: int) -> None:
         self.n = len(indptr) - 1
-        self.ordering, permutation, upper = _cheapest(indptr, indices)
-        sign = np.where(permutation < n_positive, 1, -1).astype(np.int8)
-        self._ldl = compiled("ldl").Ldl(permutation, *upper, sign)
+        self.ordering, permutation, self._upper = _cheapest(indptr, indices)
+        self._permutation = permutation
+        self._sign = np.where(permutation < n_positive, 1, -1).astype(np.int8)
+        _, self._lengths = compiled("ldl").elimination_tree(*self._upper[:2])
+        self._own: Any = None
+        self._fallen_back = False
+        self.supernodal = n_positive == self.n and self.factor_flops > DENSE_BLOCKS * self.nnz
+        self._cholmod = Supernodal(indptr, indices, self.ordering) if self.supernodal else None
+        self._callback = (
+            compiled("callback").Callback(self, self.n, len(indices)) if self.supernodal else None
+        )
+
+    @property
+    def own(self) -> Any:
+        """Our own compiled factor."""
+        if self._own is None:
+            self._own = compiled("ldl").Ldl(self._permutation, *self._upper, self._sign)
+        return self._own
 
     @property
     def capsule(self) -> object:
         """The structure ``ancf_seed`` for compiled callers."""
-        return self._ldl.capsule
+        capsule: object = (self._callback or self.own).capsule
+        return capsule
+
+    @property
+    def error(self) -> BaseException | None:
+        """What went wrong in CHOLMOD while compiled code was running, if anything."""
+        return None if self._callback is None else self._callback.error
 
     @property
     def nnz(self) -> int:
         """Entries of L below the diagonal."""
-        return int(self._ldl.column_length.sum())
+        return int(self._lengths.sum())
 
     @property
     def factor_flops(self) -> int:
         """Operations of one factorisation: the squares of the column lengths of L."""
-        lengths = self._ldl.column_length
-        return int(np.sum(lengths * (lengths + 3)))
+        return int(np.sum(self._lengths * (self._lengths + 3)))
 
     @property
     def solve_flops(self) -> int:
@@ -72,46 +100,68 @@ class SparseSeed:
         values : (n_values,) float
             Entries of the matrix on the pattern.
         """
-        return int(self._ldl.factor(values))
+        if self._cholmod is not None:
+            self._fallen_back = self._cholmod.factor(values) != 0
+            if not self._fallen_back:
+                return 0
+        return int(self.own.factor(values))
 
     def solve(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the solution ``(n,)`` for the right-hand side ``r (n,)``."""
-        return np.asarray(self._ldl.solve(r))
+        if self._cholmod is not None and not self._fallen_back:
+            return self._cholmod.solve(r)
+        return np.asarray(self.own.solve(r))
 
     def columns(self) -> tuple[NDArray[Any], ...]:
-        """Return column starts, rows and values of L, the pivots and the permutation, as copies."""
-        arrays: tuple[NDArray[Any], ...] = self._ldl.columns()
+        """Return starts, rows and values of our own L by columns, its pivots, the permutation."""
+        arrays: tuple[NDArray[Any], ...] = self.own.columns()
         return arrays
 
 
 def _cheapest(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32], Upper]:
-    """Return the name of an ordering, the permutation, and the permuted upper triangle.
+    """Return the name of the ordering with the least fill, the permutation, the upper triangle.
 
-    The natural order is kept where nothing fills in.  Minimum degree (AMD) is best for chains and
-    trees; where it fills in heavily, as on nets, nested dissection (METIS) is tried too.
+    Where nothing fills in, as along a chain, the natural order is kept, or better taken from both
+    ends by turns: the two fronts do not wait for each other.  Nested dissection (METIS) is best for
+    nets, minimum degree (AMD) for trees and other sparse graphs; counting the fill of a bad order
+    would take longer than all the rest, so it stops where the better one ended.
     """
     n = len(indptr) - 1
+    tree = compiled("ldl").elimination_tree
+    no_fill = len(indices) - n
     permutation = np.arange(n, dtype=np.int32)
     upper = _upper(indptr, indices, permutation)
-    if _lengths(upper).sum() <= len(indices) - n:
+    if tree(*upper[:2], no_fill) is not None:
+        inwards = _from_both_ends(indptr, indices, upper)
+        inwards_upper = _upper(indptr, indices, inwards)
+        if tree(*inwards_upper[:2], no_fill) is not None:
+            return "both ends", inwards, inwards_upper
         return "natural", permutation, upper
-    best, cost = ("natural", permutation, upper), np.inf
-    for method in ("amd", "metis"):
+    best, most = None, np.iinfo(np.int64).max
+    for method in ("metis", "amd"):
         permutation = order(indptr, indices, method)
         upper = _upper(indptr, indices, permutation)
-        lengths = _lengths(upper)
-        flops = float(np.sum(lengths.astype(float) ** 2))
-        if flops < cost:
-            best, cost = (method, permutation, upper), flops
-        if lengths.sum() < HEAVY_FILL * len(indices):
-            break
+        found = tree(*upper[:2], most)
+        if found is not None:
+            best, most = (method, permutation, upper), int(found[1].sum()) - 1
+    assert best is not None
     return best
 
 
-def _lengths(upper: Upper) -> NDArray[np.int64]:
-    """Lengths of the columns of L below the diagonal."""
-    _, lengths = compiled("ldl").elimination_tree(*upper[:2])
-    return np.asarray(lengths)
+def _from_both_ends(indptr: Indices, indices: Indices, upper: Upper) -> NDArray[np.int32]:
+    """Return the order that takes a supernode from the front and one from the back by turns."""
+    n = len(indptr) - 1
+    backwards = np.arange(n - 1, -1, -1, dtype=np.int32)
+    columns, turns = [], []
+    for side, (half, part) in enumerate(
+        ((n - n // 2, upper), (n // 2, _upper(indptr, indices, backwards)))
+    ):
+        tree = compiled("ldl").elimination_tree(*part[:2])
+        first = compiled("ldl").supernodes(*tree)[0].astype(np.int64)
+        width = np.diff(np.append(first[first < half], half))  # up to the middle
+        columns.append((np.arange(n, dtype=np.int32), backwards)[side][:half])
+        turns.append(np.repeat(2 * np.arange(len(width)) + side, width))
+    return np.concatenate(columns)[np.argsort(np.concatenate(turns), kind="stable")]
 
 
 def _upper(indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> Upper:

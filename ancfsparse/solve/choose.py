@@ -6,16 +6,17 @@ from ancfsparse.errors import InputError, check_choice
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.nonlinear.iteration import describe
 
-# A dense inverse of this many unknowns fits the second-level cache of common machines.
-DENSE_UP_TO = 200
+# A dense product passes over memory in order, a sparse sweep waits for itself: up to this many
+# numbers for each operation of the sweep the dense inverse is the faster one.
+DENSE_AHEAD = 2.0
 PAIRS = 10
 
 
-def choose(wish: Method | str, n: int, straight: bool) -> tuple[Method, str]:
+def choose(wish: Method | str, n: int, solve_flops: int, straight: bool) -> tuple[Method, str]:
     """Return the method and a sentence on the choice.
 
-    For few unknowns full-memory BFGS is the most accurate and among the fastest, but it presumes
-    positive curvature, which constraints whose gradient turns do not give; Davidon's does not.
+    For few unknowns full-memory BFGS is the most accurate and the fastest, but it presumes positive
+    curvature, which constraints whose gradient turns do not give; Davidon's does not.
 
     Parameters
     ----------
@@ -23,6 +24,8 @@ def choose(wish: Method | str, n: int, straight: bool) -> tuple[Method, str]:
         What the person said.
     n : int
         Number of unknowns.
+    solve_flops : int
+        Operations of a solve with the sparse factor.
     straight : bool
         Whether all constraint equations are linear, or there are none.
     """
@@ -34,9 +37,12 @@ def choose(wish: Method | str, n: int, straight: bool) -> tuple[Method, str]:
         )
     check_choice("solver", wish, ("auto",))
     method: Method
-    if n <= DENSE_UP_TO:
+    counts = (
+        f"{n} unknowns, {n * n} numbers in a dense inverse, {solve_flops} operations in a sweep"
+    )
+    if n * n <= DENSE_AHEAD * solve_flops:
         method = QuasiNewton("bfgs" if straight else "davidon", memory="full")
         turning = "no constraint turns" if straight else "constraints turn with the motion"
-        return method, f"{describe(method)}: {n} unknowns fit the cache densely, {turning}"
+        return method, f"{describe(method)}: {counts}, {turning}"
     method = QuasiNewton("broyden", memory=PAIRS)
-    return method, f"{describe(method)} on a sparse seed: {n} unknowns are too many for a dense one"
+    return method, f"{describe(method)} on a sparse seed: {counts}"

@@ -136,7 +136,7 @@ def check_fits(needed: Memory) -> None:
     else:
         advice = "fewer elements or a sparse solver such as solver='auto'"
     raise InputError(
-        f"the run would need about {needed.total / GIGABYTE:.3g} GB of memory, most of it "
-        f"({parts[name] / GIGABYTE:.3g} GB) for {name}, but {free / GIGABYTE:.3g} GB are free: "
-        f"try {advice}"
+        f"the run would need about {needed.total / GIGABYTE:.3g} GB, more than there is: "
+        f"{free / GIGABYTE:.3g} GB of memory are free, and {name} alone would take "
+        f"{parts[name] / GIGABYTE:.3g} GB; try {advice}"
     )

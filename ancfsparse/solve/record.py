@@ -132,6 +132,17 @@ def check_nodes(nodes: object) -> None:
             raise InputError(f"save_nodes must hold points such as rod.end, got {node!r}")
 
 
+def check_output(output: object) -> None:
+    """Refuse a file that cannot be written, before the set-up and not after it."""
+    if output is None:
+        return
+    if not isinstance(output, (str, Path)):
+        raise InputError(f"output must be the name of a file such as 'run.h5', got {output!r}")
+    folder = Path(output).absolute().parent
+    if not folder.is_dir():
+        raise InputError(f"output {str(output)!r} cannot be written: there is no folder {folder}")
+
+
 def places_of(system: System, nodes: Sequence[Node]) -> Places:
     """Return the coordinates that the positions of points are made of, ascending."""
     places = [system.point(node)[0].ravel() for node in nodes]

@@ -47,6 +47,12 @@ def solve_static(scene: Scene, *, load_steps: int = 10, tolerance: float = 1e-12
         If the joints leave a rigid motion free; it is named.
     EquilibriumFailure
         If no equilibrium is found even with small load steps.
+
+    Notes
+    -----
+    What is found balances the forces; whether it is stable is not examined, and a straight beam
+    stays straight beyond its buckling load.  Mechanisms that only their load stiffens, such as a
+    hanging chain of hinged cables, count as not held.
     """
     check_count("load_steps", load_steps)
     check_positive("tolerance", tolerance)
@@ -55,7 +61,7 @@ def solve_static(scene: Scene, *, load_steps: int = 10, tolerance: float = 1e-12
     if free:
         raise SingularSceneError(
             f"the scene is not held: {len(free)} rigid motion(s) are free, first the {free[0]}; "
-            "add a pin or a clamp"
+            "add a pin or a clamp, or let it settle in time with simulate if only its load holds it"
         )
     clock = time.perf_counter()
     stats = RunStats(solver="Newton with load steps")

@@ -35,6 +35,9 @@ def as_text(table: Table) -> str:
         "",
         "faster by: the paper's time over ours. tip error: largest distance from the same mesh "
         "converged in time.",
+        "iter./step: corrections whose residual was looked at; Broyden, DFP, BFGS and modified "
+        "Newton make one more",
+        "by the residual that ends a step, which costs no residual.",
         "Davidon as good: how many times faster Davidon is with a step that makes its tip error "
         "no larger.",
         "",

@@ -270,6 +270,7 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, con
     if stiffness_factor == 0.0:
         for k in range(n):
             values[k] = mass_factor * self.mass_values[k]
+        values[n] = 0.0
     else:
         memset(values, 0, (n + 1) * sizeof(double))
         for k in range(self.n_groups):

@@ -73,4 +73,6 @@ def test_no_step_is_far_out_of_balance(update, tolerance, dt):
     # An inverse that is singular by accident makes any correction small: that is no convergence.
     scene, _ = pendulum("thin")
     run = ancf.simulate(scene, 0.5, dt, solver=ancf.QuasiNewton(update), tolerance=tolerance)
-    assert worst_acceleration_error(run, dt) <= 1.0
+    bound = {"default": 1e-3}.get(tolerance, tolerance)
+    noise = np.finfo(float).eps * 2.0 / (0.25 * dt**2)  # rounding of 2 m, as an acceleration
+    assert worst_acceleration_error(run, dt) <= 100 * max(bound, 10 * noise)

@@ -7,6 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
+from ancfsparse.solve.simulate import count_steps
 
 
 def simulate(t_end=0.1, dt=1e-3, **options):
@@ -42,11 +43,26 @@ def test_rounding_is_no_reason_to_refuse(t_end, dt):
     assert simulate(t_end, dt, solver=ancf.Newton()).stats.steps == round(t_end / dt)
 
 
-def test_the_step_it_suggests_is_one_that_works():
-    with pytest.raises(ancf.InputError) as caught:
-        simulate(1.0, 3e-3)
-    suggested = float(str(caught.value).split("or dt = ")[1].split(" s")[0])
-    assert simulate(1.0, suggested).stats.steps == 333
+@pytest.mark.parametrize("t_end", [1.0, 0.7, 3.0])
+def test_what_it_suggests_works(t_end):
+    for n in range(2, 60):
+        with pytest.raises(ancf.InputError) as caught:
+            count_steps(t_end, t_end / (n + 0.3))
+        said = str(caught.value)
+        assert count_steps(t_end, float(said.split("or dt = ")[1].split(" s")[0])) == n
+        end = float(said.split("try t_end = ")[1].split(" s")[0])
+        assert count_steps(end, t_end / (n + 0.3)) == n
+
+
+@pytest.mark.parametrize(("t_end", "dt"), [(1e300, 1e-20), (1e308, 1e-10), (1e3, 1e-14)])
+def test_more_steps_than_can_be_counted(t_end, dt):
+    with pytest.raises(ancf.InputError, match="take a larger dt"):
+        simulate(t_end, dt)
+
+
+def test_more_states_than_fit():
+    with pytest.raises(ancf.InputError, match=r"need .* GB, more than there is: .* save_every"):
+        simulate(1e3, 1e-10)
 
 
 @pytest.mark.parametrize(
