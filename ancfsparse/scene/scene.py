@@ -184,7 +184,8 @@ class Scene(Contents):
             Where, for example ``rod.end``.
         value : float, array_like of shape (3,), or callable
             The moment [N m], fixed in space, or a function of t [s] that returns it: one number
-            about +z in a planar scene, three components in a spatial one.
+            about +z in a planar scene, three components in a spatial one.  A cable cannot be
+            twisted: the part of a moment along its axis does nothing.
 
         Returns
         -------
@@ -192,6 +193,15 @@ class Scene(Contents):
             The load.
         """
         load = PointMoment(self._mine("a moment", check_node("a moment", node)), value)
+        if self.dim == 3 and node.beam.element != "thick" and not callable(value):
+            axis, moment = node.beam.axes_of(node.beam.rows_of(node.index).start)[0], load.at(0.0)
+            if moment.any() and np.linalg.norm(np.cross(moment, axis)) <= 1e-9 * np.linalg.norm(
+                moment
+            ):
+                raise InputError(
+                    f"the moment on {node!r} is along the axis of a cable, which cannot be "
+                    "twisted: take element='thick'"
+                )
         self.loads.append(load)
         return load
 

@@ -151,6 +151,44 @@ cdef double *reals(array) except NULL:
     return &view[0]
 
 
+def permuted_upper(const int64_t[::1] indptr, const int32_t[::1] indices,
+                   const int32_t[::1] permutation):
+    """Return the upper triangle by columns of a permuted matrix: starts, rows, and old slots.
+
+    Parameters
+    ----------
+    indptr, indices : (n + 1,) int64 and (nnz,) int32
+        Lower triangle by columns.
+    permutation : (n,) int32
+        Unknown that comes to each place.
+    """
+    cdef ptrdiff_t n = permutation.shape[0], j
+    cdef int64_t p, to
+    cdef int32_t row, column
+    starts, places = np.zeros(n + 2, dtype=np.int64), np.empty(n, dtype=np.int32)
+    rows, slots = (np.empty(indices.shape[0], dtype=np.int32) for _ in range(2))
+    cdef int64_t[::1] start = starts
+    cdef int32_t[::1] place = places, out_row = rows, out_slot = slots
+    for j in range(n):
+        place[permutation[j]] = <int32_t>j
+    # Count the columns two places on, so that filling moves every count to its own start.
+    for j in range(n):
+        for p in range(indptr[j], indptr[j + 1]):
+            start[max(place[indices[p]], place[j]) + 2] += 1
+    for j in range(n):
+        start[j + 2] += start[j + 1]
+    for j in range(n):
+        for p in range(indptr[j], indptr[j + 1]):
+            row, column = place[indices[p]], place[j]
+            if row > column:
+                row, column = column, row
+            to = start[column + 1]
+            start[column + 1] += 1
+            out_row[to] = row
+            out_slot[to] = <int32_t>p
+    return starts[:n + 1], rows, slots
+
+
 def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_row,
                      int64_t most=INT64_MAX):
     """Return the elimination tree and the length below the diagonal of each column of L, ``(n,)``.

@@ -129,14 +129,13 @@ def _cheapest(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32]
     n = len(indptr) - 1
     tree = compiled("ldl").elimination_tree
     no_fill = len(indices) - n
-    permutation = np.arange(n, dtype=np.int32)
-    upper = _upper(indptr, indices, permutation)
-    if tree(*upper[:2], no_fill) is not None:
-        inwards = _from_both_ends(indptr, indices, upper)
-        inwards_upper = _upper(indptr, indices, inwards)
-        if tree(*inwards_upper[:2], no_fill) is not None:
-            return "both ends", inwards, inwards_upper
-        return "natural", permutation, upper
+    natural = np.arange(n, dtype=np.int32)
+    if tree(*_upper(indptr, indices, natural)[:2], no_fill) is not None:
+        inwards = _from_both_ends(indptr, indices)
+        for name, permutation in (("both ends", inwards), ("natural", natural)):
+            upper = _upper(indptr, indices, permutation)
+            if tree(*upper[:2], no_fill) is not None:
+                return name, permutation, upper
     best, most = None, np.iinfo(np.int64).max
     for method in ("metis", "amd"):
         permutation = order(indptr, indices, method)
@@ -148,30 +147,24 @@ def _cheapest(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32]
     return best
 
 
-def _from_both_ends(indptr: Indices, indices: Indices, upper: Upper) -> NDArray[np.int32]:
+def _from_both_ends(indptr: Indices, indices: Indices) -> NDArray[np.int32]:
     """Return the order that takes a supernode from the front and one from the back by turns."""
     n = len(indptr) - 1
-    backwards = np.arange(n - 1, -1, -1, dtype=np.int32)
+    forwards = np.arange(n, dtype=np.int32)
     columns, turns = [], []
-    for side, (half, part) in enumerate(
-        ((n - n // 2, upper), (n // 2, _upper(indptr, indices, backwards)))
-    ):
-        tree = compiled("ldl").elimination_tree(*part[:2])
-        first = compiled("ldl").supernodes(*tree)[0].astype(np.int64)
+    for side, order_of_side in enumerate((forwards, forwards[::-1].copy())):
+        half = (n + 1 - side) // 2
+        tree = compiled("ldl").elimination_tree(*_upper(indptr, indices, order_of_side)[:2])
+        first = compiled("ldl").supernodes(*tree)[0]
         width = np.diff(np.append(first[first < half], half))  # up to the middle
-        columns.append((np.arange(n, dtype=np.int32), backwards)[side][:half])
-        turns.append(np.repeat(2 * np.arange(len(width)) + side, width))
+        columns.append(order_of_side[:half])
+        turns.append(np.repeat(2 * np.arange(len(width), dtype=np.int32) + side, width))
     return np.concatenate(columns)[np.argsort(np.concatenate(turns), kind="stable")]
 
 
 def _upper(indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> Upper:
     """Return the upper triangle of the permuted matrix by columns: starts, rows, slots."""
-    n = len(permutation)
-    place = np.empty(n, dtype=np.int32)
-    place[permutation] = np.arange(n, dtype=np.int32)
-    i, j = place[indices], place[np.repeat(np.arange(n, dtype=np.int32), np.diff(indptr))]
-    row, column = np.minimum(i, j), np.maximum(i, j)
-    slots = np.argsort(column, kind="stable").astype(np.int32)
-    start = np.zeros(n + 1, dtype=np.int64)
-    np.cumsum(np.bincount(column, minlength=n), out=start[1:])
-    return start, row[slots], slots
+    upper: Upper = compiled("ldl").permuted_upper(
+        np.asarray(indptr, dtype=np.int64), np.asarray(indices, dtype=np.int32), permutation
+    )
+    return upper

@@ -32,7 +32,7 @@ def regularize(system: System, scale: float) -> None:
     values = system.assembly.matrix(1.0, scale, system.q0, lam, amplitudes)
     diagonal = values[system.pattern.indptr[: system.n_free]]
     phi_q = system.constraints.jacobian(system.q0)[:, : system.n_free]
-    system.assembly.set_regularization(REGULARIZATION * np.min(phi_q**2 @ (1.0 / diagonal)))
+    system.assembly.set_regularization(REGULARIZATION * np.min(phi_q.power(2) @ (1.0 / diagonal)))
 
 
 def check_constraints(system: System) -> None:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ancfsparse.scene import Clamp, Node, Pin, Rod, Scene
@@ -56,16 +57,16 @@ class Constraints:
         """Whether no equation has a quadratic term."""
         return all(j == LINEAR for j in self.j)
 
-    def jacobian(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return phi_q, shape (m, n_all), dense: for checks and reactions, not for the loop."""
-        phi_q = np.zeros((len(self.offset), len(q)))
-        for row, i, j, c in zip(self.row, self.i, self.j, self.coefficient, strict=True):
-            if j == LINEAR:
-                phi_q[row, i] += c
-            else:
-                phi_q[row, i] += c * q[j]
-                phi_q[row, j] += c * q[i]
-        return phi_q
+    def jacobian(self, q: NDArray[np.float64]) -> sp.csr_array:
+        """Return phi_q, sparse (m, n_all) [1]."""
+        row, i, j = (np.array(x, dtype=np.int64) for x in (self.row, self.i, self.j))
+        c = np.array(self.coefficient)
+        linear = j == LINEAR
+        by_i = np.where(linear, c, c * q[j])
+        rows = np.concatenate([row, row[~linear]])
+        columns = np.concatenate([i, j[~linear]])
+        values = np.concatenate([by_i, (c * q[i])[~linear]])
+        return sp.csr_array((values, (rows, columns)), shape=(len(self.offset), len(q)))
 
     def curvature(self, v: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (phi_q v)_q v, shape (m,) [m/s2]: what phi_q a must cancel."""

@@ -66,7 +66,7 @@ def free_motions(system: System) -> list[str]:
         [
             moves[shared] - moves[first[place[shared]]],
             moves[place >= system.n_free],
-            sp.csr_array(system.constraints.jacobian(system.q0)) @ moves[first],
+            system.constraints.jacobian(system.q0) @ moves[first],
         ]
     )
     sizes, vectors = np.linalg.eigh((conditions.T @ conditions).toarray())

@@ -90,9 +90,10 @@ def number(scene: Scene, coordinates_per_node: Sequence[int]) -> Numbering:
     q, v = np.empty(n_all), np.zeros(n_all)
     for beam, where in zip(scene.beams, places, strict=True):
         q[where] = reference(beam, where.shape[1])
-        if beam.velocity is not None:
-            v[where] = velocities(beam, where.shape[1])
     if any(beam.velocity is not None for beam in scene.beams):
+        v[:] = np.nan  # not said yet
+        for beam, where in zip(scene.beams, places, strict=True):
+            _set_moving(beam, where, v)
         _hold_still(v, n_free)
     return Numbering(n_free, n_all, places, q, v)
 
@@ -146,6 +147,28 @@ def _ordered(owner: Places | None, held: NDArray[np.bool_]) -> tuple[Places, int
     return final if owner is None else final[owner], n_free, n_free + n_held
 
 
+def _set_moving(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
+    """Write the velocities of a beam, rest included, and refuse what another beam contradicts."""
+    said = velocities(beam, where.shape[1])
+    undefined = np.count_nonzero(~np.isfinite(said))
+    if undefined:
+        raise InputError(
+            f"the initial velocity of {beam.name} is not a number for {undefined} of {said.size} "
+            "coordinates: give a field that is defined beside the beam too, because slopes move "
+            "with its derivative"
+        )
+    known = v[where]
+    clash = np.argwhere(np.abs(known - said) > 1e-9 * max(1.0, float(np.abs(said).max())))
+    if len(clash):
+        first = tuple(clash[0])
+        raise InputError(
+            f"{beam.name} shares {len(clash)} coordinates with other beams whose initial velocity "
+            f"is another, the first {said[first]:.6g} m/s against {known[first]:.6g} m/s: give "
+            "connected beams velocities that agree where they meet (none means at rest)"
+        )
+    v[where] = said
+
+
 def _hold_still(v: NDArray[np.float64], n_free: int) -> None:
     """Set the velocity of held coordinates to zero, which it must be but for rounding."""
     held = v[n_free:]
@@ -196,10 +219,11 @@ def velocities(body: Body, n_coordinates: int) -> NDArray[np.float64]:
     over a thousandth of an element: exact for rigid motions.
     """
     field = body.velocity
-    assert field is not None
     nodes, dim = body.row_nodes, body.dim
-    places = body.positions[nodes]
     v = np.zeros((len(nodes), n_coordinates))
+    if field is None:
+        return v
+    places = body.positions[nodes]
     v[:, :dim] = field(body.positions)[nodes]
     reach = 1e-3 * float(body.lengths.min())
     for k in range(body.vectors.shape[1]):

@@ -49,6 +49,8 @@ class System:
     """
 
     def __init__(self, scene: Scene) -> None:
+        if not isinstance(scene, Scene):
+            raise InputError(f"a Scene is needed, got {scene!r}")
         if not scene.beams:
             raise InputError("the scene has no beam: add one with scene.add_beam or scene.add_mesh")
         self.scene = scene
@@ -56,6 +58,8 @@ class System:
         self.kinds = [element_kind(b.element, scene.dim, **b.options) for b in scene.beams]
         numbering = number(scene, [len(kind.node_coordinates) for kind in self.kinds])
         self.n_free, self.n_all = numbering.n_free, numbering.n_all
+        if self.n_free == 0:
+            raise InputError("the joints hold every coordinate of the scene: nothing can move")
         self.q0, self.v0, self.places = numbering.q, numbering.v, numbering.places
         self._index = {id(beam): k for k, beam in enumerate(scene.beams)}
         self.constraints = constraints_of(scene, self.rows)

@@ -172,3 +172,14 @@ def test_impossible_loads(say, message):
     with pytest.raises(InputError, match=message):
         say(scene, left)
     assert scene.loads == []
+
+
+def test_a_cable_cannot_be_twisted():
+    scene = Scene((0.0, -9.81, 0.0))
+    section, material = Rectangle(0.01, 0.01), Material(1e8, 4000.0)
+    cable = scene.add_beam("thin", (0, 0, 0), (1, 0, 0), 2, section, material)
+    with pytest.raises(InputError, match="along the axis of a cable"):
+        scene.point_moment(cable.end, (5.0, 0.0, 0.0))
+    scene.point_moment(cable.end, (5.0, 1.0, 0.0))
+    beam = scene.add_beam("thick", (0, 1, 0), (1, 1, 0), 2, section, material)
+    scene.point_moment(beam.end, (5.0, 0.0, 0.0))

@@ -58,7 +58,7 @@ def test_a_pin_by_constraint_holds_nothing_by_numbering():
     scene, rod = pendulum("l2t2", 2, as_constraint=True)
     system = System(scene)
     assert (system.n_free, system.n_all, system.n_multipliers) == (12, 12, 2)
-    jacobian = system.constraints.jacobian(system.q0)
+    jacobian = system.constraints.jacobian(system.q0).toarray()
     np.testing.assert_array_equal(jacobian[:, system.place(rod.start)], np.eye(2, 4))
 
 
@@ -89,7 +89,7 @@ def test_a_clamp_is_numbers_where_it_can_be(end, stretch, fixed, multipliers):
     assert system.n_multipliers == multipliers
     # Held across, free along: turning the slope is seen, stretching it is not.
     slope = system.place(rod.start)[dim:]
-    jacobian = system.constraints.jacobian(system.q0)[:, slope]
+    jacobian = system.constraints.jacobian(system.q0).toarray()[:, slope]
     np.testing.assert_allclose(jacobian @ rod.axes[0], 0.0, atol=1e-15)
     np.testing.assert_allclose(jacobian @ jacobian.T, np.eye(multipliers), atol=1e-15)
 
@@ -228,3 +228,38 @@ def test_describe_names_beam_node_and_coordinate(dim, element, names):
             assert system.describe(place) == f"left arm, node {node}, {name}"
     with pytest.raises(IndexError):
         system.describe(system.n_all)
+
+
+def crossing(first, second):
+    scene = ancf.Scene()
+    one = scene.add_beam("thin", (0, 0), (1, 0), 2, SECTION, MATERIAL, velocity=first)
+    two = scene.add_beam("thin", (1, 0), (2, 0), 2, SECTION, MATERIAL, velocity=second)
+    scene.connect(one.end, two.start)
+    return scene
+
+
+def test_connected_beams_must_agree_on_how_they_move():
+    for first, second in (((0, 1), (0, -1)), ((0, 1), None), (None, (0, 1))):
+        with pytest.raises(ancf.InputError, match=r"beam 1 shares .* initial velocity is another"):
+            System(crossing(first, second))
+    assert System(crossing((0, 1), (0, 1))).v0[1] == 1.0
+
+
+def test_a_velocity_that_is_no_number_beside_the_beam_is_refused():
+    scene = ancf.Scene()
+    scene.add_beam("thin", (0, 0), (1, 0), 2, SECTION, MATERIAL, velocity=lambda x: np.where(
+        x < 0, np.nan, x))  # fmt: skip
+    with pytest.raises(ancf.InputError, match=r"is not a number for .* coordinates"):
+        System(scene)
+
+
+def test_a_scene_that_cannot_move_is_refused():
+    scene = ancf.Scene((0.0, -9.81, 0.0))
+    rod = scene.add_beam("thick", (0, 0, 0), (1, 0, 0), 1, SECTION, MATERIAL)
+    scene.clamp(rod.start)
+    scene.clamp(rod.end)
+    for solve in (System, ancf.solve_static, lambda scene: ancf.simulate(scene, 0.1, 0.1)):
+        with pytest.raises(ancf.InputError, match="nothing can move"):
+            solve(scene)
+    with pytest.raises(ancf.InputError, match="a Scene is needed"):
+        ancf.solve_static(None)
