@@ -6,6 +6,7 @@ Pictures are in `ancfsparse.results.plots`, apart, so that a run does not wait f
 
 from ancfsparse.results.energy import Energy
 from ancfsparse.results.equilibrium import Equilibrium
+from ancfsparse.results.files import load
 from ancfsparse.results.source import SolvedSystem
 from ancfsparse.results.stats import RunStats
 from ancfsparse.results.trajectory import Trajectory
@@ -16,4 +17,5 @@ __all__ = [
     "RunStats",
     "SolvedSystem",
     "Trajectory",
+    "load",
 ]

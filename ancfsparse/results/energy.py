@@ -8,6 +8,9 @@ import numpy as np
 
 from ancfsparse.results.source import Array, SolvedSystem
 
+# Numbers of a table of states that are looked at together.
+BLOCK = 4_000_000
+
 
 @dataclass(frozen=True, eq=False)
 class Energy:
@@ -72,8 +75,14 @@ def energy_of(system: SolvedSystem, t: Array, q: Array, v: Array) -> Energy:
     Energy
         Energies at those times.
     """
-    kinetic, elastic, potential = system.energies(q, v)
-    power = system.power(q, v, t)
+    # In blocks of rows: the states may be in a file and too large for memory.
+    step = max(1, BLOCK // max(1, q.shape[1]))
+    parts = []
+    for i in range(0, len(t), step):
+        q_part, v_part = q[i : i + step], v[i : i + step]
+        power = system.power(q_part, v_part, t[i : i + step])
+        parts.append((*system.energies(q_part, v_part), power))
+    kinetic, elastic, potential, power = (np.concatenate(part) for part in zip(*parts, strict=True))
     work = np.zeros(len(t))
     np.cumsum(0.5 * np.diff(t) * (power[1:] + power[:-1]), out=work[1:])
     return Energy(kinetic, elastic, potential, work)

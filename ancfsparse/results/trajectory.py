@@ -24,7 +24,8 @@ class Trajectory:
     t : ndarray, shape (k,)
         Times [s].
     q, v, a : ndarray, shape (k, n)
-        Coordinates (m for positions, dimensionless for slopes), their rates and second rates.
+        Coordinates (m for positions, dimensionless for slopes), their rates and second rates; of
+        a run with ``output`` or ``save_nodes`` tables that are read like arrays (`tables`).
     lam : ndarray, shape (k, m)
         Multipliers of the constraints, none for joints made by numbering.
     stats : RunStats

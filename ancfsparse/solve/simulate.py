@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,9 +23,11 @@ from ancfsparse.nonlinear.iteration import (
     tolerance_of,
 )
 from ancfsparse.results import RunStats, Trajectory
-from ancfsparse.scene import Scene
+from ancfsparse.scene import Node, Scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.choose import choose
+from ancfsparse.solve.memory import check_fits, estimate
+from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
 from ancfsparse.solve.start import check_constraints, initial_acceleration, regularize
 from ancfsparse.system import System
 
@@ -32,8 +36,9 @@ Vector = NDArray[np.float64]
 # Past this a double cannot count the steps exactly.
 MOST_STEPS = 2.0**53
 
-# Steps between two looks at the clock, and rows of loads that are tabulated at once.
-CHUNK = 2000
+# Steps between two looks at the clock, and rows of loads that are tabulated at once: at most
+# CHUNK, and of large systems so many that about so many coordinates move.
+CHUNK, COORDINATES = 2000, 4_000_000
 
 
 def simulate(
@@ -45,6 +50,8 @@ def simulate(
     solver: Method | str = "auto",
     tolerance: str | float = "default",
     save_every: int = 1,
+    save_nodes: Sequence[Node] | None = None,
+    output: str | Path | None = None,
     progress: bool = False,
 ) -> Trajectory:
     """March a scene through time with a fixed step.
@@ -73,6 +80,11 @@ def simulate(
         ``"default"`` is 1e-3.
     save_every : int, optional
         Steps from one saved state to the next; the last state is saved in any case.
+    save_nodes : sequence of Node, optional
+        Keep only position, velocity and acceleration of these points, such as ``[rod.end]``.
+    output : str or Path, optional
+        Write the states to this HDF5 file while the run lasts, instead of keeping them in memory;
+        a file that exists is replaced.  `ancfsparse.results.load` opens it later.
     progress : bool, optional
         Whether to draw a progress bar.
 
@@ -84,7 +96,7 @@ def simulate(
     Raises
     ------
     InputError
-        If something said cannot be meant.
+        If something said cannot be meant, or the run cannot fit in memory.
     StepFailure
         If a step cannot be solved; it carries the trajectory so far.
 
@@ -98,31 +110,13 @@ def simulate(
     check_count("save_every", save_every)
     if not isinstance(integrator, Newmark):
         raise InputError(f"integrator must be Newmark(alpha), got {integrator!r}")
+    check_nodes(save_nodes)
+    check_output(output)
     begin = time.perf_counter()
+    rows = -(-n_steps // save_every) + 1
+    kept = None if save_nodes is None else len(save_nodes)
+    check_fits(estimate(scene, rows, kept, output is not None, solver))
     system = System(scene)
-    march, iteration, seed, why = prepare(system, dt, integrator, solver, tolerance)
-    saved = allocate(system, n_steps // save_every + 2, save_every)
-    for array, start in zip(saved, march.state, strict=True):
-        array[0] = start
-
-    stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
-    outcome = Outcome.CONVERGED
-    with tqdm(total=n_steps, unit="step", disable=not progress, leave=False) as bar:
-        while stats.steps < n_steps and outcome == Outcome.CONVERGED:
-            wanted = min(CHUNK, n_steps - stats.steps)
-            times = dt * np.arange(stats.steps + 1.0, stats.steps + wanted + 1.0, dtype=np.float64)
-            amplitudes = system.loads.amplitudes(times)
-            clock = time.perf_counter()
-            taken, code = march.advance(
-                iteration, wanted, amplitudes, save_every, stats.steps, *saved
-            )
-            stats.march_seconds += time.perf_counter() - clock
-            if seed.error is not None:
-                raise seed.error
-            stats.steps += taken
-            outcome = Outcome(code)
-            bar.update(taken)
-    count(stats, iteration)
     settings = {
         "dt": dt,
         "t_end": t_end,
@@ -131,16 +125,60 @@ def simulate(
         "tolerance": tolerance,
         "save_every": save_every,
     }
-    numbers = save_every * np.arange(stats.steps // save_every + 1, dtype=np.float64)
-    if stats.steps % save_every:  # the last state is kept whatever its number
-        numbers = np.append(numbers, stats.steps)
-        for array, end in zip(saved, march.state, strict=True):
-            array[len(numbers) - 1] = end
-    q, v, a, lam = (array[: len(numbers)] for array in saved)
-    path = Trajectory(system, dt * numbers, q, v, a, lam, stats, settings)
+    record = Record(system, rows, save_nodes, output, settings)
+    march, iteration, seed, why = prepare(system, dt, integrator, solver, tolerance)
+    stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
+    with record.open() as recorder:
+        outcome = _march(
+            system, march, iteration, seed, n_steps, dt, save_every, recorder, stats, progress
+        )
+        count(stats, iteration)
+        recorder.finish(stats)
+    path = record.trajectory()
     if outcome != Outcome.CONVERGED:
         raise failure(system, march, outcome, stats.steps + 1, dt, path)
     return path
+
+
+def _march(
+    system: System,
+    march: Any,
+    iteration: Any,
+    seed: SparseSeed,
+    n_steps: int,
+    dt: float,
+    save_every: int,
+    recorder: Recorder,
+    stats: RunStats,
+    progress: bool,
+) -> Outcome:
+    """Take the steps of a run, pass on its states, count steps and seconds; say how it ended."""
+    chunk = max(1, min(CHUNK, COORDINATES // system.n_all))
+    room = buffer_rows(system.n_all, min(n_steps, chunk) // save_every + 1)
+    buffer = [np.empty((room + 1, system.n_all)) for _ in range(3)]
+    buffer.append(np.empty((room + 1, system.n_multipliers)))
+    recorder.append(np.zeros(1), *(x[None] for x in march.state))
+    outcome = Outcome.CONVERGED
+    with tqdm(total=n_steps, unit="step", disable=not progress, leave=False) as bar:
+        while stats.steps < n_steps and outcome == Outcome.CONVERGED:
+            since = stats.steps % save_every  # steps since the last saved state
+            wanted = min(chunk, n_steps - stats.steps, room * save_every - since)
+            times = dt * np.arange(stats.steps + 1.0, stats.steps + wanted + 1.0, dtype=np.float64)
+            amplitudes = system.loads.amplitudes(times)
+            clock = time.perf_counter()
+            taken, code = march.advance(iteration, wanted, amplitudes, save_every, since, *buffer)
+            stats.march_seconds += time.perf_counter() - clock
+            if seed.error is not None:
+                raise seed.error
+            new = slice(1, 1 + (since + taken) // save_every)
+            saved = stats.steps // save_every + np.arange(new.start, new.stop, dtype=np.float64)
+            recorder.append(dt * (save_every * saved), *(table[new] for table in buffer))
+            stats.steps += taken
+            outcome = Outcome(code)
+            bar.update(taken)
+    if stats.steps % save_every:  # the last state is kept whatever its number
+        recorder.append(np.array([dt * stats.steps]), *(x[None] for x in march.state))
+    return outcome
 
 
 def count_steps(t_end: float, dt: float) -> int:
@@ -165,25 +203,6 @@ def count_steps(t_end: float, dt: float) -> int:
             f"({t_end / dt:.6g} of them): try t_end = {n * dt!r} s, or dt = {t_end / n!r} s"
         )
     return n_steps
-
-
-def allocate(system: System, rows: int, save_every: int) -> list[Vector]:
-    """Return arrays for ``rows`` saved states: q, v, a (rows, n_all) and lam (rows, m).
-
-    Raises
-    ------
-    InputError
-        If there is no room for them.
-    """
-    widths = [system.n_all] * 3 + [system.n_multipliers]
-    try:
-        return [np.zeros((rows, width)) for width in widths]
-    except (MemoryError, ValueError):
-        size = 8.0 * rows * sum(widths)
-        raise InputError(
-            f"{rows} saved states of {system.n_all} coordinates need {size / 1e9:.3g} GB, more "
-            f"than there is: take a larger save_every than {save_every}"
-        ) from None
 
 
 def prepare(

@@ -1,0 +1,142 @@
+"""How much memory a run will take, told before it starts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import element_kind
+from ancfsparse.nonlinear import Method, QuasiNewton
+from ancfsparse.scene import Connect, Mesh, Scene
+
+# Vectors over all coordinates that a run keeps: states, loads, predictor, secant pairs.
+VECTORS = 24
+# Bytes for an entry of the matrix: values of mass, matrix and their maps; and of its factor.
+MATRIX_ENTRY, FACTOR_ENTRY = 36, 12
+GIGABYTE = 1e9
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Estimated bytes by what they are for.
+
+    Attributes
+    ----------
+    kernels, matrix, factor, vectors, states : float
+        Element arrays; matrix and its pattern; its factor or dense inverse; vectors of the
+        solvers; saved states [bytes].
+    """
+
+    kernels: float
+    matrix: float
+    factor: float
+    vectors: float
+    states: float
+
+    @property
+    def total(self) -> float:
+        """All of it [bytes]."""
+        return self.kernels + self.matrix + self.factor + self.vectors + self.states
+
+
+def estimate(
+    scene: Scene, rows: int, kept_nodes: int | None, to_file: bool, solver: Method | str
+) -> Memory:
+    """Estimate the memory of a run from the scene alone.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is to move.
+    rows : int
+        Number of states to save.
+    kept_nodes : int or None
+        Number of points to keep; None keeps all coordinates.
+    to_file : bool
+        Whether the states go to a file.
+    solver : Method or str
+        A full-memory quasi-Newton method takes a dense inverse.
+    """
+    kernels = entries = coordinates = 0.0
+    n_rows = n_elements = n_nodes = 0
+    width = 1
+    for body in scene.beams:
+        kind = element_kind(body.element, scene.dim, **body.options)
+        n, n_out, n_c = kind.n_coordinates, kind.n_out("tangent"), len(kind.node_coordinates)
+        # During set-up the maps of the tangent are there twice, once by element, once by lane.
+        kernels += 4.0 * body.n_elements * (n + 2 * n_out + 1)
+        entries += len(body.row_nodes) * n_c * (n_c + 1) / 2 + body.n_elements * n_c**2
+        coordinates += scene.dim * body.n_nodes + (n_c - scene.dim) * len(body.row_nodes)
+        n_rows, n_elements = n_rows + len(body.row_nodes), n_elements + body.n_elements
+        n_nodes += body.n_nodes
+        width = max(width, n_c)
+    if isinstance(solver, QuasiNewton) and solver.memory == "full":
+        factor = 8.0 * coordinates**2
+    else:
+        factor = FACTOR_ENTRY * entries * _fill(scene, n_nodes)
+    columns = coordinates if kept_nodes is None else 4.0 * scene.dim * kept_nodes
+    return Memory(
+        kernels,
+        MATRIX_ENTRY * entries,
+        factor,
+        8.0 * VECTORS * coordinates,
+        0.0 if to_file else 3 * 8.0 * rows * columns,
+    )
+
+
+def _fill(scene: Scene, n_nodes: int) -> float:
+    """Entries of the factor beside those of the matrix: chains and trees hardly fill in, nets do.
+
+    Nested dissection of a square grid fills in with the logarithm of the number of nodes.
+    """
+    cycles = sum(isinstance(joint, Connect) for joint in scene.joints)
+    cycles += sum(m.n_elements - m.n_nodes for m in scene.beams if isinstance(m, Mesh))
+    return 0.5 * math.log2(n_nodes) if cycles > 0.1 * n_nodes else 1.0
+
+
+def available() -> float | None:
+    """Return the memory that is free for this process [bytes], None where nobody says."""
+    free = []
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        free += [1024.0 * int(each.split()[1]) for each in lines if "MemAvailable" in each]
+        group = Path("/sys/fs/cgroup")
+        most = (group / "memory.max").read_text(encoding="ascii").strip()
+        if most != "max":
+            used = int((group / "memory.current").read_text(encoding="ascii"))
+            free.append(float(int(most) - used))
+    except (OSError, ValueError):
+        pass  # not a Linux machine, or one without control groups
+    return min(free) if free else None
+
+
+def check_fits(needed: Memory) -> None:
+    """Refuse a run that cannot fit.
+
+    Raises
+    ------
+    InputError
+        With how much would be needed, how much is there, and what to try.
+    """
+    free = available()
+    if free is None or needed.total <= free:
+        return
+    parts = {
+        "saved states": needed.states,
+        "the factor or inverse": needed.factor,
+        "the matrix": needed.matrix,
+        "element arrays": needed.kernels,
+        "vectors": needed.vectors,
+    }
+    name = max(parts, key=lambda each: parts[each])
+    if name == "saved states":
+        advice = "a larger save_every, save_nodes=[...], or output='run.h5', which keeps them there"
+    else:
+        advice = "fewer elements or a sparse solver such as solver='auto'"
+    raise InputError(
+        f"the run would need about {needed.total / GIGABYTE:.3g} GB, more than there is: "
+        f"{free / GIGABYTE:.3g} GB of memory are free, and {name} alone would take "
+        f"{parts[name] / GIGABYTE:.3g} GB; try {advice}"
+    )

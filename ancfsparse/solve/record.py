@@ -1,0 +1,154 @@
+"""What becomes of the states of a run: kept in memory, whole or in part, or written to a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.results.files import Writer, read
+from ancfsparse.results.tables import Chosen
+from ancfsparse.scene import Node
+from ancfsparse.system import System
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.integer[Any]]
+
+# Bytes of states that are collected before they are passed on.
+BUFFER = 2**25
+
+
+class Recorder(Protocol):
+    """Takes saved states in order of time."""
+
+    def append(self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector) -> None:
+        """Take rows for the times `t`."""
+        ...
+
+    def finish(self, stats: RunStats) -> None:
+        """Take the counts of the run, at its end."""
+        ...
+
+
+class Kept:
+    """States in memory.
+
+    Parameters
+    ----------
+    rows : int
+        Number of states to come.
+    n, m : int
+        Coordinates of the system, multipliers.
+    places : (c,) int array or None
+        The coordinates to be kept; None keeps all.
+    """
+
+    def __init__(self, rows: int, n: int, m: int, places: Places | None) -> None:
+        self._places, self._n, self._done = places, n, 0
+        width = n if places is None else len(places)
+        self._tables = [np.empty((rows, *shape)) for shape in ((), *[(width,)] * 3, (m,))]
+
+    def append(self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector) -> None:
+        """Take rows for the times `t`."""
+        kept = [x if self._places is None else x[:, self._places] for x in (q, v, a)]
+        for table, rows in zip(self._tables, (t, *kept, lam), strict=True):
+            table[self._done : self._done + len(t)] = rows
+        self._done += len(t)
+
+    def finish(self, stats: RunStats) -> None:
+        """Take the counts of the run, at its end."""
+        self._stats = stats
+
+    def trajectory(self, system: System, settings: Mapping[str, Any]) -> Trajectory:
+        """Hand back what was taken."""
+        t, q, v, a, lam = (table[: self._done] for table in self._tables)
+        if self._places is not None:
+            q, v, a = (cast(Vector, Chosen(x, self._places, self._n)) for x in (q, v, a))
+        return Trajectory(system, t, q, v, a, lam, self._stats, settings)
+
+
+class Record:
+    """Where the states of one run go.
+
+    Parameters
+    ----------
+    system : System
+        What moves.
+    rows : int
+        Number of states to come.
+    nodes : sequence of Node, or None
+        Points to keep; None keeps all coordinates.
+    output : str, Path or None
+        HDF5 file; None keeps the states in memory.
+    settings : mapping
+        What the run is started with.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        rows: int,
+        nodes: Sequence[Node] | None,
+        output: str | Path | None,
+        settings: Mapping[str, Any],
+    ) -> None:
+        self._system, self._rows, self._output, self._settings = system, rows, output, settings
+        self._places = None if nodes is None else places_of(system, nodes)
+        self._kept: Kept | None = None
+
+    @contextmanager
+    def open(self) -> Iterator[Recorder]:
+        """Give the recorder, and close the file after use."""
+        n, m = self._system.n_all, self._system.n_multipliers
+        if self._output is None:
+            self._kept = Kept(self._rows, n, m, self._places)
+            yield self._kept
+        else:
+            with Writer(self._output, n, m, self._places, self._settings) as writer:
+                yield writer
+
+    def trajectory(self) -> Trajectory:
+        """Hand back what was recorded."""
+        if self._kept is not None:
+            return self._kept.trajectory(self._system, self._settings)
+        assert self._output is not None
+        return read(self._output, self._system)
+
+
+def check_nodes(nodes: object) -> None:
+    """Refuse what is not a list of points."""
+    if nodes is None:
+        return
+    if isinstance(nodes, Node) or not isinstance(nodes, Sequence) or not nodes:
+        raise InputError(f"save_nodes must be a list such as [rod.end], got {nodes!r}")
+    for node in nodes:
+        if not isinstance(node, Node):
+            raise InputError(f"save_nodes must hold points such as rod.end, got {node!r}")
+
+
+def check_output(output: object) -> None:
+    """Refuse a file that cannot be written, before the set-up and not after it."""
+    if output is None:
+        return
+    if not isinstance(output, (str, Path)):
+        raise InputError(f"output must be the name of a file such as 'run.h5', got {output!r}")
+    folder = Path(output).absolute().parent
+    if not folder.is_dir():
+        raise InputError(f"output {str(output)!r} cannot be written: there is no folder {folder}")
+
+
+def places_of(system: System, nodes: Sequence[Node]) -> Places:
+    """Return the coordinates that the positions of points are made of, ascending."""
+    places = [system.point(node)[0].ravel() for node in nodes]
+    return np.unique(np.concatenate([np.empty(0, np.int32), *places]))
+
+
+def buffer_rows(n_all: int, most: int) -> int:
+    """Return how many states to collect before they are passed on, 1 to `most`."""
+    return int(min(most, max(1, BUFFER // (3 * 8 * n_all))))
