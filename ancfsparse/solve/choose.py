@@ -6,17 +6,18 @@ from ancfsparse.errors import InputError, check_choice
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.nonlinear.iteration import describe
 
-# A dense product passes over memory in order, a sparse sweep waits for itself: up to this many
-# numbers for each operation of the sweep the dense inverse is the faster one.
-DENSE_AHEAD = 2.0
-PAIRS = 10
+# Up to this many numbers for each operation of a sweep the dense inverse is the faster one: a thick
+# beam of 5 elements has 1.0 and gains a fifth; one of 10 and a cable of 10 have 1.8 and lose.
+DENSE_AHEAD = 1.2
 
 
 def choose(wish: Method | str, n: int, solve_flops: int, straight: bool) -> tuple[Method, str]:
     """Return the method and a sentence on the choice.
 
-    For few unknowns full-memory BFGS is the most accurate and the fastest, but it presumes positive
-    curvature, which constraints whose gradient turns do not give; Davidon's does not.
+    Where the matrix is nearly full, full-memory BFGS is the fastest, but it presumes positive
+    curvature, which constraints whose gradient turns do not give; Davidon's does not.  Everywhere
+    else sweeps are so cheap that secant pairs cost more than the iterations they save (see
+    ``ancfsparse study memory``), and modified Newton wins.
 
     Parameters
     ----------
@@ -44,5 +45,5 @@ def choose(wish: Method | str, n: int, solve_flops: int, straight: bool) -> tupl
         method = QuasiNewton("bfgs" if straight else "davidon", memory="full")
         turning = "no constraint turns" if straight else "constraints turn with the motion"
         return method, f"{describe(method)}: {counts}, {turning}"
-    method = QuasiNewton("broyden", memory=PAIRS)
+    method = ModifiedNewton()
     return method, f"{describe(method)} on a sparse seed: {counts}"
