@@ -113,9 +113,13 @@ def _spread(flat: dict[str, Any]) -> dict[str, Any]:
 def chart(result: Scaling) -> Figure:
     """Draw cost per element and step against size for each scene, and memory."""
     figure = Figure(figsize=(10.5, 8.0), layout="constrained")
-    *costs, memory = figure.subplots(2, 2).ravel()
+    scenes = [each for each in TITLES if any(result.done(each, solver) for solver in COLOURS)]
+    panels = figure.subplots(-(-(len(scenes) + 1) // 2), 2).ravel()
+    costs, memory = panels[: len(scenes)], panels[len(scenes)]
+    for ax in panels[len(scenes) + 1 :]:
+        ax.remove()
     shown: dict[str, Any] = {}
-    for ax, scene in zip(costs, TITLES, strict=True):
+    for ax, scene in zip(costs, scenes, strict=True):
         for solver, colour in COLOURS.items():
             rows = result.done(scene, solver)
             if rows:
@@ -123,7 +127,7 @@ def chart(result: Scaling) -> Figure:
                 shown[solver] = _curve(ax, x, y, solver, colour)
         ax.set_ylabel("microseconds per element and step")
         ax.set_title(_finding(result, scene), fontsize="small")
-    for scene, style in zip(TITLES, ("o-", "s--", "^:"), strict=True):
+    for scene, style in zip(scenes, ("o-", "s--", "^:"), strict=False):
         rows = [r for r in result.done(scene, "auto") if r.bytes_per_element > 0]
         x, y = [r.job.elements for r in rows], [r.bytes_per_element for r in rows]
         memory.plot(x, y, style, color="black", label=TITLES[scene])
