@@ -125,6 +125,33 @@ class EnergyGain(StepFailure):
         )
 
 
+class AccuracyFailure(AncfError, RuntimeError):
+    """The error of a motion did not come down to what was asked for.
+
+    Parameters
+    ----------
+    accuracy, error : float
+        What was asked for, and the estimate for the last run [m].
+    runs : int
+        Number of runs, each with shorter steps.
+    """
+
+    def __init__(self, accuracy: float, error: float, runs: int) -> None:
+        super().__init__(accuracy, error, runs)
+        self.accuracy = accuracy
+        self.error = error
+        self.runs = runs
+
+    def __str__(self) -> str:
+        """Compose the message a reader meets."""
+        return (
+            f"accuracy = {self.accuracy:.3g} m was not reached: after {self.runs} runs, each with "
+            f"shorter steps, the error is about {self.error:.3g} m and no longer follows the "
+            "steps. Ask for less, for a shorter time (a chaotic motion forgets its start), or "
+            "smooth loads that jump."
+        )
+
+
 class EquilibriumFailure(AncfError, RuntimeError):
     """No static equilibrium was found.
 

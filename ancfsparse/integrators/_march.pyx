@@ -6,7 +6,7 @@ multipliers divided by it, so the matrix of a step, ``[M + scale K, phi_q^T; phi
 degrade as dt goes to zero.  `integrators.implicit` has the formulas.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
-from libc.math cimport fabs, fmax, isinf
+from libc.math cimport fabs, fmax, isinf, sqrt
 from libc.string cimport memcpy
 
 import numpy as np
@@ -24,9 +24,16 @@ cdef extern from "solver_abi.h":
                          const double *, const double *, double *, double *) noexcept nogil
         void (*matrix)(void *, double, double, double, const double *, const double *,
                        const double *, const double *, double *) noexcept nogil
+        void (*inertia)(void *, const double *, double *) noexcept nogil
         void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
         double (*load_work)(void *, const double *, const double *, const double *, const double *,
                             double *) noexcept nogil
+
+    ctypedef struct ancf_seed:
+        void *context
+        ptrdiff_t n
+        ptrdiff_t (*factor)(void *, const double *) noexcept nogil
+        void (*solve)(void *, const double *, double *) noexcept nogil
 
     ctypedef struct ancf_equations:
         void *context
@@ -43,6 +50,8 @@ cdef extern from "solver_abi.h":
 
 cdef enum:
     GAINED_ENERGY = 4
+    TOO_INACCURATE = 5
+    MAY_GROW = 6
 
 cdef ptrdiff_t WATCH_EVERY = 16  # steps: an energy costs about one of the 40 residuals they take
 
@@ -59,6 +68,15 @@ cdef struct Watch:
     double noise, start, strain, potential, work, exchanged, gain
 
 
+cdef struct Control:
+    const ancf_seed *seed  # NULL for steps of fixed length
+    double *weight
+    double *change  # of the accelerations over the step
+    double *filtered
+    double constant, limit, easy, error
+    int patience, calm
+
+
 cdef struct Motion:
     const ancf_system *system
     ptrdiff_t n_free, n_all, m
@@ -66,6 +84,7 @@ cdef struct Motion:
     double dt
     Weights weights
     Watch watch
+    Control control
     # Last accepted state, and the iterate of the step under way.
     double *q0
     double *v0
@@ -110,7 +129,7 @@ cdef class March:
 
     cdef ancf_equations interface
     cdef Motion motion
-    cdef object owner, arrays, loads  # the loads are pointed into until the next ones come
+    cdef object owner, seed, arrays, loads  # the loads are pointed into until the next ones come
     cdef readonly object capsule
 
     def __cinit__(self, system, double dt, integrator, q, v, a, b, lam, dead_load, amplitudes,
@@ -138,7 +157,7 @@ cdef class March:
         motion.q, motion.a, motion.lam = first(own["q"]), first(own["a"]), first(own["lam"])
         motion.dead_load, motion.r = first(own["dead_load"]), first(own["r"])
         motion.phi, motion.amplitudes0 = first(own["phi"]), first(own["amplitudes0"])
-        self.set_step(dt, integrator)
+        set_weights(motion, dt, integrator)
         self.interface.context = motion
         self.interface.n, self.interface.n_coordinates = motion.n_free + motion.m, motion.n_free
         self.interface.n_values = motion.system.n_values
@@ -148,17 +167,50 @@ cdef class March:
         motion.watch.limit, motion.watch.noise = largest_gain, noise
         start_watch(motion)
 
-    cdef set_step(self, double dt, integrator):
-        """Work out the weights of the formulas."""
-        cdef Weights *w = &self.motion.weights
-        cdef double m = integrator.alpha_m, f = integrator.alpha_f
-        cdef double beta = integrator.beta, gamma = integrator.gamma
-        self.motion.dt = dt
-        # b1 = b_new a1 + b_a a0 + b_b b0, put into Newmark's formulas with a1 = a0 + change.
-        w.b_new, w.b_a, w.b_b = (1.0 - f) / (1.0 - m), f / (1.0 - m), -m / (1.0 - m)
-        w.q_b, w.q_a = dt * dt * (0.5 - beta + beta * w.b_b), dt * dt * beta * (w.b_a + w.b_new)
-        w.v_b, w.v_a = dt * (1.0 - gamma + gamma * w.b_b), dt * gamma * w.b_a
-        w.v_new, w.scale = dt * gamma * w.b_new, dt * dt * beta * w.b_new
+    def change_step(self, double dt, integrator, change_b, change_v):
+        """Go on with another step: the weights, and what a smooth motion asks of ``b`` and ``v``."""
+        set_weights(&self.motion, dt, integrator)
+        if self.motion.shifted:
+            self.arrays["b0"] += change_b
+        self.arrays["v0"] += change_v
+
+    def control(self, seed, const double[::1] weight, double constant, double limit, double easy,
+                int patience):
+        """Estimate the error of every step; stop before one above a limit, or after easy ones.
+
+        Parameters
+        ----------
+        seed : object with a ``capsule`` "ancf_seed"
+            Factor of the matrix of a step, or nearly.
+        weight : (n_free,) float
+            Weights of the squared errors of the coordinates.
+        constant : float
+            Error of a step over dt^2 and the change of the acceleration.
+        limit, easy : float
+            The error that is refused, and the one below which a step may grow [m].
+        patience : int
+            Easy steps in a row that let it grow.
+        """
+        cdef Control *control = &self.motion.control
+        self.seed = seed
+        control.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
+        self.arrays["weight"] = np.array(weight)
+        self.arrays["change"] = np.zeros(self.motion.n_all)
+        self.arrays["filtered"] = np.zeros(self.interface.n)
+        control.weight, control.change = first(self.arrays["weight"]), first(self.arrays["change"])
+        control.filtered = first(self.arrays["filtered"])
+        control.constant, control.limit, control.easy = constant, limit, easy
+        control.patience = patience
+
+    @property
+    def step_error(self):
+        """Estimated error of the last step that was looked at [m]."""
+        return self.motion.control.error
+
+    @property
+    def jerk(self):
+        """Rate of the accelerations over the last step that was judged, (n_all,)."""
+        return self.arrays["change"] / self.motion.dt
 
     @property
     def state(self):
@@ -207,7 +259,7 @@ cdef class March:
     def advance(self, nonlinear, ptrdiff_t n_steps, const double[:, ::1] amplitudes,
                 ptrdiff_t save_every, ptrdiff_t steps_done, double[:, ::1] q_out,
                 double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] lam_out):
-        """Take steps; return ``(steps taken, outcome)``, outcome 0 if all of them converged.
+        """Take steps; return ``(steps taken, outcome)``, outcome 0 if all of them were accepted.
 
         Parameters
         ----------
@@ -231,6 +283,10 @@ cdef class March:
                     if gains_energy(motion):  # the likely cause
                         outcome = GAINED_ENERGY
                     break
+                if motion.control.seed != NULL:
+                    outcome = judge(motion)
+                    if outcome == TOO_INACCURATE:
+                        break
                 accept(motion)
                 if (steps_done + k + 1) % save_every == 0:
                     row = (steps_done + k + 1) // save_every
@@ -242,11 +298,25 @@ cdef class March:
                 if (k + 1) % WATCH_EVERY == 0 or k + 1 == n_steps:
                     if gains_energy(motion):
                         outcome = GAINED_ENERGY
-                        k += 1
-                        break
+                if outcome != 0:
+                    k += 1
+                    break
             else:
                 k = n_steps
         return k, outcome
+
+
+cdef set_weights(Motion *self, double dt, integrator):
+    """Work out the weights of the formulas."""
+    cdef Weights *w = &self.weights
+    cdef double m = integrator.alpha_m, f = integrator.alpha_f
+    cdef double beta = integrator.beta, gamma = integrator.gamma
+    self.dt = dt
+    # b1 = b_new a1 + b_a a0 + b_b b0, put into Newmark's formulas with a1 = a0 + change.
+    w.b_new, w.b_a, w.b_b = (1.0 - f) / (1.0 - m), f / (1.0 - m), -m / (1.0 - m)
+    w.q_b, w.q_a = dt * dt * (0.5 - beta + beta * w.b_b), dt * dt * beta * (w.b_a + w.b_new)
+    w.v_b, w.v_a = dt * (1.0 - gamma + gamma * w.b_b), dt * gamma * w.b_a
+    w.v_new, w.scale = dt * gamma * w.b_new, dt * dt * beta * w.b_new
 
 
 cdef double *first(array) except NULL:
@@ -318,6 +388,37 @@ cdef void accept(Motion *self) noexcept nogil:
         self.a0[i] = self.a[i]
     for i in range(self.m):
         self.lam0[i] = self.lam[i]
+
+
+cdef int judge(Motion *self) noexcept nogil:
+    """Estimate the error of the step just solved.
+
+    It is a constant times dt^2 and the change of the acceleration, which stiff modes that the step
+    does not resolve would fill: ``S^-1 M``, S the matrix of the step, leaves slow modes alone and
+    takes modes of dt omega >> 1 for what they are, and keeps what constraints allow.
+    """
+    cdef Control *c = &self.control
+    cdef ptrdiff_t i
+    cdef double total = 0.0
+    for i in range(self.n_all):
+        c.change[i] = self.a[i] - self.a0[i]
+    self.system.inertia(self.system.context, c.change, self.r)
+    for i in range(self.n_free):
+        c.filtered[i] = self.r[i]
+    for i in range(self.m):
+        c.filtered[self.n_free + i] = 0.0
+    c.seed.solve(c.seed.context, c.filtered, c.filtered)
+    for i in range(self.n_free):
+        total += c.weight[i] * c.filtered[i] * c.filtered[i]
+    c.error = c.constant * self.dt * self.dt * sqrt(total)
+    if not c.error <= c.limit:
+        c.calm = 0
+        return TOO_INACCURATE
+    c.calm = c.calm + 1 if c.error <= c.easy else 0
+    if c.calm < c.patience:
+        return 0
+    c.calm = 0
+    return MAY_GROW
 
 
 cdef void start_watch(Motion *self) noexcept nogil:

@@ -27,6 +27,7 @@ typedef struct {
     void (*matrix)(void *context, double mass_factor, double stiffness_factor,
                    double damping_factor, const double *q, const double *v, const double *lam,
                    const double *amplitudes, double *values);
+    void (*inertia)(void *context, const double *a, double *out); /* out[n_all] = M a */
     /* out = kinetic and strain energy; scratch[n_all] is overwritten */
     void (*energies)(void *context, const double *q, const double *v, double *scratch, double *out);
     /* Work of the changing loads between two states, by the trapezoidal rule. */

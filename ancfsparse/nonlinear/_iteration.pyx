@@ -153,6 +153,14 @@ cdef class Iteration:
         assemble(&self.loop)
         self.loop.seeded = True
 
+    def set_tolerance(self, double correction, double constraint):
+        """Judge corrections by another bound [m], and constraints by another [m]."""
+        self.loop.correction_tolerance, self.loop.constraint_tolerance = correction, constraint
+
+    def mark_stale(self):
+        """Tell that the matrix has changed for another reason than motion: a step of other length."""
+        self.loop.reseed_due = True
+
     def solve(self):
         """Solve the equations from their predictor; return 0 or a reason (`nonlinear.outcome`)."""
         self.loop.equations.restart(self.loop.equations.context)

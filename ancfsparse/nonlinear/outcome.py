@@ -10,7 +10,10 @@ class Outcome(IntEnum):
     TOO_MANY = 1
     DIVERGED = 2
     NOT_FINITE = 3
-    GAINED_ENERGY = 4  # found by the time loop
+    # Found by the time loop; the last two end a stretch of steps of one length, not a run.
+    GAINED_ENERGY = 4
+    TOO_INACCURATE = 5
+    MAY_GROW = 6
 
     @property
     def sentence(self) -> str:
@@ -20,5 +23,7 @@ class Outcome(IntEnum):
             Outcome.TOO_MANY: "did not converge within the allowed iterations",
             Outcome.DIVERGED: "diverged: the residual grew ten thousandfold",
             Outcome.GAINED_ENERGY: "gained energy that nothing had given",
+            Outcome.TOO_INACCURATE: "had a larger error than it may have",
+            Outcome.MAY_GROW: "was more accurate than it has to be",
             Outcome.NOT_FINITE: "left the range of numbers (infinite or undefined residual)",
         }[self]

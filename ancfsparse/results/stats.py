@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 
@@ -34,6 +35,13 @@ class RunStats:
         Secant pairs an update refused.
     recoveries : int
         Steps that needed a new seed or damped Newton to converge.
+    rejected_steps : int
+        Steps that were solved and taken back because they were not accurate enough.
+    runs : int
+        Motions that were marched and compared to reach an accuracy; their counts are added up.
+    error : float
+        Estimated largest error of the position of a node at the saved times that the steps in time
+        cause [m]; not a number where no accuracy was asked for.
     seconds : dict of str to float
         Time by part [s]: ``"set-up"`` always, and from a thousand unknowns on the march split into
         ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs included) and ``"rest"``.
@@ -51,6 +59,9 @@ class RunStats:
     solves: int = 0
     skipped_pairs: int = 0
     recoveries: int = 0
+    rejected_steps: int = 0
+    runs: int = 1
+    error: float = math.nan
     seconds: dict[str, float] = field(default_factory=dict)
     solver: str = ""
 

@@ -14,31 +14,25 @@ from tqdm import tqdm
 from ancfsparse.errors import (
     EnergyGain,
     InputError,
-    StepFailure,
     check_count,
     check_finite,
     check_positive,
 )
 from ancfsparse.integrators import Implicit, Newmark
-from ancfsparse.integrators.march import make_march
-from ancfsparse.nonlinear import Method, Outcome, QuasiNewton
-from ancfsparse.nonlinear.iteration import (
-    EPSILON,
-    Costs,
-    make_inverse,
-    make_iteration,
-    tolerance_of,
-)
+from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Node, Scene
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.choose import choose
+from ancfsparse.solve.accuracy import check_accuracy, solve_accurately
 from ancfsparse.solve.memory import check_fits, estimate
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
-from ancfsparse.solve.start import check_constraints, regularize, starting_state
+from ancfsparse.solve.setup import count, failure, prepare
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
+
+# States saved where an accuracy and nothing else is said.
+SAVED = 200
 
 # Past this a double cannot count the steps exactly.
 MOST_STEPS = 2.0**53
@@ -51,8 +45,9 @@ CHUNK, COORDINATES = 2000, 4_000_000
 def simulate(
     scene: Scene,
     t_end: float,
-    dt: float,
+    dt: float | None = None,
     *,
+    accuracy: float | None = None,
     integrator: Implicit = Newmark(),
     solver: Method | str = "auto",
     tolerance: str | float = "default",
@@ -62,7 +57,7 @@ def simulate(
     output: str | Path | None = None,
     progress: bool = False,
 ) -> Trajectory:
-    """March a scene through time with a fixed step.
+    """March a scene through time, with a fixed step or to a given accuracy.
 
     Each step finds coordinates and multipliers such that the equations of motion and the position
     constraints hold together at the new time (equation 6 of the paper).
@@ -75,7 +70,12 @@ def simulate(
     t_end : float
         End time [s], a whole number of steps.
     dt : float
-        Time step [s].
+        Time step [s]; with ``accuracy`` the time between saved states, by default 1/200 of t_end.
+    accuracy : float, optional
+        Largest error of the position of a node at the saved times that the steps in time may cause
+        [m]; the error of the mesh comes on top.  Steps then follow the motion, and whole runs with
+        ever shorter ones are compared until the last is accurate enough; what it reached is
+        ``stats.error``.
     integrator : Newmark, HHT or GeneralizedAlpha, optional
         The trapezoidal rule by default.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
@@ -111,6 +111,8 @@ def simulate(
         If something said cannot be meant, or the run cannot fit in memory.
     StepFailure
         If a step cannot be solved; it carries the trajectory so far.
+    AccuracyFailure
+        If the error does not come down to the accuracy.
     EnergyGain
         If the motion gains energy that nothing has given it, as the trapezoidal rule lets it where
         steps are large; it carries the trajectory too.
@@ -120,6 +122,12 @@ def simulate(
     A step that does not converge is tried again with a new seed, then with damped Newton; both are
     counted in ``stats.recoveries``.  No step is accepted unconverged.
     """
+    if accuracy is not None and dt is None:
+        dt = check_positive("t_end", t_end, "s") / SAVED
+    if dt is None:
+        raise InputError(
+            "simulate needs a time step or an accuracy: say dt=1e-3 [s], or accuracy=1e-4 [m]"
+        )
     n_steps = count_steps(t_end, dt)
     check_count("save_every", save_every)
     if not isinstance(integrator, Implicit):
@@ -137,6 +145,7 @@ def simulate(
     system = System(scene)
     settings = {
         "dt": dt,
+        "accuracy": accuracy,
         "t_end": t_end,
         "integrator": repr(integrator),
         "solver": repr(solver),
@@ -145,6 +154,16 @@ def simulate(
         "save_every": save_every,
     }
     record = Record(system, rows, save_nodes, output, settings)
+    if accuracy is not None:
+        check_accuracy(accuracy, tolerance, integrator)
+        times = dt * np.append(np.arange(0, n_steps, save_every), n_steps)
+        states, stats = solve_accurately(
+            system, times, accuracy, integrator, solver, max_energy_gain, progress
+        )
+        with record.open() as recorder:
+            recorder.append(states.t, states.q, states.v, states.a, states.lam)
+            recorder.finish(stats)
+        return record.trajectory()
     march, iteration, seed, why = prepare(
         system, dt, integrator, solver, tolerance, max_energy_gain
     )
@@ -161,7 +180,7 @@ def simulate(
         reached = stats.steps * dt
         raise EnergyGain(gain, exchanged, max_energy_gain, reached, stats.steps, dt, path)
     if outcome != Outcome.CONVERGED:
-        raise failure(system, march, outcome, stats.steps + 1, dt, path)
+        raise failure(system, march, outcome, stats.steps + 1, (stats.steps + 1) * dt, dt, path)
     return path
 
 
@@ -237,69 +256,3 @@ def count_steps(t_end: float, dt: float) -> int:
             f"({t_end / dt:.6g} of them): try t_end = {n * dt!r} s, or dt = {t_end / n!r} s"
         )
     return n_steps
-
-
-def prepare(
-    system: System,
-    dt: float,
-    integrator: Implicit,
-    solver: Method | str,
-    tolerance: str | float,
-    max_energy_gain: float,
-) -> tuple[Any, Any, SparseSeed, str]:
-    """Return the compiled march and nonlinear loop, the seed, and why this method."""
-    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
-    straight = system.constraints.linear
-    method, why = choose(solver, seed.n, seed.solve_flops, straight=straight)
-    scale = integrator.scale * dt**2
-    regularize(system, scale)
-    check_constraints(system)
-    start = starting_state(system, seed, integrator, dt)
-    force_scale, size = system.force_scale(system.q0), float(np.max(np.abs(system.q0)))
-    noise = 100.0 * EPSILON * force_scale * size
-    march = make_march(system, dt, integrator, start, max_energy_gain, noise)
-    march.prepare(system.loads.amplitudes(np.array([dt])))
-    weights = np.concatenate([system.mass_diagonal, np.zeros(system.n_multipliers)])
-    inverse = make_inverse(method, seed, weights, 100.0 * EPSILON * scale * force_scale)
-    iteration = make_iteration(
-        march,
-        seed,
-        inverse,
-        system.pattern.indptr,
-        method,
-        tolerance_of(tolerance, scale, force_scale, size),
-        Costs.of(system.operations("residual"), system.operations("tangent"), seed),
-    )
-    if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
-        why += ", first inverse from finite differences"
-    return march, iteration, seed, why
-
-
-def count(stats: RunStats, iteration: Any) -> None:
-    """Copy counts and times of the compiled loop."""
-    counts = iteration.counts
-    stats.iterations = counts["iterations"]
-    stats.last_corrections = counts["last_corrections"]
-    stats.residual_evaluations = counts["residual_evaluations"]
-    stats.factorizations = counts["factorizations"]
-    stats.indefinite = counts["indefinite"]
-    stats.solves = counts["solves"]
-    stats.skipped_pairs = counts["skipped_pairs"]
-    stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]
-    parts = iteration.seconds
-    if parts:
-        stats.seconds |= parts | {"rest": stats.march_seconds - sum(parts.values())}
-
-
-def failure(
-    system: System, march: Any, outcome: Outcome, step: int, dt: float, path: Trajectory
-) -> StepFailure:
-    """Name the place where the last iterate is furthest from balance."""
-    r, phi = march.unbalanced
-    worst = int(np.argmax(np.abs(np.nan_to_num(r[: system.n_free], nan=np.inf))))
-    where, size = system.describe(worst), float(r[worst])
-    if len(phi) and np.max(np.abs(phi)) > abs(size):
-        worst = int(np.argmax(np.abs(phi)))
-        where, size = system.constraints.labels[worst], float(phi[worst])
-    reason = f"it {outcome.sentence}, also with a new seed and with damped Newton"
-    return StepFailure(reason, step * dt, step, dt, size, where, path)

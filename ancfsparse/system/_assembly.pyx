@@ -30,6 +30,7 @@ cdef extern from "solver_abi.h":
                          const double *, const double *, double *, double *) noexcept nogil
         void (*matrix)(void *, double, double, double, const double *, const double *,
                        const double *, const double *, double *) noexcept nogil
+        void (*inertia)(void *, const double *, double *) noexcept nogil
         void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
         double (*load_work)(void *, const double *, const double *, const double *, const double *,
                             double *) noexcept nogil
@@ -154,7 +155,8 @@ cdef class Assembly:
         self.interface.n_values = n_values
         self.interface.n_amplitudes = n_amplitudes
         self.interface.residual, self.interface.matrix = residual, matrix
-        self.interface.energies, self.interface.load_work = energies, load_work
+        self.interface.inertia, self.interface.energies = inertia, energies
+        self.interface.load_work = load_work
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
 
         # One more place than values: kernels throw the entries of fixed coordinates into it.
@@ -218,14 +220,9 @@ cdef class Assembly:
 
     def inertia(self, const double[::1] a):
         """Return ``M a`` over all coordinates, shape (n_all,) [N, N m]."""
-        out = np.zeros(self.flat.n_all)
+        out = np.empty(self.flat.n_all)
         cdef double[::1] view = out
-        cdef Group *group
-        cdef ptrdiff_t index
-        for index in range(self.flat.n_groups):
-            group = &self.flat.groups[index]
-            group.inertia(group.n_blocks, group.gather, group.gather, group.set_of,
-                          group.parameters, NULL, &a[0], &view[0])
+        inertia(&self.flat, &a[0], &view[0])
         return out
 
     def strain_energy(self, const double[::1] q):
@@ -314,18 +311,27 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
         values[self.slot_diagonal[k]] -= self.regularization
 
 
+cdef void inertia(void *context, const double *a, double *out) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef ptrdiff_t k
+    cdef Group *group
+    memset(out, 0, self.n_all * sizeof(double))
+    for k in range(self.n_groups):
+        group = &self.groups[k]
+        group.inertia(group.n_blocks, group.gather, group.gather, group.set_of, group.parameters,
+                      NULL, a, out)
+
+
 cdef void energies(void *context, const double *q, const double *v, double *scratch,
                    double *out) noexcept nogil:
     """Kinetic and strain energy."""
     cdef const Flat *self = <const Flat *>context
     cdef ptrdiff_t k
     cdef Group *group
-    memset(scratch, 0, self.n_all * sizeof(double))
+    inertia(context, v, scratch)
     out[1] = 0.0
     for k in range(self.n_groups):
         group = &self.groups[k]
-        group.inertia(group.n_blocks, group.gather, group.gather, group.set_of, group.parameters,
-                      NULL, v, scratch)
         group.energy(group.n_blocks, group.gather, group.energy_scatter, group.set_of,
                      group.parameters, q, NULL, out + 1)
     out[0] = 0.5 * vec_dot(v, scratch, self.n_all)

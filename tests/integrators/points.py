@@ -22,6 +22,7 @@ _new_capsule.argtypes = [ct.c_void_p, ct.c_char_p, ct.c_void_p]
 _NUMBERS = ct.POINTER(ct.c_double)
 _RESIDUAL = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 8)
 _MATRIX = ct.CFUNCTYPE(None, ct.c_void_p, *[ct.c_double] * 3, *[_NUMBERS] * 5)
+_INERTIA = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 2)
 _ENERGIES = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 4)
 _WORK = ct.CFUNCTYPE(ct.c_double, ct.c_void_p, *[_NUMBERS] * 5)
 
@@ -36,6 +37,7 @@ class _Interface(ct.Structure):
         ("damped", ct.c_int),
         ("residual", _RESIDUAL),
         ("matrix", _MATRIX),
+        ("inertia", _INERTIA),
         ("energies", _ENERGIES),
         ("load_work", _WORK),
     ]  # fmt: skip
@@ -70,15 +72,19 @@ class Point:
         self.indptr = np.searchsorted(self._column, np.arange(n + 1))
         self.interface = _Interface(
             None, 2, 2, self.n_multipliers, len(row), 0, 0,
-            _RESIDUAL(self._residual), _MATRIX(self._matrix), _ENERGIES(self._energies),
-            _WORK(lambda *_: 0.0),
+            _RESIDUAL(self._residual), _MATRIX(self._matrix), _INERTIA(self._inertia),
+            _ENERGIES(self._energies), _WORK(lambda *_: 0.0),
         )  # fmt: skip
         self.capsule = _new_capsule(ct.addressof(self.interface), b"ancf_system", None)
-        # What the start asks of a system.
+        # What the start and the set-up of a run ask of a system.
+        self.dim, self.places = 2, [np.array([[0, 1]])]
+        self.mass_diagonal = np.full(2, mass)
+        self.pattern = SimpleNamespace(indptr=self.indptr, indices=self._row.astype(np.int32))
         self.assembly = self
         self.loads = SimpleNamespace(amplitudes=lambda times: np.zeros((len(times), 0)))
         self.constraints = SimpleNamespace(
             jacobian=lambda q: sp.csr_array(self.gradient(q)),
+            linear=radius is None,
             curvature=lambda v: np.array([v @ v / radius] if radius else []),
         )
 
@@ -92,6 +98,15 @@ class Point:
     def force(self, q):
         e = (q @ q / self.length**2 - 1.0) / 2.0
         return self.stiffness * e / self.length * q
+
+    def force_scale(self, q):
+        return self.mass * 10.0
+
+    def operations(self, kernel):
+        return 10
+
+    def set_regularization(self, value):
+        pass  # there is a fixed one
 
     def inertia(self, a):
         return self.mass * a
@@ -125,6 +140,9 @@ class Point:
         with np.errstate(all="ignore"):
             found = self.matrix(mass_factor, stiffness_factor, q, lam, None)
         np.ctypeslib.as_array(values, (len(found),))[:] = found
+
+    def _inertia(self, _, a, out):
+        out[0], out[1] = self.mass * a[0], self.mass * a[1]
 
     def _energies(self, _, q, v, scratch, out):
         q, v = np.ctypeslib.as_array(q, (2,)), np.ctypeslib.as_array(v, (2,))

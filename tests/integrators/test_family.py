@@ -7,7 +7,8 @@ import pytest
 from points import Point, exact_circle, on_circle
 
 import ancfsparse as ancf
-from ancfsparse.nonlinear import Outcome
+from ancfsparse.nonlinear import Newton, Outcome
+from ancfsparse.solve.steps import Stepper
 
 SECOND_ORDER = [ancf.Newmark(0.0), ancf.HHT(0.05), ancf.HHT(0.3), ancf.GeneralizedAlpha(0.9),
                 ancf.GeneralizedAlpha(0.6)]  # fmt: skip
@@ -113,6 +114,46 @@ def test_generalized_alpha_without_correction_starts_with_first_order_multiplier
         [circle_errors(ancf.GeneralizedAlpha(0.9), dt, False) for dt in (0.02, 0.01, 0.005, 0.0025)]
     ).T
     assert np.abs(orders(first) - 1.0).max() < 0.12
+
+
+def alternating_errors(integrator, dt, corrected=True):
+    """Largest error of the multiplier where steps of dt and dt / 2 alternate."""
+    point = on_circle(1.0, 4.0)
+    stepper = Stepper(point, integrator, Newton(), math.inf, dt, np.array([0.0, 1.0]), math.inf)
+    stepper.iteration.set_tolerance(1e-12, 1e-12)
+    buffer = [np.empty((2, n)) for n in (2, 2, 2, 1)]
+    t, lam = [0.0], []
+    while t[-1] < 1.0 - 1e-9:
+        _, outcome = stepper.march.advance(stepper.iteration, 1, np.zeros((1, 0)), 1, 0, *buffer)
+        assert outcome in (Outcome.CONVERGED, Outcome.MAY_GROW)
+        t.append(t[-1] + stepper.dt)
+        lam.append(buffer[3][1, 0])
+        length = dt if stepper.dt < dt else dt / 2
+        if corrected:
+            stepper._change(length)
+        else:
+            stepper.march.change_step(length, integrator, 0.0, 0.0)
+            stepper.dt = length
+    return np.abs(np.array(lam) - exact_circle(1.0, 4.0, np.array(t[1:]))[1]).max()
+
+
+STEPS = (0.02, 0.01, 0.005, 0.0025)
+
+
+@pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.6), ancf.HHT(0.1)], ids=repr)
+def test_corrected_changes_of_the_step_keep_multipliers_second_order(integrator):
+    plain = [alternating_errors(integrator, dt, False) for dt in STEPS]
+    corrected = [alternating_errors(integrator, dt) for dt in STEPS]
+    assert np.abs(orders(plain)[1:] - 1.0).max() < 0.15
+    assert orders(corrected).min() > 1.7
+    assert corrected[-1] < 0.01
+
+
+def test_the_trapezoidal_rule_diverges_on_changing_steps_without_correction():
+    plain = [alternating_errors(ancf.Newmark(0.0), dt, False) for dt in STEPS]
+    corrected = [alternating_errors(ancf.Newmark(0.0), dt) for dt in STEPS]
+    assert np.abs(orders(plain) + 1.0).max() < 0.2  # the error doubles when steps are halved
+    assert np.abs(orders(corrected) - 1.0).max() < 0.2
 
 
 def swing_errors(integrator, steps, alter=None):

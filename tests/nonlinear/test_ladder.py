@@ -8,7 +8,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.simulate import prepare
+from ancfsparse.solve.setup import prepare
 from ancfsparse.system import System
 
 UPDATES = ("broyden", "davidon", "dfp", "bfgs")

@@ -1,0 +1,177 @@
+"""Runs that meet an accuracy: whole motions are compared, and the error of the last one is told.
+
+A local error estimate says where steps must be short; only a comparison of two motions says what
+the local errors add up to.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from ancfsparse.errors import AccuracyFailure, EnergyGain, InputError, check_positive
+from ancfsparse.integrators import Implicit, Newmark
+from ancfsparse.nonlinear import Method
+from ancfsparse.results import RunStats
+from ancfsparse.solve.steps import States, Stepper
+from ancfsparse.system import System
+
+Vector = NDArray[np.float64]
+
+# Error of a step in the first run, over the accuracy and the root of its share of the scene: steps
+# that add up to an error A have A / N each, and their number N goes with the root of 1 / A.
+FIRST = 4.0
+# The next run's steps are half as long at least and a fifth as long at most: closer, and the
+# difference of two runs tells little; further, and nobody has seen whether the error obeys.
+LEAST, MOST = 2.0, 5.0
+SAFETY = 0.6  # share of the accuracy that the next run is meant for
+MOST_RUNS = 12
+STUCK = 0.7  # an error that falls by less than this, runs after runs, is not one of the steps
+NOISE = 1e-13  # rounding of a position after many steps, over the size of the scene
+
+
+def check_accuracy(accuracy: float, tolerance: str | float, integrator: Implicit) -> None:
+    """Refuse what cannot be meant together with an accuracy.
+
+    Raises
+    ------
+    InputError
+        For a tolerance of its own, or an integrator of first order.
+    """
+    check_positive("accuracy", accuracy, "m")
+    if tolerance != "default":
+        raise InputError(
+            f"accuracy={accuracy:g} sets the tolerance of the iteration by itself: leave out "
+            f"tolerance={tolerance!r}, or give dt and no accuracy"
+        )
+    if isinstance(integrator, Newmark) and integrator.alpha > 0.0:
+        raise InputError(
+            f"{integrator!r} is of first order, whose error cannot be had from its steps: take "
+            "HHT(alpha), GeneralizedAlpha(rho_inf) or Newmark(0)"
+        )
+
+
+def solve_accurately(
+    system: System,
+    t: Vector,
+    accuracy: float,
+    integrator: Implicit,
+    solver: Method | str,
+    max_energy_gain: float,
+    progress: bool,
+) -> tuple[States, RunStats]:
+    """March with errors per step that shrink until the motion as a whole is accurate enough.
+
+    The error of a scheme of second order goes with the square of its steps, and those with the
+    cube root of the error allowed in each.  So two runs tell the error of the second, and how small
+    the error of a step must be.
+
+    Parameters
+    ----------
+    system : System
+        What moves.
+    t : (k,) float
+        Times asked for, the first one 0 [s].
+    accuracy : float
+        Largest error of the position of a node at these times [m].
+    integrator, solver, max_energy_gain, progress
+        As in `simulate`.
+
+    Returns
+    -------
+    states : States
+        Of the last run.
+    stats : RunStats
+        Counts of all runs together, and the error of the last one.
+
+    Raises
+    ------
+    InputError
+        If rounding alone is above the accuracy.
+    AccuracyFailure
+        If the error does not go down with the steps.
+    StepFailure, EnergyGain
+        If no step is short enough.
+    """
+    size = float(np.max(np.abs(system.q0)))
+    if accuracy < NOISE * size:
+        raise InputError(
+            f"accuracy = {accuracy:.3g} m is below what double precision can hold in a scene of "
+            f"{size:.3g} m, about {NOISE * size:.2g} m: ask for more than that"
+        )
+    total = RunStats(runs=0)
+    before: States | None = None
+    local, shrink, error, stuck = FIRST * accuracy * math.sqrt(accuracy / size), LEAST, np.inf, 0
+    begin = time.perf_counter()
+    with tqdm(unit="run", disable=not progress, leave=False) as bar:
+        while total.runs < MOST_RUNS and stuck < 3:
+            stepper = Stepper(
+                system,
+                integrator,
+                solver,
+                local,
+                _first_step(system, float(t[-1]), local),
+                t,
+                max_energy_gain,
+            )
+            try:
+                states = stepper.run()
+            except EnergyGain:
+                if total.runs == MOST_RUNS - 1:
+                    raise
+                states = None
+            _add(total, stepper.stats)
+            last, error = error, _error(system, states, before, shrink)
+            stuck = stuck + 1 if STUCK * last < error < np.inf else 0
+            bar.update()
+            bar.set_postfix_str(f"error {error:.1e} m")
+            if states is not None and error <= accuracy:
+                total.error = error
+                total.seconds["set-up"] = time.perf_counter() - begin - total.march_seconds
+                return states, total
+            before = states
+            wanted = math.sqrt(error / (SAFETY * accuracy))
+            shrink = min(max(wanted, LEAST), MOST) if wanted < np.inf else LEAST
+            local /= shrink**3
+    raise AccuracyFailure(accuracy, error, total.runs)
+
+
+def _error(system: System, fine: States | None, coarse: States | None, shrink: float) -> float:
+    """Estimate the error of the finer of two runs [m], whose steps were shorter by a factor."""
+    if fine is None or coarse is None:
+        return np.inf
+    largest = 0.0
+    for places in system.places:
+        where = places[:, : system.dim]
+        for a, b in zip(fine.q, coarse.q, strict=True):
+            apart = a[where] - b[where]
+            largest = max(largest, float(np.max(np.sum(apart**2, axis=1))))
+    return math.sqrt(largest) / (shrink**2 - 1.0)
+
+
+def _add(total: RunStats, stats: RunStats) -> None:
+    """Add the counts of a run to those of all runs."""
+    for name in (
+        *("march_seconds", "steps", "iterations", "last_corrections", "residual_evaluations"),
+        *("factorizations", "indefinite", "solves", "skipped_pairs", "recoveries"),
+        *("rejected_steps", "runs"),
+    ):
+        setattr(total, name, getattr(total, name) + getattr(stats, name))
+    total.solver = stats.solver
+
+
+def _first_step(system: System, t_end: float, local_error: float) -> float:
+    """Return a step that is surely short; good ones grow from it.
+
+    It moves no faster point than the root of what a step of the error allowed and of unit rate of
+    acceleration would, and is a thousandth of the run at most.
+    """
+    speed = float(np.max(np.abs(system.v0)))
+    step = 1e-3 * t_end
+    if speed > 0.0:
+        step = min(step, np.cbrt(local_error / speed))
+    return float(min(step, np.cbrt(local_error)))

@@ -1,0 +1,109 @@
+"""Set a run up, count it, and say what went wrong."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import StepFailure
+from ancfsparse.integrators import Implicit
+from ancfsparse.integrators.march import make_march
+from ancfsparse.nonlinear import Method, Outcome, QuasiNewton
+from ancfsparse.nonlinear.iteration import (
+    EPSILON,
+    Costs,
+    make_inverse,
+    make_iteration,
+    tolerance_of,
+)
+from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.choose import choose
+from ancfsparse.solve.start import check_constraints, regularize, starting_state
+from ancfsparse.system import System
+
+Vector = NDArray[np.float64]
+
+
+def prepare(
+    system: System,
+    dt: float,
+    integrator: Implicit,
+    solver: Method | str,
+    tolerance: str | float,
+    max_energy_gain: float,
+) -> tuple[Any, Any, SparseSeed, str]:
+    """Return the compiled march and nonlinear loop, the seed, and why this method."""
+    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    straight = system.constraints.linear
+    method, why = choose(solver, seed.n, seed.solve_flops, straight=straight)
+    scale = integrator.scale * dt**2
+    regularize(system, scale)
+    check_constraints(system)
+    start = starting_state(system, seed, integrator, dt)
+    force_scale, size = system.force_scale(system.q0), float(np.max(np.abs(system.q0)))
+    noise = 100.0 * EPSILON * force_scale * size
+    march = make_march(system, dt, integrator, start, max_energy_gain, noise)
+    march.prepare(system.loads.amplitudes(np.array([dt])))
+    weights = np.concatenate([system.mass_diagonal, np.zeros(system.n_multipliers)])
+    inverse = make_inverse(method, seed, weights, 100.0 * EPSILON * scale * force_scale)
+    iteration = make_iteration(
+        march,
+        seed,
+        inverse,
+        system.pattern.indptr,
+        method,
+        tolerance_of(tolerance, scale, force_scale, rounding(system) / EPSILON),
+        Costs.of(system.operations("residual"), system.operations("tangent"), seed),
+    )
+    if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
+        why += ", first inverse from finite differences"
+    return march, iteration, seed, why
+
+
+def rounding(system: System) -> float:
+    """Size of the smallest correction that means anything [m]: constraints sum several squares."""
+    return (4.0 if system.n_multipliers else 1.0) * EPSILON * float(np.max(np.abs(system.q0)))
+
+
+def count(stats: RunStats, iteration: Any) -> None:
+    """Copy counts and times of the compiled loop."""
+    counts = iteration.counts
+    stats.iterations = counts["iterations"]
+    stats.last_corrections = counts["last_corrections"]
+    stats.residual_evaluations = counts["residual_evaluations"]
+    stats.factorizations = counts["factorizations"]
+    stats.indefinite = counts["indefinite"]
+    stats.solves = counts["solves"]
+    stats.skipped_pairs = counts["skipped_pairs"]
+    stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]
+    parts = iteration.seconds
+    if parts:
+        stats.seconds |= parts | {"rest": stats.march_seconds - sum(parts.values())}
+
+
+def failure(
+    system: System,
+    march: Any,
+    outcome: Outcome,
+    step: int,
+    time: float,
+    dt: float,
+    path: Trajectory | None,
+) -> StepFailure:
+    """Name the place where the last iterate of a step that ends at a time is furthest off."""
+    r, phi = march.unbalanced
+    worst = int(np.argmax(np.abs(np.nan_to_num(r[: system.n_free], nan=np.inf))))
+    where, size = system.describe(worst), float(r[worst])
+    if len(phi) and np.max(np.abs(phi)) > abs(size):
+        worst = int(np.argmax(np.abs(phi)))
+        where, size = system.constraints.labels[worst], float(phi[worst])
+    reason = f"it {outcome.sentence}, "
+    reason += (
+        "however short it is"
+        if outcome == Outcome.TOO_INACCURATE
+        else "also with a new seed and with damped Newton"
+    )
+    return StepFailure(reason, time, step, dt, size, where, path)
