@@ -36,6 +36,11 @@ cdef struct Group:
     const int32_t *set_of
     const double *parameters
     ancf_kernel energy, force, inertia, residual, tangent, mass
+    # Damping: the same kernels with viscosities for stiffnesses and damped masses for masses.
+    bint strains_damped, masses_damped
+    const int32_t *damping_set_of
+    const double *damping_parameters
+    ancf_kernel damping, material
 
 
 cdef struct Flat:
@@ -139,6 +144,14 @@ cdef class Assembly:
             group.residual = pointer(kernels["residual"])
             group.tangent = pointer(kernels["tangent"])
             group.mass = pointer(kernels["mass"])
+            group.strains_damped = arrays["strains_damped"]
+            group.masses_damped = arrays["masses_damped"]
+            if group.strains_damped or group.masses_damped:
+                group.damping_set_of = integers(arrays["damping_set_of"])
+                group.damping_parameters = reals(arrays["damping_parameters"])
+                group.damping = pointer(kernels["damping"])
+                group.material = pointer(kernels["material"])
+                self.interface.damped = True
 
         self.interface.context = flat
         self.interface.n_free, self.interface.n_all = n_free, n_all
@@ -211,6 +224,13 @@ cdef class Assembly:
                           group.parameters, NULL, &a[0], &view[0])
         return out
 
+    def damping(self, const double[::1] q, const double[::1] v):
+        """Return the force of damping, shape (n_all,) [N, N m]."""
+        out = np.zeros(self.flat.n_all)
+        cdef double[::1] view = out
+        add_damping(&self.flat, &q[0], &v[0], &view[0])
+        return out
+
     def strain_energy(self, const double[::1] q):
         """Return the strain energy [J]."""
         cdef double energy = 0.0
@@ -229,6 +249,34 @@ cdef ancf_kernel pointer(capsule) except NULL:
 
 cdef inline const double *first(const double[::1] values) noexcept nogil:
     return &values[0] if values.shape[0] > 0 else NULL
+
+
+cdef void add_damping(const Flat *self, const double *q, const double *v,
+                      double *out) noexcept nogil:
+    cdef ptrdiff_t k
+    cdef Group *group
+    for k in range(self.n_groups):
+        group = &self.groups[k]
+        if group.strains_damped:
+            group.damping(group.n_blocks, group.gather, group.gather, group.damping_set_of,
+                          group.damping_parameters, q, v, out)
+        if group.masses_damped:
+            group.inertia(group.n_blocks, group.gather, group.gather, group.damping_set_of,
+                          group.damping_parameters, NULL, v, out)
+
+
+cdef void add_damping_matrix(const Flat *self, const double *q, double *values) noexcept nogil:
+    """The derivative of damping by the velocities; that by the coordinates is left to iteration."""
+    cdef ptrdiff_t k
+    cdef Group *group
+    for k in range(self.n_groups):
+        group = &self.groups[k]
+        if group.strains_damped:
+            group.material(group.n_blocks, group.gather, group.matrix_scatter, group.damping_set_of,
+                           group.damping_parameters, q, NULL, values)
+        if group.masses_damped:
+            group.mass(group.n_blocks, group.gather, group.matrix_scatter, group.damping_set_of,
+                       group.damping_parameters, NULL, NULL, values)
 
 
 cdef void residual(void *context, const double *q, const double *a, const double *lam,
