@@ -57,7 +57,7 @@ class ReversedBeam:
     def dissipation(self, q, v):
         return self.drag * (self._tip(v) ** 2).sum(axis=1)
 
-    def reaction(self, node, q, a, lam, t):
+    def reaction(self, node, q, v, a, lam, t):
         return lam + self._tip(a) + t[:, None]
 
     def state(self, angle, curvature=0.0):
