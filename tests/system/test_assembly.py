@@ -218,3 +218,23 @@ def test_a_beam_of_another_scene_is_refused():
     _, other = pendulum("l2t2")
     with pytest.raises(ancf.InputError, match="not part of this scene"):
         System(scene).place(other.end)
+
+
+def test_rayleigh_damping_is_alpha_m_plus_beta_k_at_rest(rng):
+    """On a net whose edges are all of different length, nothing being strained."""
+    n = 6
+    nodes = np.stack(np.meshgrid(np.arange(n), np.arange(n)), axis=-1).reshape(-1, 2)
+    number = np.arange(n * n).reshape(n, n)
+    edges = np.concatenate([
+        np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1),
+        np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1),
+    ])  # fmt: skip
+    places = np.cumsum(rng.uniform(0.5, 1.5, n))[nodes]
+    scene = ancf.Scene((0.0, 0.0))
+    material = ancf.Material(1e6, 1000.0, rayleigh=(0.3, 0.02))
+    scene.add_mesh(places, edges, "l2t2", ancf.Circle(0.1), material)
+    system = System(scene)
+    nothing = np.zeros(0)
+    viscous = system.assembly.matrix(0.0, 0.0, system.q0, nothing, nothing, damping_factor=1.0)
+    expected = system.assembly.matrix(0.3, 0.02, system.q0, nothing, nothing)
+    assert np.abs(viscous - expected).max() <= 1e-13 * np.abs(expected).max()
