@@ -20,6 +20,9 @@
  *   residual  Q(q) + M a, n numbers
  *   tangent   dQ/dq, lower triangle by rows: entry (i, j <= i) is number i (i+1)/2 + j
  *   mass      M, lower triangle by rows
+ *   damping   sum over strains of weight * d strain/dt * d strain/dq, n numbers; a holds velocities
+ *   material  sum over strains of weight * (d strain/dq)(d strain/dq)^T, lower triangle by rows: the
+ *             tangent without stresses, and the derivative of damping by the velocities
  *
  * The last block is filled up by repeating its last element with every parameter except the length
  * set to zero, so the extra lanes add exact zeros to valid places.

@@ -27,12 +27,16 @@ class Energy:
     work : ndarray, shape (k,)
         Work of all applied forces but gravity since the first saved state [J]: their power,
         summed by the trapezoidal rule over the saved states, so save often where loads change.
+    dissipated : ndarray, shape (k,)
+        What damping took since the first saved state [J]: the power against its forces, summed
+        like ``work``.
     """
 
     kinetic: Array
     elastic: Array
     potential: Array
     work: Array
+    dissipated: Array
 
     @property
     def total(self) -> Array:
@@ -43,18 +47,20 @@ class Energy:
     def drift(self) -> float:
         """Largest energy gained or lost without cause, over the largest kinetic energy [-].
 
-        ``max |E(t) - E(0) - work(t)| / max kinetic``; 0 where nothing ever moves.
+        ``max |E(t) - E(0) - work(t) + dissipated(t)| / max kinetic``; 0 where nothing ever moves.
         """
         largest = float(self.kinetic.max())
         if largest == 0.0:
             return 0.0
-        return float(np.abs(self.total - self.total[0] - self.work).max()) / largest
+        gained = self.total - self.total[0] - self.work + self.dissipated
+        return float(np.abs(gained).max()) / largest
 
     def __repr__(self) -> str:
         """Give the balance in one line."""
         return (
             f"Energy: {self.total[0]:.6g} J at the start, {self.total[-1]:.6g} J at the end, "
-            f"work {self.work[-1]:.6g} J, drift {self.drift:.3g}"
+            f"work {self.work[-1]:.6g} J, dissipated {self.dissipated[-1]:.6g} J, "
+            f"drift {self.drift:.3g}"
         )
 
 
@@ -81,8 +87,15 @@ def energy_of(system: SolvedSystem, t: Array, q: Array, v: Array) -> Energy:
     for i in range(0, len(t), step):
         q_part, v_part = q[i : i + step], v[i : i + step]
         power = system.power(q_part, v_part, t[i : i + step])
-        parts.append((*system.energies(q_part, v_part), power))
-    kinetic, elastic, potential, power = (np.concatenate(part) for part in zip(*parts, strict=True))
-    work = np.zeros(len(t))
-    np.cumsum(0.5 * np.diff(t) * (power[1:] + power[:-1]), out=work[1:])
-    return Energy(kinetic, elastic, potential, work)
+        lost = system.dissipation(q_part, v_part)
+        parts.append((*system.energies(q_part, v_part), power, lost))
+    columns = (np.concatenate(part) for part in zip(*parts, strict=True))
+    kinetic, elastic, potential, power, lost = columns
+    return Energy(kinetic, elastic, potential, _summed(t, power), _summed(t, lost))
+
+
+def _summed(t: Array, power: Array) -> Array:
+    """Integrate over time by the trapezoidal rule, from zero at the first state."""
+    out = np.zeros(len(t))
+    np.cumsum(0.5 * np.diff(t) * (power[1:] + power[:-1]), out=out[1:])
+    return out

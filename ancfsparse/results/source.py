@@ -39,6 +39,10 @@ class SolvedSystem(Protocol):
         """Give the power of all applied forces but gravity, (k,) [W]."""
         ...
 
+    def dissipation(self, q: Array, v: Array) -> Array:
+        """Give the power that damping takes, (k,) [W], never negative."""
+        ...
+
     def reaction(self, node: Node, q: Array, v: Array, a: Array, lam: Array, t: Array) -> Array:
         """Give the force of the joints at a node on the beam, (k, dim) [N]."""
         ...

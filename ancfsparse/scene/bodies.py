@@ -22,6 +22,17 @@ Vector = NDArray[np.float64]
 Numbers = NDArray[np.int32]
 VelocityField = Callable[[Vector], Vector]
 
+STRETCHING = ("axial_stiffness", "lame_area", "shear_modulus_area", "youngs_modulus_area")
+"""Stiffnesses against stretching the axis and the section; `Material.axial_damping` acts there."""
+
+TURNING = (
+    "bending_stiffness", "shear_stiffness_y", "shear_stiffness_z", "torsion_stiffness",
+    "bending_stiffness_y", "bending_stiffness_z",
+)  # fmt: skip
+"""Stiffnesses against turning sections beside each other; `Material.bending_damping` acts there."""
+
+MASSES = ("mass_per_length", "inertia_y", "inertia_z")
+
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Body(ABC):
@@ -180,6 +191,34 @@ class Body(ABC):
             "inertia_y": material.density * section.inertia_z,
             "inertia_z": material.density * section.inertia_y,
         }
+
+    @property
+    def strains_damped(self) -> bool:
+        """Whether the rates of its strains are damped."""
+        return self.material.axial_retardation > 0.0 or self.material.bending_retardation > 0.0
+
+    @property
+    def masses_damped(self) -> bool:
+        """Whether its velocity in space is damped."""
+        return self.material.rayleigh[0] > 0.0
+
+    def viscosities(self) -> dict[str, float]:
+        """Give what takes the place of `stiffnesses` in the kernels of damping.
+
+        Returns
+        -------
+        dict of str to float
+            The stiffnesses times retardation times, the masses times Rayleigh's alpha, and
+            ``poisson_ratio`` as it is.
+        """
+        material = self.material
+        factors = {
+            **dict.fromkeys(STRETCHING, material.axial_retardation),
+            **dict.fromkeys(TURNING, material.bending_retardation),
+            **dict.fromkeys(MASSES, material.rayleigh[0]),
+            "poisson_ratio": 1.0,
+        }
+        return {name: factors[name] * value for name, value in self.stiffnesses().items()}
 
 
 @dataclass(frozen=True, repr=False)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 from ancfsparse.errors import InputError, check_finite, check_positive
 
 
 @dataclass(frozen=True)
 class Material:
-    """A linear elastic isotropic material.
+    """A linear elastic isotropic material, with internal damping if it is given any.
 
     Parameters
     ----------
@@ -19,11 +19,31 @@ class Material:
         Mass per volume [kg/m3], positive.
     poisson_ratio : float, optional
         Poisson's ratio, greater than -1 and less than 0.5.  Cables do not use it.
+    axial_damping : float, optional
+        Retardation time of stretching [s], of a beam's section too: Kelvin and Voigt's
+        sigma = E (eps + tau eps').  A vibration of angular frequency omega decays with the damping
+        ratio tau omega / 2.
+    bending_damping : float, optional
+        Retardation time of bending and, in a thick beam, of shear and torsion [s].
+    rayleigh : (float, float), optional
+        Rayleigh's alpha [1/s] and beta [s]: a force alpha M v against the velocity in space, and
+        beta as a retardation time of every strain.  The damping ratio is
+        alpha / (2 omega) + beta omega / 2.
+
+    Notes
+    -----
+    Rayleigh's beta K v, taken literally, would also damp rigid rotation, because K holds the
+    stresses; acting on the strains it is the same for small vibrations about the unstressed shape
+    and leaves rotation alone.  The retardation times add up.
     """
 
     youngs_modulus: float
     density: float
     poisson_ratio: float = 0.3
+    _: KW_ONLY
+    axial_damping: float = 0.0
+    bending_damping: float = 0.0
+    rayleigh: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         """Check every number."""
@@ -35,6 +55,15 @@ class Material:
                 f"Poisson's ratio must be greater than -1 and less than 0.5, got {nu:.6g}: "
                 "an incompressible material would be infinitely stiff here, try 0.49"
             )
+        if not isinstance(self.rayleigh, tuple) or len(self.rayleigh) != 2:
+            raise InputError(
+                f"rayleigh damping must be a pair (alpha in 1/s, beta in s), got "
+                f"{self.rayleigh!r}: try rayleigh=(0.0, 1e-3)"
+            )
+        _check_damping("axial damping", self.axial_damping, "s")
+        _check_damping("bending damping", self.bending_damping, "s")
+        _check_damping("alpha of the Rayleigh damping", self.rayleigh[0], "1/s")
+        _check_damping("beta of the Rayleigh damping", self.rayleigh[1], "s")
 
     @property
     def shear_modulus(self) -> float:
@@ -45,3 +74,23 @@ class Material:
     def lame_modulus(self) -> float:
         """Lame's first parameter, 2 G nu / (1 - 2 nu) [Pa]."""
         return 2.0 * self.shear_modulus * self.poisson_ratio / (1.0 - 2.0 * self.poisson_ratio)
+
+    @property
+    def axial_retardation(self) -> float:
+        """Retardation time of stretching [s]: its own and Rayleigh's beta."""
+        return self.axial_damping + self.rayleigh[1]
+
+    @property
+    def bending_retardation(self) -> float:
+        """Retardation time of bending, shear and torsion [s]: its own and Rayleigh's beta."""
+        return self.bending_damping + self.rayleigh[1]
+
+
+def _check_damping(what: str, value: object, unit: str) -> None:
+    """Refuse what would drive a motion instead of damping it."""
+    number = check_finite(what, value, unit)
+    if number < 0.0:
+        raise InputError(
+            f"{what} must not be negative, got {number:.6g} {unit}: it would feed energy into the "
+            "motion; leave it out for none"
+        )

@@ -44,9 +44,15 @@ cdef struct Group:
     const int32_t *set_of
     const double *parameters
     ancf_kernel energy, force, inertia, residual, tangent, mass
+    # Damping: the same kernels with viscosities for stiffnesses and damped masses for masses.
+    bint strains_damped, masses_damped
+    const int32_t *damping_set_of
+    const double *damping_parameters
+    ancf_kernel damping, material
 
 
 cdef struct Flat:
+    bint damped  # whether any group is
     ptrdiff_t n_free, n_all, n_multipliers, n_values, n_groups, n_terms, n_loads, n_moments, dim
     Group *groups
     const double *mass_values
@@ -148,12 +154,21 @@ cdef class Assembly:
             group.residual = pointer(kernels["residual"])
             group.tangent = pointer(kernels["tangent"])
             group.mass = pointer(kernels["mass"])
+            group.strains_damped = arrays["strains_damped"]
+            group.masses_damped = arrays["masses_damped"]
+            if group.strains_damped or group.masses_damped:
+                group.damping_set_of = integers(arrays["damping_set_of"])
+                group.damping_parameters = reals(arrays["damping_parameters"])
+                group.damping = pointer(kernels["damping"])
+                group.material = pointer(kernels["material"])
+                flat.damped = True
 
         self.interface.context = flat
         self.interface.n_free, self.interface.n_all = n_free, n_all
         self.interface.n_multipliers = flat.n_multipliers
         self.interface.n_values = n_values
         self.interface.n_amplitudes = n_amplitudes
+        self.interface.damped = flat.damped
         self.interface.residual, self.interface.matrix = residual, matrix
         self.interface.inertia, self.interface.energies = inertia, energies
         self.interface.load_work = load_work
@@ -225,6 +240,13 @@ cdef class Assembly:
         inertia(&self.flat, &a[0], &view[0])
         return out
 
+    def damping(self, const double[::1] q, const double[::1] v):
+        """Return the force of damping, shape (n_all,) [N, N m]."""
+        out = np.zeros(self.flat.n_all)
+        cdef double[::1] view = out
+        add_damping(&self.flat, &q[0], &v[0], &view[0])
+        return out
+
     def strain_energy(self, const double[::1] q):
         """Return the strain energy [J]."""
         cdef double energy = 0.0
@@ -245,6 +267,34 @@ cdef inline const double *first(const double[::1] values) noexcept nogil:
     return &values[0] if values.shape[0] > 0 else NULL
 
 
+cdef void add_damping(const Flat *self, const double *q, const double *v,
+                      double *out) noexcept nogil:
+    cdef ptrdiff_t k
+    cdef Group *group
+    for k in range(self.n_groups):
+        group = &self.groups[k]
+        if group.strains_damped:
+            group.damping(group.n_blocks, group.gather, group.gather, group.damping_set_of,
+                          group.damping_parameters, q, v, out)
+        if group.masses_damped:
+            group.inertia(group.n_blocks, group.gather, group.gather, group.damping_set_of,
+                          group.damping_parameters, NULL, v, out)
+
+
+cdef void add_damping_matrix(const Flat *self, const double *q, double *values) noexcept nogil:
+    """The derivative of damping by the velocities; that by the coordinates is left to iteration."""
+    cdef ptrdiff_t k
+    cdef Group *group
+    for k in range(self.n_groups):
+        group = &self.groups[k]
+        if group.strains_damped:
+            group.material(group.n_blocks, group.gather, group.matrix_scatter, group.damping_set_of,
+                           group.damping_parameters, q, NULL, values)
+        if group.masses_damped:
+            group.mass(group.n_blocks, group.gather, group.matrix_scatter, group.damping_set_of,
+                       group.damping_parameters, NULL, NULL, values)
+
+
 cdef void residual(void *context, const double *q, const double *v, const double *a,
                    const double *lam, const double *dead_load, const double *amplitudes, double *r,
                    double *phi) noexcept nogil:
@@ -258,6 +308,8 @@ cdef void residual(void *context, const double *q, const double *v, const double
         group = &self.groups[k]
         group.residual(group.n_blocks, group.gather, group.gather, group.set_of, group.parameters,
                        q, a, r)
+    if self.damped:
+        add_damping(self, q, v, r)
     for k in range(self.n_loads):
         r[self.load_place[k]] -= self.load_weight[k] * amplitudes[self.load_column[k]]
     if self.n_moments > 0:
@@ -282,12 +334,15 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
     cdef ptrdiff_t k, i, j, n = self.n_values
     cdef Group *group
     cdef double c
-    if stiffness_factor == 0.0:
+    cdef bint damped = self.damped and damping_factor != 0.0
+    # What `values` is counted in until the mass is added.
+    cdef double unit = stiffness_factor if stiffness_factor != 0.0 else damping_factor
+    memset(values, 0, (n + 1) * sizeof(double))
+    if damped:
+        add_damping_matrix(self, q, values)
         for k in range(n):
-            values[k] = mass_factor * self.mass_values[k]
-        values[n] = 0.0
-    else:
-        memset(values, 0, (n + 1) * sizeof(double))
+            values[k] *= damping_factor / unit
+    if stiffness_factor != 0.0:
         for k in range(self.n_groups):
             group = &self.groups[k]
             group.tangent(group.n_blocks, group.gather, group.matrix_scatter, group.set_of,
@@ -298,8 +353,8 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
             if self.term_j[k] >= 0:
                 c = self.coefficient[k] * lam[self.term_row[k]]
                 values[self.slot_ij[k]] += 2.0 * c if self.term_i[k] == self.term_j[k] else c
-        for k in range(n):
-            values[k] = mass_factor * self.mass_values[k] + stiffness_factor * values[k]
+    for k in range(n):
+        values[k] = mass_factor * self.mass_values[k] + unit * values[k]
     for k in range(self.n_terms):
         i, j, c = self.term_i[k], self.term_j[k], self.coefficient[k]
         if j < 0:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,9 @@ from ancfsparse.system.numbering import Places, number
 from ancfsparse.system.pattern import Pattern, build
 
 Vector = NDArray[np.float64]
+
+# Kernels that damping adds to others: of the strains, and of the masses.
+DAMPING_KERNELS = {"residual": ("damping", "inertia"), "tangent": ("material", "mass")}
 
 
 class System:
@@ -44,6 +47,8 @@ class System:
         Lower triangle of the saddle point matrix.
     constraints : Constraints
         The equations with multipliers.
+    damped : bool
+        Whether any force depends on velocities.
     assembly : compiled object
         ``residual``, ``matrix``, ``force``, ``inertia``, ``strain_energy``.
     """
@@ -65,6 +70,7 @@ class System:
         self.constraints = constraints_of(scene, self.rows)
         self.n_multipliers = len(self.constraints.offset)
         self.loads = loads_of(scene, self.n_all, self.point, self.frame, self.elements)
+        self.damped = any(beam.strains_damped or beam.masses_damped for beam in scene.beams)
         self.pattern = self._pattern()
         self.assembly = self._assembly()
         self.capsule = self.assembly.capsule
@@ -176,6 +182,13 @@ class System:
         """Return the power of the applied forces without gravity, shape (k,) [W]."""
         return self.loads.power(q, v, t)
 
+    def dissipation(self, q: Vector, v: Vector) -> Vector:
+        """Return the power that damping takes, shape (k,) [W], for states (k, n_all)."""
+        if not self.damped:
+            return np.zeros(len(q))
+        states = zip(q, v, strict=True)
+        return np.array([rate @ self.assembly.damping(state, rate) for state, rate in states])
+
     def reaction(
         self, node: Node, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector
     ) -> Vector:
@@ -216,9 +229,20 @@ class System:
         return mass[self.pattern.indptr[: self.n_free]]
 
     def operations(self, kernel: str) -> int:
-        """Arithmetic operations of one evaluation of a kernel over all elements."""
-        beams = zip(self.scene.beams, self.kinds, strict=True)
-        return sum(beam.n_elements * kind.operations[kernel] for beam, kind in beams)
+        """Arithmetic operations of one evaluation of a kernel over all elements.
+
+        Those of ``"residual"`` and ``"tangent"`` include damping, where there is any.
+        """
+        of_strains, of_mass = DAMPING_KERNELS.get(kernel, ("", ""))
+        total = 0
+        for beam, kind in zip(self.scene.beams, self.kinds, strict=True):
+            each = kind.operations[kernel]
+            if of_strains and beam.strains_damped:
+                each += kind.operations[of_strains]
+            if of_mass and beam.masses_damped:
+                each += kind.operations[of_mass]
+            total += beam.n_elements * each
+        return total
 
     def _of(self, beam: Body) -> int:
         try:
@@ -248,7 +272,8 @@ class System:
         groups = []
         for beam, kind in zip(self.scene.beams, self.kinds, strict=True):
             slots = self.pattern.slots(self._unknowns(self.elements(beam)))
-            layout = pack(kind, self.elements(beam), slots, _base(beam, kind))
+            base = _base(beam, kind, beam.stiffnesses())
+            layout = pack(kind, self.elements(beam), slots, base)
             del slots
             groups.append(
                 {
@@ -258,6 +283,7 @@ class System:
                     "set_of": layout.set_of,
                     "parameters": layout.parameters,
                     "kernels": kind.kernels,
+                    **_damping(beam, kind, self.elements(beam)),
                 }
             )
         return compiled("assembly").Assembly(
@@ -307,9 +333,17 @@ class System:
         return constraints, changing, moments
 
 
-def _base(body: Body, kind: ElementKind) -> Vector:
-    """Return the base parameters of every element, (n_e, n_base)."""
-    common = body.stiffnesses()
+def _damping(body: Body, kind: ElementKind, places: Places) -> dict[str, Any]:
+    """Return what the assembly needs to damp a body, as few arrays as it can."""
+    flags = {"strains_damped": body.strains_damped, "masses_damped": body.masses_damped}
+    if not any(flags.values()):
+        return flags
+    layout = pack(kind, places, places, _base(body, kind, body.viscosities()))
+    return flags | {"damping_set_of": layout.set_of, "damping_parameters": layout.parameters}
+
+
+def _base(body: Body, kind: ElementKind, common: Mapping[str, float]) -> Vector:
+    """Return the base parameters of every element, (n_e, n_base), all but the length in common."""
     lengths = body.lengths
     base = np.empty((body.n_elements, len(kind.parameters)))
     for k, name in enumerate(kind.parameters):

@@ -15,8 +15,10 @@ class ReversedBeam:
 
     The reversal makes sure that results go through the places they are given.  Energies and
     power are those of a unit point mass at the tip, under gravity 9.81 in -y and a force of
-    2 N in +x.
+    2 N in +x, and with a drag [kg/s] that is zero unless set.
     """
+
+    drag = 0.0
 
     def __init__(self, rod):
         self.rod = rod
@@ -51,6 +53,9 @@ class ReversedBeam:
 
     def power(self, q, v, t):
         return 2.0 * self._tip(v)[:, 0]
+
+    def dissipation(self, q, v):
+        return self.drag * (self._tip(v) ** 2).sum(axis=1)
 
     def reaction(self, node, q, v, a, lam, t):
         return lam + self._tip(a) + t[:, None]

@@ -28,7 +28,7 @@ def test_energy_balance_of_a_thrown_mass(trajectory):
     np.testing.assert_allclose(energy.total, energy.kinetic + energy.elastic + energy.potential)
     assert energy.drift < 1e-14
     assert trajectory.energy is energy
-    assert "work 2.72 J, drift" in repr(energy)
+    assert "work 2.72 J, dissipated 0 J, drift" in repr(energy)
 
 
 def test_drift_is_the_defect_over_the_largest_kinetic_energy(trajectory):
@@ -40,6 +40,23 @@ def test_drift_is_the_defect_over_the_largest_kinetic_energy(trajectory):
     defect = np.abs(kinetic - kinetic[0] - stuck.energy.work).max()
     assert stuck.energy.drift == pytest.approx(defect / kinetic.max())
     assert stuck.energy.drift > 0.1
+
+
+def test_dissipated_energy_is_the_power_of_damping_summed_to_second_order(trajectory):
+    trajectory.system.drag = 0.7
+    errors = []
+    for every in (4, 2, 1):
+        kept = slice(None, None, every)
+        run = Trajectory(trajectory.system, trajectory.t[kept], trajectory.q[kept],
+                         trajectory.v[kept], trajectory.a[kept], trajectory.lam[kept],
+                         trajectory.stats)  # fmt: skip
+        t, energy = run.t, run.energy
+        exact = 0.7 * (9 * t + 6 * t**2 + (4 + 9.81**2) * t**3 / 3)
+        errors.append(np.abs(energy.dissipated - exact).max())
+        # Nothing was taken from this flight, so all of it is missing from the balance.
+        assert energy.drift == pytest.approx(energy.dissipated[-1] / energy.kinetic.max())
+    assert errors[-1] < 0.02 * exact[-1]
+    np.testing.assert_allclose(np.divide(errors[:-1], errors[1:]), 4.0, rtol=1e-6)
 
 
 def test_nothing_that_moves_does_not_drift(trajectory):

@@ -235,3 +235,36 @@ def test_gravity_decides_the_dimension(gravity):
 def test_gravity_must_be_finite():
     with pytest.raises(InputError, match="gravity must be finite, but its y component is nan m/s2"):
         Scene((0, np.nan))
+
+
+def test_damping_scales_stiffness_by_time_and_mass_by_rate():
+    material = Material(
+        1e8, 4000.0, 0.3, axial_damping=2e-3, bending_damping=5e-3, rayleigh=(7.0, 1e-3)
+    )
+    beam = add(element="thick", material=material, section=Rectangle(0.01, 0.02))
+    stiff, viscous = beam.stiffnesses(), beam.viscosities()
+    assert viscous.pop("poisson_ratio") == 0.3
+    for name, value in viscous.items():
+        if name in ("axial_stiffness", "youngs_modulus_area", "shear_modulus_area", "lame_area"):
+            expected = 3e-3
+        else:
+            expected = 7.0 if name in ("mass_per_length", "inertia_y", "inertia_z") else 6e-3
+        assert value == pytest.approx(expected * stiff[name]), name
+    assert set(viscous) == set(stiff) - {"poisson_ratio"}
+    assert beam.strains_damped
+    assert beam.masses_damped
+
+
+@pytest.mark.parametrize(
+    ("said", "strain", "mass"),
+    [
+        ({}, False, False),
+        ({"axial_damping": 1e-3}, True, False),
+        ({"bending_damping": 1e-3}, True, False),
+        ({"rayleigh": (0.0, 1e-3)}, True, False),
+        ({"rayleigh": (1.0, 0.0)}, False, True),
+    ],
+)
+def test_a_beam_says_what_is_damped(said, strain, mass):
+    beam = add(material=Material(1e8, 4000.0, **said))
+    assert (beam.strains_damped, beam.masses_damped) == (strain, mass)

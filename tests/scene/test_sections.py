@@ -101,6 +101,25 @@ def test_material_moduli():
         (lambda: Material(1e8, 1, 0.5), "Poisson's ratio must be .* less than 0.5, got 0.5.*0.49"),
         (lambda: Material(1e8, 1, -1), "Poisson's ratio must be greater than -1 .* got -1"),
         (lambda: Material(1e8, 1, np.nan), "Poisson's ratio must be finite, got nan"),
+        (
+            lambda: Material(1e8, 1, axial_damping=-0.1),
+            "axial damping must not be negative, got -0.1 s: it would feed energy into the motion",
+        ),
+        (
+            lambda: Material(1e8, 1, bending_damping=-2),
+            "bending damping must not be negative, got -2 s: .*; leave it out for none",
+        ),
+        (lambda: Material(1e8, 1, bending_damping="x"), "bending damping must be a number, got"),
+        (
+            lambda: Material(1e8, 1, rayleigh=(-3.0, 0.0)),
+            "alpha of the Rayleigh damping must not be negative, got -3 1/s",
+        ),
+        (
+            lambda: Material(1e8, 1, rayleigh=(0.0, np.inf)),
+            "beta of the Rayleigh damping must be finite, got inf s",
+        ),
+        (lambda: Material(1e8, 1, rayleigh=0.1), "must be a pair .* got 0.1: try rayleigh="),
+        (lambda: Material(1e8, 1, rayleigh=(1.0,)), r"must be a pair .* got \(1.0,\)"),
     ],
 )
 def test_impossible_sections_and_materials(make, message):

@@ -12,6 +12,13 @@ from ancfsparse.kernels.layout import pack
 from ancfsparse.scene import Clamp, DistributedForce, Pin, PointMoment, Rod
 
 SECTION, MATERIAL = ancf.Circle(0.04), ancf.Material(2e7, 1200.0, 0.3)
+PLAIN = (MATERIAL,) * 3
+DAMPED = (
+    ancf.Material(2e7, 1200.0, 0.3, axial_damping=2e-3, bending_damping=0.05),
+    ancf.Material(2e7, 1200.0, 0.3, rayleigh=(7.0, 1e-2)),
+    ancf.Material(2e7, 1200.0, 0.3, rayleigh=(3.0, 0.0)),
+)
+"""Materials of the first, second and third beam of a scene."""
 
 
 def hermite(xi, length):
@@ -20,12 +27,12 @@ def hermite(xi, length):
                      3 * xi**2 - 2 * xi**3, length * (xi**3 - xi**2)])  # fmt: skip
 
 
-def planar_zoo():
+def planar_zoo(materials=PLAIN):
     """Two elements in one scene, every joint and every load there is."""
     scene = ancf.Scene((1.0, -9.81))
-    one = scene.add_beam("l2t2", (0, 0), (0.6, 0.8), 2, SECTION, MATERIAL)
-    two = scene.add_beam("thin", (0.6, 0.8), (1.8, 0.8), 3, SECTION, MATERIAL)
-    three = scene.add_beam("thin", (0.6, 0.8), (0.6, 1.5), 1, SECTION, MATERIAL, strain="biot")
+    one = scene.add_beam("l2t2", (0, 0), (0.6, 0.8), 2, SECTION, materials[0])
+    two = scene.add_beam("thin", (0.6, 0.8), (1.8, 0.8), 3, SECTION, materials[1])
+    three = scene.add_beam("thin", (0.6, 0.8), (0.6, 1.5), 1, SECTION, materials[2], strain="biot")
     scene.clamp(one.start)
     scene.connect(one.end, two.start)
     scene.connect(two.start, three.start)
@@ -42,13 +49,13 @@ def planar_zoo():
     return scene
 
 
-def spatial_zoo(moments=True):
+def spatial_zoo(moments=True, materials=PLAIN):
     """The same in space, with thick beams."""
     scene = ancf.Scene((0.0, 1.0, -9.81))
-    one = scene.add_beam("thin", (0, 0, 0), (0.6, 0.0, 0.8), 2, SECTION, MATERIAL)
-    two = scene.add_beam("thick", (0.6, 0, 0.8), (0.6, 1.2, 0.8), 2, SECTION, MATERIAL)
+    one = scene.add_beam("thin", (0, 0, 0), (0.6, 0.0, 0.8), 2, SECTION, materials[0])
+    two = scene.add_beam("thick", (0.6, 0, 0.8), (0.6, 1.2, 0.8), 2, SECTION, materials[1])
     three = scene.add_beam(
-        "thin", (0.6, 0, 0.8), (1.3, 0.1, 0.8), 1, SECTION, MATERIAL, strain="biot"
+        "thin", (0.6, 0, 0.8), (1.3, 0.1, 0.8), 1, SECTION, materials[2], strain="biot"
     )
     scene.clamp(one.start)
     scene.connect(one.end, two.start)
@@ -66,16 +73,16 @@ def spatial_zoo(moments=True):
     return scene
 
 
-def planar_thick_zoo():
+def planar_thick_zoo(materials=PLAIN):
     scene = ancf.Scene((0.0, -9.81))
-    one = scene.add_beam("thick", (0, 0), (1, 0), 2, SECTION, MATERIAL)
+    one = scene.add_beam("thick", (0, 0), (1, 0), 2, SECTION, materials[0])
     two = scene.add_beam(
         "thick",
         (1, 0),
         (1.5, 0.5),
         2,
         SECTION,
-        MATERIAL,
+        materials[1],
         curvature="section",
         section_strain="nodal",
     )
@@ -92,23 +99,29 @@ ZOO = {
     "spatial": spatial_zoo,
     "spatial, no moments": lambda: spatial_zoo(moments=False),
     "planar thick": planar_thick_zoo,
+    "planar, damped": lambda: planar_zoo(DAMPED),
+    "spatial, damped": lambda: spatial_zoo(materials=DAMPED),
+    "planar thick, damped": lambda: planar_thick_zoo(DAMPED),
 }
 
 
 class ByHand:
-    """r = M a + Q - f + phi_q^T lam, with dense matrices over all coordinates."""
+    """r = M a + C v + Q - f + phi_q^T lam, with dense matrices over all coordinates."""
 
     def __init__(self, system):
         self.system, self.scene, self.n = system, system.scene, system.n_all
         self.call = compiled("kernel_call").call
         self.mass = self._matrix("mass", np.zeros(self.n))
 
-    def _run(self, beam, places, kernel, q):
+    def _run(self, beam, places, kernel, q, damping=False):
         """What a kernel gives for each element of a beam, elements apart."""
         kind = element_kind(beam.element, self.scene.dim, **beam.options)
         n_e, n = places.shape
-        n_out = n * (n + 1) // 2 if kernel in ("mass", "tangent") else n
-        base = [[beam.parameters()[name] for name in kind.parameters]] * n_e
+        n_out = kind.n_out(kernel)
+        values = beam.parameters()
+        if damping:
+            values |= beam.viscosities()
+        base = [[values[name] for name in kind.parameters]] * n_e
         own = np.arange(n_e * n).reshape(n_e, n)
         layout = pack(kind, own, np.arange(n_e * n_out).reshape(n_e, n_out), base)
         out, q_e = np.zeros((n_e, n_out)), np.ascontiguousarray(q[places]).ravel()
@@ -122,12 +135,13 @@ class ByHand:
         for beam, nodes in zip(self.scene.beams, self.system.places, strict=True):
             yield beam, np.hstack([nodes[:-1], nodes[1:]])
 
-    def _matrix(self, kernel, q):
+    def _matrix(self, kernel, q, damping=False):
         out = np.zeros((self.n, self.n))
         for beam, places in self._elements():
             n = places.shape[1]
             i, j = np.tril_indices(n)
-            for where, numbers in zip(places, self._run(beam, places, kernel, q), strict=True):
+            rows = self._run(beam, places, kernel, q, damping)
+            for where, numbers in zip(places, rows, strict=True):
                 block = np.zeros((n, n))
                 block[i, j] = block[j, i] = numbers
                 np.add.at(out, (where[:, None], where[None, :]), block)
@@ -135,6 +149,10 @@ class ByHand:
 
     def tangent(self, q):
         return self._matrix("tangent", q)
+
+    def damping(self, q):
+        """Derivative of the force by the velocities."""
+        return self._matrix("material", q, damping=True) + self._matrix("mass", q, damping=True)
 
     def force(self, q):
         out = np.zeros(self.n)

@@ -107,6 +107,42 @@ def test_matrix_is_the_derivative_of_the_residual(system, stiffness_factor, rng)
     np.testing.assert_array_equal(full(system, values)[n:, n:], -0.125 * np.eye(m))
 
 
+def test_damping_is_a_force_and_its_derivative_by_the_velocities(system, rng):
+    hand = ByHand(system)
+    q, a, lam = state(system, rng)
+    v, n = rng.normal(size=system.n_all), system.n_free
+    viscous, loads = hand.damping(q), amplitudes(system)
+    assert system.damped == bool(viscous.any())
+    size = np.abs(viscous @ v).max()
+    assert np.abs(system.assembly.damping(q, v) - viscous @ v).max() <= 1e-12 * size
+    at_rest, _ = residual(system, q, a, lam)
+    moving, _ = system.assembly.residual(q, v, a, lam, system.dead_load, loads)
+    found = moving - at_rest
+    assert np.abs(found - viscous @ v).max() <= 1e-12 * np.abs(at_rest).max() + 1e-12 * size
+    power = system.dissipation(np.array([q, q]), np.array([v, 2 * v]))
+    np.testing.assert_allclose(power, v @ viscous @ v * np.array([1, 4]), rtol=1e-12)
+    for stiffness_factor in (0.0, 1e-3):
+        plain, damped = (
+            full(system, system.assembly.matrix(
+                0.7, stiffness_factor, q, lam, loads, damping_factor=factor, v=v))[:n, :n]
+            for factor in (0.0, 0.02)
+        )  # fmt: skip
+        expected = 0.02 * viscous[:n, :n]
+        assert np.abs(damped - plain - expected).max() <= 1e-13 * np.abs(damped).max()
+
+
+def test_operations_count_what_damping_adds():
+    plain, damped = (System(ZOO[name]()) for name in ("planar thick", "planar thick, damped"))
+    one, two = plain.kinds
+    # Both beams have two elements; the first damps its strains, the second its mass too.
+    of_strains = 2 * (one.operations["damping"] + two.operations["damping"])
+    of_mass = 2 * two.operations["inertia"]
+    more = damped.operations("residual") - plain.operations("residual")
+    assert more == of_strains + of_mass
+    assert damped.operations("force") == plain.operations("force")
+    assert damped.operations("tangent") > plain.operations("tangent")
+
+
 def test_jacobian_and_curvature_of_the_constraints(system, rng):
     q, v, _ = state(system, rng)
     hand = ByHand(system)
@@ -182,3 +218,23 @@ def test_a_beam_of_another_scene_is_refused():
     _, other = pendulum("l2t2")
     with pytest.raises(ancf.InputError, match="not part of this scene"):
         System(scene).place(other.end)
+
+
+def test_rayleigh_damping_is_alpha_m_plus_beta_k_at_rest(rng):
+    """On a net whose edges are all of different length, nothing being strained."""
+    n = 6
+    nodes = np.stack(np.meshgrid(np.arange(n), np.arange(n)), axis=-1).reshape(-1, 2)
+    number = np.arange(n * n).reshape(n, n)
+    edges = np.concatenate([
+        np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1),
+        np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1),
+    ])  # fmt: skip
+    places = np.cumsum(rng.uniform(0.5, 1.5, n))[nodes]
+    scene = ancf.Scene((0.0, 0.0))
+    material = ancf.Material(1e6, 1000.0, rayleigh=(0.3, 0.02))
+    scene.add_mesh(places, edges, "l2t2", ancf.Circle(0.1), material)
+    system = System(scene)
+    nothing = np.zeros(0)
+    viscous = system.assembly.matrix(0.0, 0.0, system.q0, nothing, nothing, damping_factor=1.0)
+    expected = system.assembly.matrix(0.3, 0.02, system.q0, nothing, nothing)
+    assert np.abs(viscous - expected).max() <= 1e-13 * np.abs(expected).max()
