@@ -3,29 +3,33 @@
 A `Scene` says what there is, `simulate` and `solve_static` answer how it moves and rests.
 """
 
-from ancfsparse.errors import AncfError, EquilibriumFailure, InputError, StepFailure
-from ancfsparse.integrators import Newmark
+from ancfsparse.errors import AncfError, EquilibriumFailure, InputError, Instability, StepFailure
+from ancfsparse.integrators import CentralDifference, Newmark, RungeKuttaNystrom
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Circle, Material, Rectangle, Scene, Section
-from ancfsparse.solve import simulate, solve_static
+from ancfsparse.solve import simulate, solve_static, stable_step
 
 __all__ = [
     "AncfError",
+    "CentralDifference",
     "Circle",
     "Equilibrium",
     "EquilibriumFailure",
     "InputError",
+    "Instability",
     "Material",
     "ModifiedNewton",
     "Newmark",
     "Newton",
     "QuasiNewton",
     "Rectangle",
+    "RungeKuttaNystrom",
     "Scene",
     "Section",
     "StepFailure",
     "Trajectory",
     "simulate",
     "solve_static",
+    "stable_step",
 ]

@@ -82,6 +82,25 @@ class StepFailure(AncfError, RuntimeError):
         return message
 
 
+class Instability(StepFailure):
+    """An explicit run diverged: its step was too long for what the motion became.
+
+    The parameters are those of `StepFailure`; `step` is the first one that is not to be trusted,
+    and `residual` the largest force there that was not balanced by another but moved mass.
+    """
+
+    def __str__(self) -> str:
+        """Compose the message a reader meets."""
+        message = (
+            f"after t = {self.time - self.dt:.6g} s (step {self.step}, dt = {self.dt:.3g} s) the "
+            f"run became unstable: {self.reason.rstrip('.')}. Try a smaller dt, or an implicit "
+            "integrator such as Newmark()."
+        )
+        if self.trajectory is not None:
+            message += " The states before that are in the attribute `trajectory` of this error."
+        return message
+
+
 class EquilibriumFailure(AncfError, RuntimeError):
     """No static equilibrium was found.
 

@@ -3,6 +3,7 @@
 This room knows time and no elements.
 """
 
+from ancfsparse.integrators.explicit import CentralDifference, RungeKuttaNystrom
 from ancfsparse.integrators.newmark import Newmark
 
-__all__ = ["Newmark"]
+__all__ = ["CentralDifference", "Newmark", "RungeKuttaNystrom"]

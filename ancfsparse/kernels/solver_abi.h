@@ -19,7 +19,8 @@
 typedef struct {
     void *context;
     ptrdiff_t n_free, n_all, n_multipliers, n_values;
-    /* r[n_all] = M a + Q(q) - f(amplitudes) + phi_q^T lam,  phi[n_multipliers] = phi(q) */
+    /* r[n_all] = M a + Q(q) - f(amplitudes) + phi_q^T lam,  phi[n_multipliers] = phi(q);
+     * without M a where a is null */
     void (*residual)(void *context, const double *q, const double *a, const double *lam,
                      const double *dead_load, const double *amplitudes, double *r, double *phi);
     void (*matrix)(void *context, double mass_factor, double stiffness_factor, const double *q,

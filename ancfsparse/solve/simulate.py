@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ancfsparse.errors import InputError, StepFailure, check_count, check_positive
-from ancfsparse.integrators import Newmark
+from ancfsparse.integrators import CentralDifference, Newmark, RungeKuttaNystrom
 from ancfsparse.integrators.march import make_march
 from ancfsparse.nonlinear import Method, Outcome, QuasiNewton
 from ancfsparse.nonlinear.iteration import (
@@ -25,7 +25,9 @@ from ancfsparse.nonlinear.iteration import (
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Node, Scene
 from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.choose import choose
+from ancfsparse.solve.explicit import ExplicitMarch, prepare_explicit
 from ancfsparse.solve.memory import check_fits, estimate
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
 from ancfsparse.solve.start import check_constraints, initial_acceleration, regularize
@@ -46,7 +48,7 @@ def simulate(
     t_end: float,
     dt: float,
     *,
-    integrator: Newmark = Newmark(),
+    integrator: Newmark | CentralDifference | RungeKuttaNystrom = Newmark(),
     solver: Method | str = "auto",
     tolerance: str | float = "default",
     save_every: int = 1,
@@ -68,8 +70,9 @@ def simulate(
         End time [s], a whole number of steps.
     dt : float
         Time step [s].
-    integrator : Newmark, optional
-        The trapezoidal rule by default.
+    integrator : Newmark, CentralDifference or RungeKuttaNystrom, optional
+        The trapezoidal rule by default.  The other two are explicit: they need no solver and no
+        tolerance, joints by numbering, and a step below what `stable_step` returns.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
     tolerance : "default", "paper" or float, optional
@@ -108,8 +111,11 @@ def simulate(
     """
     n_steps = count_steps(t_end, dt)
     check_count("save_every", save_every)
-    if not isinstance(integrator, Newmark):
-        raise InputError(f"integrator must be Newmark(alpha), got {integrator!r}")
+    if not isinstance(integrator, Newmark | CentralDifference | RungeKuttaNystrom):
+        raise InputError(
+            "integrator must be Newmark(alpha), CentralDifference() or RungeKuttaNystrom(order), "
+            f"got {integrator!r}"
+        )
     check_nodes(save_nodes)
     check_output(output)
     begin = time.perf_counter()
@@ -126,16 +132,34 @@ def simulate(
         "save_every": save_every,
     }
     record = Record(system, rows, save_nodes, output, settings)
-    march, iteration, seed, why = prepare(system, dt, integrator, solver, tolerance)
+    seed: SparseSeed | BlockInverse
+    if isinstance(integrator, Newmark):
+        march, iteration, seed, why = prepare(system, dt, integrator, solver, tolerance)
+        nodes = np.ones(1)
+    else:
+        march, seed, why = prepare_explicit(system, dt, n_steps, integrator, solver, tolerance)
+        iteration, nodes = march, integrator.tableau.c[1:]
     stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
     with record.open() as recorder:
         outcome = _march(
-            system, march, iteration, seed, n_steps, dt, save_every, recorder, stats, progress
+            system,
+            march,
+            iteration,
+            seed,
+            nodes,
+            n_steps,
+            dt,
+            save_every,
+            recorder,
+            stats,
+            progress,
         )
         count(stats, iteration)
         recorder.finish(stats)
     path = record.trajectory()
     if outcome != Outcome.CONVERGED:
+        if isinstance(march, ExplicitMarch):
+            raise march.failure(stats.steps + 1, path)
         raise failure(system, march, outcome, stats.steps + 1, dt, path)
     return path
 
@@ -144,7 +168,8 @@ def _march(
     system: System,
     march: Any,
     iteration: Any,
-    seed: SparseSeed,
+    seed: SparseSeed | BlockInverse,
+    nodes: Vector,
     n_steps: int,
     dt: float,
     save_every: int,
@@ -163,8 +188,8 @@ def _march(
         while stats.steps < n_steps and outcome == Outcome.CONVERGED:
             since = stats.steps % save_every  # steps since the last saved state
             wanted = min(chunk, n_steps - stats.steps, room * save_every - since)
-            times = dt * np.arange(stats.steps + 1.0, stats.steps + wanted + 1.0, dtype=np.float64)
-            amplitudes = system.loads.amplitudes(times)
+            times = dt * (np.arange(wanted, dtype=np.float64)[:, None] + stats.steps + nodes)
+            amplitudes = system.loads.amplitudes(times.ravel())
             clock = time.perf_counter()
             taken, code = march.advance(iteration, wanted, amplitudes, save_every, since, *buffer)
             stats.march_seconds += time.perf_counter() - clock
