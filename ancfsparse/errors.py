@@ -82,23 +82,63 @@ class StepFailure(AncfError, RuntimeError):
         return message
 
 
-class Instability(StepFailure):
-    """An explicit run diverged: its step was too long for what the motion became.
+class EnergyGain(StepFailure):
+    """A run was stopped because it gained energy that nothing had given it.
 
-    The parameters are those of `StepFailure`; `step` is the first one that is not to be trusted,
-    and `residual` the largest force there that was not balanced by another but moved mass.
+    Parameters
+    ----------
+    gain, exchanged : float
+        Energy above what was given, and the largest energy that had been exchanged between motion,
+        strain, gravity and loads [J].
+    limit : float
+        Share of it that was allowed.
+    time, step, dt, trajectory
+        As in `StepFailure`.
+    """
+
+    def __init__(
+        self,
+        gain: float,
+        exchanged: float,
+        limit: float,
+        time: float,
+        step: int,
+        dt: float,
+        trajectory: Any = None,
+    ) -> None:
+        super().__init__("it gained energy", time, step, dt, gain, "the whole scene", trajectory)
+        self.args = (gain, exchanged, limit, time, step, dt, trajectory)
+        self.gain = gain
+        self.exchanged = exchanged
+        self.limit = limit
+
+    def __str__(self) -> str:
+        """Compose the message a reader meets."""
+        share = self.gain / self.exchanged if self.exchanged > 0.0 else math.inf
+        return (
+            f"stopped after step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): the "
+            f"motion has {self.gain:.3g} J more than it was given, {100 * share:.3g} % of the "
+            f"largest energy exchanged so far (allowed: {100 * self.limit:.3g} %). Try "
+            "integrator=GeneralizedAlpha(0.8), which damps what the time step cannot follow, a "
+            "smaller dt, or max_energy_gain=inf to go on all the same. "
+            "The states up to here are in the attribute `trajectory` of this error."
+        )
+
+
+class Instability(StepFailure):
+    """An explicit run was stopped: its step has become too long for the motion.
+
+    The parameters are those of `StepFailure`; `residual` is the energy gained [J].
     """
 
     def __str__(self) -> str:
         """Compose the message a reader meets."""
-        message = (
-            f"after t = {self.time - self.dt:.6g} s (step {self.step}, dt = {self.dt:.3g} s) the "
-            f"run became unstable: {self.reason.rstrip('.')}. Try a smaller dt, or an implicit "
-            "integrator such as Newmark()."
+        return (
+            f"stopped after step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): "
+            f"{self.reason.rstrip('.')}. Try a smaller dt, an implicit integrator such as "
+            "Newmark(), or max_energy_gain=inf to go on all the same. The states up to here are in "
+            "the attribute `trajectory` of this error."
         )
-        if self.trajectory is not None:
-            message += " The states before that are in the attribute `trajectory` of this error."
-        return message
 
 
 class EquilibriumFailure(AncfError, RuntimeError):

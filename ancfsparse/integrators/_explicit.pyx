@@ -26,11 +26,15 @@ cdef extern from "vectors.h":
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_system:
         void *context
-        ptrdiff_t n_free, n_all, n_multipliers, n_values
+        ptrdiff_t n_free, n_all, n_multipliers, n_values, n_amplitudes
+        int damped
         void (*residual)(void *, const double *, const double *, const double *, const double *,
-                         const double *, double *, double *) noexcept nogil
-        void (*matrix)(void *, double, double, const double *, const double *, const double *,
-                       double *) noexcept nogil
+                         const double *, const double *, double *, double *) noexcept nogil
+        void (*matrix)(void *, double, double, double, const double *, const double *,
+                       const double *, const double *, double *) noexcept nogil
+        void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
+        double (*load_work)(void *, const double *, const double *, const double *, const double *,
+                            double *) noexcept nogil
 
     ctypedef struct ancf_seed:
         void *context
@@ -39,7 +43,23 @@ cdef extern from "solver_abi.h":
         void (*solve)(void *, const double *, double *) noexcept nogil
 
 
-cdef class ExplicitLoop:
+cdef extern from "energy_watch.h":
+    ctypedef struct ancf_watch:
+        double limit, noise, work, exchanged, gain
+    void ancf_watch_start(ancf_watch *, const ancf_system *, const double *, const double *,
+                          const double *, double *) noexcept nogil
+    bint ancf_watch_gains(ancf_watch *, const ancf_system *, const double *, const double *,
+                          const double *, double *) noexcept nogil
+
+
+cdef enum:
+    NOT_FINITE = 3
+    GAINED_ENERGY = 4
+
+cdef ptrdiff_t WATCH_EVERY = 64  # forces: an energy costs about two of them
+
+
+cdef class Explicit:
     """State of a system in time, moved on by an explicit method.
 
     Parameters
@@ -57,19 +77,27 @@ cdef class ExplicitLoop:
         State at the start: free coordinates first, then fixed ones, which never move.
     dead_load : (n_all,) float
         Constant applied force.
+    amplitudes : (n_amplitudes,) float
+        Changing loads at the start.
+    largest_gain : float
+        Share of the energy exchanged so far by which the energy may exceed what was given.
+    noise : float
+        Energy that rounding makes [J].
     """
 
     cdef const ancf_system *system
     cdef const ancf_seed *seed
+    cdef ancf_watch watch
     cdef ptrdiff_t n, n_all, stages, padded
-    cdef double[::1] drift, kick, dead_load, r
+    cdef double[::1] drift, kick, dead_load, load, r
     cdef double[:, ::1] pull, rate
-    # Two places for the state, present and next, and for its new velocity.
+    # Two places for the state, present and next.
     cdef double[:, ::1] q, v
     cdef ptrdiff_t now, first  # place of the present state; row of `rate` of its acceleration
     cdef object owner
 
-    def __cinit__(self, system, seed, double dt, A, b, c, q, v, a, dead_load):
+    def __cinit__(self, system, seed, double dt, A, b, c, q, v, a, dead_load, amplitudes,
+                  double largest_gain, double noise):
         self.owner = (system, seed)
         self.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
         self.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
@@ -83,33 +111,41 @@ cdef class ExplicitLoop:
         self.kick = -dt * np.array(b, dtype=float)
         self.drift = dt * np.array(c, dtype=float)
         self.dead_load, self.r = np.array(dead_load, dtype=float), np.zeros(width)
-        self.q, self.v = np.zeros((2, width)), np.zeros((2, width))
-        self.rate = np.zeros((self.stages, self.padded))
-        self.restore(q, v, a)
+        # Never empty, so that a pointer to the first amplitude always exists.
+        self.load = np.append(amplitudes, 0.0)
+        places, speeds = np.zeros((2, width)), np.zeros((2, width))
+        rates = np.zeros((self.stages, self.padded))
+        places[:, :self.n_all] = q
+        speeds[0, :self.n] = v[:self.n]
+        rates[0, :self.n] = -a[:self.n]
+        self.q, self.v, self.rate = places, speeds, rates
+        self.watch.limit, self.watch.noise = largest_gain, noise
+        ancf_watch_start(&self.watch, self.system, &self.dead_load[0], &self.q[0, 0],
+                         &self.v[0, 0], &self.r[0])
 
-    def restore(self, const double[::1] q, const double[::1] v, const double[::1] a):
-        """Put a state ``(n_all,)`` in place of the present one."""
-        cdef ptrdiff_t k
-        self.now = self.first = 0
-        for k in range(self.n_all):
-            self.q[0, k] = self.q[1, k] = q[k]
-        for k in range(self.n):
-            self.v[0, k] = v[k]
-            self.rate[0, k] = -a[k]
+    @property
+    def damped(self):
+        """Whether forces depend on velocities, which this loop cannot follow."""
+        return bool(self.system.damped)
 
     @property
     def state(self):
-        """Last state ``(q, v, a, lam)`` as copies; there are no multipliers."""
+        """Last accepted ``(q, v, a, lam)`` as copies; there are no multipliers."""
         q = np.array(self.q[self.now, :self.n_all])
         v = np.array(self.v[self.now, :self.n_all])
         a = np.zeros(self.n_all)
         a[:self.n] = -np.asarray(self.rate[self.first, :self.n])
         return q, v, a, np.zeros(0)
 
-    def advance(self, ptrdiff_t n_steps, const double[:, ::1] amplitudes, ptrdiff_t save_every,
-                ptrdiff_t steps_done, double[:, ::1] q_out, double[:, ::1] v_out,
-                double[:, ::1] a_out):
-        """Take steps; return how many could be taken with finite numbers.
+    @property
+    def energy_gain(self):
+        """Energy above what was given, and the largest energy exchanged, at the last look [J]."""
+        return self.watch.gain, self.watch.exchanged
+
+    def advance(self, _nonlinear, ptrdiff_t n_steps, const double[:, ::1] amplitudes,
+                ptrdiff_t save_every, ptrdiff_t steps_done, double[:, ::1] q_out,
+                double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] _lam_out):
+        """Take steps; return ``(steps taken, outcome)``, outcome 0 if all is well.
 
         Parameters
         ----------
@@ -119,9 +155,11 @@ cdef class ExplicitLoop:
             Step number k of the run (from 1) is written to row ``k / save_every`` of the outputs.
         """
         cdef ptrdiff_t k, i, j, row, last = self.stages - 1, next
+        cdef ptrdiff_t look = max(1, WATCH_EVERY // last)
         cdef const double *load = NULL
         cdef double *acceleration
         cdef bint loaded = amplitudes.shape[1] > 0
+        cdef int outcome = 0
         with nogil:
             for k in range(n_steps):
                 next = 1 - self.now
@@ -129,12 +167,18 @@ cdef class ExplicitLoop:
                     self.place(i, &self.q[next, 0])
                     if loaded:
                         load = &amplitudes[k * last + i - 1, 0]
-                    self.system.residual(self.system.context, &self.q[next, 0], NULL, NULL,
+                    self.system.residual(self.system.context, &self.q[next, 0], NULL, NULL, NULL,
                                          &self.dead_load[0], load, &self.r[0], NULL)
                     self.seed.solve(self.seed.context, &self.r[0], self.stage(i))
                 self.push(&self.v[next, 0])
                 if not dot(&self.v[next, 0], &self.v[next, 0], self.n) < INFINITY:
+                    outcome = NOT_FINITE
                     break
+                if loaded:
+                    self.watch.work += self.system.load_work(
+                        self.system.context, &self.q[self.now, 0], &self.load[0],
+                        &self.q[next, 0], load, &self.r[0])
+                    memcpy(&self.load[0], load, amplitudes.shape[1] * sizeof(double))
                 self.now = next
                 self.first = (self.first + last) % self.stages
                 if (steps_done + k + 1) % save_every == 0:
@@ -146,9 +190,15 @@ cdef class ExplicitLoop:
                         a_out[row, j] = -acceleration[j]
                     for j in range(self.n, self.n_all):
                         a_out[row, j] = 0.0
+                if (k + 1) % look == 0 or k + 1 == n_steps:
+                    if ancf_watch_gains(&self.watch, self.system, &self.dead_load[0],
+                                        &self.q[next, 0], &self.v[next, 0], &self.r[0]):
+                        outcome = GAINED_ENERGY
+                        k += 1
+                        break
             else:
                 k = n_steps
-        return k
+        return k, outcome
 
     cdef inline double *stage(self, ptrdiff_t i) noexcept nogil:
         """The rows turn round by one from step to step, so that the last becomes the first."""

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
-from ancfsparse.integrators.march import Mechanics
+from ancfsparse.integrators.march import Mechanics, Start
 from ancfsparse.integrators.nystrom import EIGHTH, FOURTH, VERLET, Tableau
 
-Vector = NDArray[np.float64]
+
+class Explicit(ABC):
+    """A method for forces that depend on positions and time alone."""
+
+    @property
+    @abstractmethod
+    def tableau(self) -> Tableau:
+        """Coefficients."""
 
 
 @dataclass(frozen=True)
-class CentralDifference:
+class CentralDifference(Explicit):
     """Central differences in velocity Verlet form: explicit, second order, symplectic, reversible.
 
     One evaluation of the forces per step, no iteration.  The step must stay below ``2 / omega``
@@ -31,7 +36,7 @@ class CentralDifference:
 
 
 @dataclass(frozen=True)
-class RungeKuttaNystrom:
+class RungeKuttaNystrom(Explicit):
     """Explicit methods of high order: for tight accuracy where nothing is stiff.
 
     Parameters
@@ -59,26 +64,47 @@ class RungeKuttaNystrom:
         return FOURTH if self.order == 4 else EIGHTH
 
 
-Explicit: TypeAlias = CentralDifference | RungeKuttaNystrom
-
-
-def make_explicit(system: Mechanics, dt: float, integrator: Explicit, a: Vector, mass: Any) -> Any:
-    """Build the compiled loop from the system's initial state.
+def make_explicit(
+    system: Mechanics,
+    dt: float,
+    integrator: Explicit,
+    start: Start,
+    mass: Any,
+    largest_gain: float,
+    noise: float,
+) -> Any:
+    """Build the compiled loop.
 
     Parameters
     ----------
     system : System
-        At its initial state, without multipliers.
+        What moves, without multipliers.
     dt : float
         Time step [s].
-    integrator : CentralDifference or RungeKuttaNystrom
+    integrator : Explicit
         Coefficients.
-    a : (n_all,) float
-        Initial accelerations [m/s2, 1/s2].
+    start : Start
+        The first state.
     mass : seed
         Inverse of the mass matrix.
+    largest_gain : float
+        Share of the energy exchanged so far by which the energy may exceed what was given.
+    noise : float
+        Energy that rounding makes [J].
     """
     method = integrator.tableau
-    return compiled("explicit").ExplicitLoop(
-        system, mass, dt, method.A, method.b, method.c, system.q0, system.v0, a, system.dead_load
+    return compiled("explicit").Explicit(
+        system,
+        mass,
+        dt,
+        method.A,
+        method.b,
+        method.c,
+        start.q,
+        start.v,
+        start.a,
+        system.dead_load,
+        start.amplitudes,
+        largest_gain,
+        noise,
     )

@@ -5,6 +5,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.integrators.explicit import make_explicit
+from ancfsparse.integrators.march import Start
 from ancfsparse.problems import pendulum
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
@@ -92,20 +93,27 @@ def test_transfer_is_the_step():
     np.testing.assert_allclose([q[0], dt * v[0]], expected, rtol=1e-12)
 
 
-def loop_of(scene, method, dt, dense):
+def loop_of(scene, method, dt, dense, state=None):
+    """A system and its compiled loop, which starts from `state` or from rest."""
     system = System(scene)
     pattern = system.pattern
     seed = SparseSeed(pattern.indptr, pattern.indices, system.n_free)
-    a, _ = initial_acceleration(system, seed)
+    seed.factor(system.assembly.mass)
+    if state is None:
+        state = system.q0, system.v0, initial_acceleration(system, seed)[0]
+    q, v, a = state
+    start = Start(q, v, a, a, np.zeros(0), system.loads.amplitudes(np.zeros(1))[0])
     mass = BlockInverse(pattern.indptr, pattern.indices, system.assembly.mass) if dense else seed
-    return system, make_explicit(system, dt, method, a, mass)
+    return system, make_explicit(system, dt, method, start, mass, np.inf, 0.0)
 
 
 def go(system, loop, method, n, amplitudes=None):
     """Take n steps without keeping any but the last."""
     if amplitudes is None:
         amplitudes = np.zeros((n * method.tableau.forces, 0))
-    return loop.advance(n, amplitudes, n, 0, *(np.zeros((2, system.n_all)) for _ in range(3)))
+    tables = [np.zeros((2, system.n_all)) for _ in range(3)]
+    assert loop.advance(None, n, amplitudes, n, 0, *tables, np.zeros((2, 0))) == (n, 0)
+    return loop.state
 
 
 @pytest.mark.parametrize("dense", [True, False], ids=["blocks", "sweep"])
@@ -123,7 +131,7 @@ def test_the_compiled_loop_makes_the_steps_of_the_formulas(method, element, dens
     def acceleration(t, q):
         a = np.zeros(system.n_all)
         load = system.loads.amplitudes(np.array([t]))[0]
-        r, _ = system.assembly.residual(q, a, np.zeros(0), system.dead_load, load)
+        r, _ = system.assembly.residual(q, a, a, np.zeros(0), system.dead_load, load)
         a[free] = -np.linalg.solve(inertia[free, free], r[free])
         return a
 
@@ -131,8 +139,7 @@ def test_the_compiled_loop_makes_the_steps_of_the_formulas(method, element, dens
     for k in range(n):
         q, v = step(method, acceleration, k * dt, q, v, dt)
     times = dt * (np.arange(n)[:, None] + method.tableau.c[1:])
-    assert go(system, loop, method, n, system.loads.amplitudes(times.ravel())) == n
-    found = loop.state
+    found = go(system, loop, method, n, system.loads.amplitudes(times.ravel()))
     for x, y in zip(found, (q, v, acceleration(n * dt, q)), strict=False):
         np.testing.assert_allclose(x, y, rtol=0, atol=1e-11 * np.abs(y).max())
     np.testing.assert_array_equal(found[0][system.n_free :], system.q0[system.n_free :])
@@ -176,43 +183,47 @@ def test_runge_kutta_nystrom_is_of_fourth_order(exact):
     assert errors[0] < 5e-8
 
 
-@pytest.mark.parametrize(("method", "dts"), [(0, (2e-4, 1e-4)), (1, (4e-4, 2e-4))])
+@pytest.mark.parametrize(("method", "dts"), [(0, (1e-4, 5e-5)), (1, (2e-4, 1e-4))])
 def test_changing_loads_keep_the_order(method, dts):
     found = []
     for integrator, dt in [(METHODS[2], 1e-4), *((METHODS[method], dt) for dt in dts)]:
         scene, rod = pendulum()
-        scene.point_force(rod.end, lambda t: (2.0 * np.sin(40 * t), 0.0))
-        scene.point_moment(rod.node(5), lambda t: 0.1 * np.sin(25 * t))
+        # They set in smoothly, or waves as short as an element would run along the rod.
+        scene.point_force(rod.end, lambda t: (20.0 * np.sin(10 * t) ** 8, 0.0))
+        scene.point_moment(rod.node(5), lambda t: 0.5 * np.sin(8 * t) ** 8)
         run = ancf.simulate(scene, 0.4, dt, integrator=integrator, save_every=round(0.1 / dt))
         found.append(run.position(rod.end))
     errors = [np.abs(path - found[0]).max() for path in found[1:]]
-    assert orders(errors)[0] == pytest.approx(METHODS[method].tableau.order, abs=0.15)
+    assert orders(errors)[0] == pytest.approx(METHODS[method].tableau.order, abs=0.2)
 
 
 def test_central_differences_keep_the_energy_for_ever():
-    scene, _ = pendulum()
     wander = []
-    for dt in (2.5e-4, 1.25e-4):
-        energy = ancf.simulate(
-            scene, 20.0, dt, integrator=METHODS[0], save_every=round(0.01 / dt)
-        ).energy
+    for dt in (2e-4, 1e-4):
+        scene = ancf.Scene((0.0, 0.0))
+        rod = scene.add_beam(
+            "thin", (0, 0), (2, 0), 10, SECTION, MATERIAL,
+            velocity=lambda x: np.stack([0.0 * x[:, 0], 0.1 * x[:, 0] ** 2], axis=1),
+        )  # fmt: skip
+        scene.clamp(rod.start)
+        every = round(0.01 / dt)
+        energy = ancf.simulate(scene, 20.0, dt, integrator=METHODS[0], save_every=every).energy
         away = np.abs(energy.total - energy.total[0]) / energy.kinetic.max()
-        assert away[1000:].max() < 2 * away[:1000].max()  # 20 s are no worse than 10 s
+        assert away[1000:].max() < 1.1 * away[:1000].max()  # 20 s are no worse than 10 s
         wander.append(away.max())
     assert wander[0] < 1e-4
-    assert wander[1] < wander[0] / 2.5
+    assert wander[0] / wander[1] == pytest.approx(4, abs=0.5)
 
 
 def test_central_differences_run_backwards():
     method, n = METHODS[0], 2000
     system, loop = loop_of(pendulum().scene, method, 2.5e-4, dense=True)
-    assert go(system, loop, method, n) == n
-    q, v, a, _ = loop.state
+    q, v, a, _ = go(system, loop, method, n)
     assert np.abs(q - system.q0).max() > 0.5
-    loop.restore(q, -v, a)
-    assert go(system, loop, method, n) == n
-    np.testing.assert_allclose(loop.state[0], system.q0, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(loop.state[1], -system.v0, rtol=0, atol=1e-8)
+    system, back = loop_of(pendulum().scene, method, 2.5e-4, True, (q, -v, a))
+    found = go(system, back, method, n)
+    np.testing.assert_allclose(found[0], system.q0, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found[1], system.v0, rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize("method", METHODS, ids=named)
@@ -238,7 +249,7 @@ def test_saved_accelerations_balance_the_saved_states(method):
     system = run.system
     for t, q, a in zip(run.t, run.q, run.a, strict=True):
         load = system.loads.amplitudes(np.array([t]))[0]
-        r, _ = system.assembly.residual(q, a, np.zeros(0), system.dead_load, load)
+        r, _ = system.assembly.residual(q, a, a, np.zeros(0), system.dead_load, load)
         assert np.abs(r[: system.n_free]).max() < 1e-10
 
 

@@ -29,7 +29,7 @@ def by_differences(system, q, amplitudes):
     zero, none = np.zeros(system.n_all), np.zeros(0)
 
     def force(x):
-        return system.assembly.residual(x, zero, none, system.dead_load, amplitudes)[0]
+        return system.assembly.residual(x, zero, zero, none, system.dead_load, amplitudes)[0]
 
     stiffness = np.array([(force(q + d * e) - force(q - d * e)) / (2 * d) for e in unit[:n]])[:, :n]
     mass = np.array([system.assembly.inertia(e) for e in unit[:n]])[:, :n]
@@ -111,7 +111,9 @@ def stretched(push):
 def test_a_run_that_outgrows_its_limit_stops():
     scene, _ = stretched(push=True)
     dt = 0.999 * ancf.stable_step(scene, CENTRAL)
-    with pytest.raises(ancf.Instability, match="became unstable") as stop:
+    with pytest.raises(
+        ancf.Instability, match="more than it was given, and the stable step"
+    ) as stop:
         ancf.simulate(scene, 4000 * dt, dt, integrator=CENTRAL)
     assert "Newmark()" in str(stop.value)
     assert isinstance(stop.value, ancf.StepFailure)
@@ -126,7 +128,9 @@ def test_a_run_under_changing_loads_that_outgrows_its_limit_stops():
     scene.point_force(rod.end, lambda t: (2e3 * min(t / 0.5, 1.0), 0.0))
     dt = 0.999 * ancf.stable_step(scene, CENTRAL)
     steps = int(1.0 / dt)
-    with pytest.raises(ancf.Instability, match="became unstable") as stop:
+    with pytest.raises(
+        ancf.Instability, match="more than it was given, and the stable step"
+    ) as stop:
         ancf.simulate(scene, steps * dt, dt, integrator=CENTRAL)
     assert np.isfinite(stop.value.trajectory.q).all()
     ancf.simulate(scene, steps * dt, dt / 2, integrator=CENTRAL)
