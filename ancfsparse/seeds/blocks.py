@@ -12,9 +12,6 @@ from scipy.sparse.csgraph import connected_components
 from ancfsparse.dispatch import compiled
 from ancfsparse.seeds.sparse import Indices
 
-# No exception can come from compiled code.
-NO_ERROR = None
-
 
 class BlockInverse:
     """Inverse of a symmetric positive definite matrix whose values never change.
@@ -35,7 +32,11 @@ class BlockInverse:
         Number of unknowns.
     solve_flops : int
         Operations of one product.
+    error : None
+        What went wrong while compiled code was running: nothing can.
     """
+
+    error: BaseException | None = None
 
     def __init__(self, indptr: Indices, indices: Indices, values: NDArray[np.float64]) -> None:
         self.n = len(indptr) - 1
@@ -53,11 +54,6 @@ class BlockInverse:
         """The structure ``ancf_seed`` for compiled callers; its ``factor`` is null."""
         capsule: object = self._inverted().capsule
         return capsule
-
-    @property
-    def error(self) -> None:
-        """What went wrong while compiled code was running: nothing can."""
-        return NO_ERROR
 
     def solve(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the solution ``(n,)`` for the right-hand side ``r (n,)``."""

@@ -14,13 +14,16 @@ from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
-from ancfsparse.solve.stability import check_free, fastest_vibration, start_load
+from ancfsparse.solve.stability import check_free, fastest_vibration, mass_seed, start_load
 from ancfsparse.solve.start import initial_acceleration
 from ancfsparse.system import System
 
 # Up to so many operations of a product for each one of a sweep the dense blocks are faster:
 # measured on cables of 3 to 60 elements, where they meet at 5.
 DENSE_AHEAD = 4.0
+
+# Beyond so many coordinates dense blocks are not thought of: looking for them takes memory.
+MOST_BLOCKS = 10_000
 
 
 def check_alone(integrator: Explicit, solver: object, tolerance: object) -> None:
@@ -44,7 +47,8 @@ def prepare_explicit(
         If there are multipliers or damping, or the step is too long.
     """
     check_free(system, integrator)
-    omega = fastest_vibration(system, system.q0, start_load(system))
+    seed = mass_seed(system)
+    omega = fastest_vibration(system, seed, system.q0, start_load(system))
     limit = integrator.tableau.interval / omega
     if dt > limit:
         t_end = n_steps * dt
@@ -55,13 +59,9 @@ def prepare_explicit(
             f"dt = {enough!r} s ({t_end / enough:.0f} steps) or less, or an implicit integrator "
             "such as Newmark()"
         )
-    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
-    seed.factor(system.assembly.mass)
     a, lam = initial_acceleration(system, seed)
     start = Start(system.q0, system.v0, a, a, lam, start_load(system))
-    blocks = BlockInverse(system.pattern.indptr, system.pattern.indices, system.assembly.mass)
-    dense = blocks.solve_flops <= DENSE_AHEAD * seed.solve_flops
-    mass = blocks if dense else seed
+    mass = cheapest_inverse(system, seed)
     noise = 100.0 * EPSILON * system.force_scale(system.q0) * float(np.max(np.abs(system.q0)))
     march = make_explicit(system, dt, integrator, start, mass, max_energy_gain, noise)
     if march.damped:
@@ -72,9 +72,17 @@ def prepare_explicit(
     why = (
         f"{integrator!r}: forces evaluated {integrator.tableau.forces} times per step, dt is "
         f"{dt / limit:.3g} of the stable step {limit:.4g} s (fastest vibration {omega:.4g} rad/s), "
-        f"mass matrix {'inverted in dense blocks' if dense else 'factored once'}"
+        f"mass matrix {'factored once' if mass is seed else 'inverted in dense blocks'}"
     )
     return march, mass, why
+
+
+def cheapest_inverse(system: System, seed: SparseSeed) -> SparseSeed | BlockInverse:
+    """Return the inverse of the mass matrix in dense blocks where that is faster than a sweep."""
+    if system.n_free > MOST_BLOCKS:
+        return seed
+    blocks = BlockInverse(system.pattern.indptr, system.pattern.indices, system.assembly.mass)
+    return blocks if blocks.solve_flops <= DENSE_AHEAD * seed.solve_flops else seed
 
 
 def count_forces(stats: RunStats, integrator: Explicit) -> None:
@@ -86,6 +94,7 @@ def count_forces(stats: RunStats, integrator: Explicit) -> None:
 def instability(
     system: System,
     march: Any,
+    mass: SparseSeed | BlockInverse,
     integrator: Explicit,
     outcome: Outcome,
     step: int,
@@ -96,6 +105,8 @@ def instability(
 
     Parameters
     ----------
+    mass : SparseSeed or BlockInverse
+        Inverse of the mass matrix.
     outcome : Outcome
         ``GAINED_ENERGY`` or ``NOT_FINITE``.
     step : int
@@ -108,7 +119,7 @@ def instability(
         reason = f"step {step + 1} leaves the range of numbers"
     else:
         load = system.loads.amplitudes(np.array([step * dt]))[0]
-        limit = integrator.tableau.interval / fastest_vibration(system, march.state[0], load)
+        limit = integrator.tableau.interval / fastest_vibration(system, mass, march.state[0], load)
         reason = (
             f"the motion has {gain:.3g} J more than it was given, and the stable step, shorter "
             f"where beams are stretched, is {limit:.3g} s by now"

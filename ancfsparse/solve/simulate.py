@@ -187,7 +187,7 @@ def simulate(
         recorder.finish(stats)
     path = record.trajectory()
     if outcome != Outcome.CONVERGED and isinstance(integrator, Explicit):
-        raise instability(system, march, integrator, outcome, stats.steps, dt, path)
+        raise instability(system, march, seed, integrator, outcome, stats.steps, dt, path)
     if outcome == Outcome.GAINED_ENERGY:
         gain, exchanged = march.energy_gain
         reached = stats.steps * dt

@@ -12,6 +12,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.integrators.explicit import Explicit
 from ancfsparse.scene import Scene
 from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -43,7 +44,9 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
     check_explicit(integrator)
     system = System(scene)
     check_free(system, integrator)
-    return integrator.tableau.interval / fastest_vibration(system, system.q0, start_load(system))
+    mass = mass_seed(system)
+    omega = fastest_vibration(system, mass, system.q0, start_load(system))
+    return integrator.tableau.interval / omega
 
 
 def check_explicit(integrator: object) -> None:
@@ -70,13 +73,24 @@ def start_load(system: System) -> Vector:
     return np.asarray(system.loads.amplitudes(np.zeros(1))[0])
 
 
-def fastest_vibration(system: System, q: Vector, amplitudes: Vector) -> float:
+def mass_seed(system: System) -> SparseSeed:
+    """Factor the mass matrix."""
+    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    seed.factor(system.assembly.mass)
+    return seed
+
+
+def fastest_vibration(
+    system: System, seed: SparseSeed | BlockInverse, q: Vector, amplitudes: Vector
+) -> float:
     """Return the highest angular frequency of ``K x = omega^2 M x`` at a state [rad/s].
 
     Parameters
     ----------
     system : System
         Without multipliers.
+    seed : SparseSeed or BlockInverse
+        Inverse of its mass matrix.
     q : (n_all,) float
         Coordinates.
     amplitudes : (n_amplitudes,) float
@@ -90,8 +104,6 @@ def fastest_vibration(system: System, q: Vector, amplitudes: Vector) -> float:
             stiffness.toarray(), mass.toarray(), eigvals_only=True, subset_by_index=[n - 1, n - 1]
         )
     else:
-        seed = SparseSeed(system.pattern.indptr, system.pattern.indices, n)
-        seed.factor(system.assembly.mass)
         squares = eigsh(
             stiffness,
             k=1,

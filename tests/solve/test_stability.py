@@ -8,7 +8,7 @@ import scipy.linalg
 
 import ancfsparse as ancf
 from ancfsparse.problems import net, pendulum
-from ancfsparse.solve.stability import fastest_vibration
+from ancfsparse.solve.stability import fastest_vibration, mass_seed
 from ancfsparse.system import System
 
 CENTRAL, FOURTH = ancf.CentralDifference(), ancf.RungeKuttaNystrom(4)
@@ -54,7 +54,9 @@ def test_the_fastest_vibration_is_that_of_a_dense_formula(name):
     for q in (system.q0, system.q0 + 1e-3 * rng.normal(size=system.n_all)):
         amplitudes = system.loads.amplitudes(np.zeros(1))[0]
         expected = by_differences(system, q, amplitudes)
-        assert fastest_vibration(system, q, amplitudes) == pytest.approx(expected, rel=2e-4)
+        assert fastest_vibration(system, mass_seed(system), q, amplitudes) == pytest.approx(
+            expected, rel=2e-4
+        )
 
 
 @pytest.mark.parametrize("integrator", [CENTRAL, FOURTH, ancf.RungeKuttaNystrom(8)], ids=repr)
@@ -69,6 +71,22 @@ def test_a_step_above_the_limit_is_refused_with_one_that_works(integrator):
     dt = float(message.split("take dt = ")[1].split(" s ")[0])
     assert limit > dt > 0.9 * limit
     ancf.simulate(scene, 0.01, dt, integrator=integrator)
+
+
+@pytest.mark.parametrize("integrator", [CENTRAL, FOURTH], ids=repr)
+def test_the_limit_is_where_runs_begin_to_grow(integrator, monkeypatch):
+    scene, _ = stretched(None)
+    limit = ancf.stable_step(scene, integrator)
+    monkeypatch.setattr("ancfsparse.solve.explicit.fastest_vibration", lambda *_: 1.0)
+    for share, grows in ((0.98, False), (1.02, True)):
+        rod_scene, _ = stretched(shaken)
+        dt = share * limit
+        if grows:
+            with pytest.raises(ancf.Instability):
+                ancf.simulate(rod_scene, 3000 * dt, dt, integrator=integrator)
+        else:
+            run = ancf.simulate(rod_scene, 3000 * dt, dt, integrator=integrator)
+            assert np.abs(run.v).max() < 10 * np.abs(run.v[0]).max()
 
 
 def test_a_stiff_scene_is_told_the_step_it_would_need():
@@ -99,19 +117,25 @@ def test_only_explicit_integrators_have_a_stable_step():
         ancf.stable_step(pendulum().scene, ancf.Newmark())
 
 
-def stretched(push):
-    """A rod that moves gently for a while and is then pulled out of the range of its step."""
+def stretched(velocity):
+    """A pinned rod without weight; `velocity` turns places (k, 2) into velocities."""
     scene = ancf.Scene((0.0, 0.0))
-    rod = scene.add_beam(
-        "thin", (0, 0), (2, 0), 10, ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0),
-        velocity=(lambda x: np.stack([12.0 * x[:, 0], 0.0 * x[:, 0]], axis=1)) if push else None,
-    )  # fmt: skip
+    section, material = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
+    rod = scene.add_beam("thin", (0, 0), (2, 0), 10, section, material, velocity=velocity)
     scene.pin(rod.start)
     return scene, rod
 
 
+def pulled(x):
+    return np.stack([12.0 * x[:, 0], 0.0 * x[:, 0]], axis=1)
+
+
+def shaken(x):
+    return 1e-6 * np.sin(np.stack([7e3 * x[:, 0], 9e3 * x[:, 0]], axis=1))
+
+
 def test_a_run_that_outgrows_its_limit_stops():
-    scene, _ = stretched(push=True)
+    scene, _ = stretched(pulled)
     dt = 0.999 * ancf.stable_step(scene, CENTRAL)
     with pytest.raises(ancf.Instability, match="given, and the stable step") as stop:
         ancf.simulate(scene, 4000 * dt, dt, integrator=CENTRAL)
@@ -124,7 +148,7 @@ def test_a_run_that_outgrows_its_limit_stops():
 
 
 def test_without_the_watch_a_run_ends_where_numbers_do():
-    scene, _ = stretched(push=True)
+    scene, _ = stretched(pulled)
     dt = 0.999 * ancf.stable_step(scene, CENTRAL)
     with pytest.raises(ancf.Instability, match="leaves the range of numbers") as stop:
         ancf.simulate(scene, 40000 * dt, dt, integrator=CENTRAL, max_energy_gain=np.inf)
@@ -143,7 +167,7 @@ def test_damping_is_refused(monkeypatch):
 
 
 def test_a_run_under_changing_loads_that_outgrows_its_limit_stops():
-    scene, rod = stretched(push=False)
+    scene, rod = stretched(None)
     scene.point_force(rod.end, lambda t: (2e3 * min(t / 0.5, 1.0), 0.0))
     dt = 0.999 * ancf.stable_step(scene, CENTRAL)
     steps = int(1.0 / dt)
