@@ -6,14 +6,11 @@ multipliers divided by it, so the matrix of a step, ``[M + scale K, phi_q^T; phi
 degrade as dt goes to zero.  `integrators.implicit` has the formulas.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
-from libc.math cimport fabs, fmax, isinf, sqrt
+from libc.math cimport sqrt
 from libc.string cimport memcpy
 
 import numpy as np
 
-
-cdef extern from "vectors.h":
-    double vec_dot(const double *, const double *, ptrdiff_t) noexcept nogil
 
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_system:
@@ -48,6 +45,15 @@ cdef extern from "solver_abi.h":
         int (*solve)(void *) noexcept nogil
 
 
+cdef extern from "energy_watch.h":
+    ctypedef struct ancf_watch:
+        double limit, noise, work, exchanged, gain
+    void ancf_watch_start(ancf_watch *, const ancf_system *, const double *, const double *,
+                          const double *, double *) noexcept nogil
+    bint ancf_watch_gains(ancf_watch *, const ancf_system *, const double *, const double *,
+                          const double *, double *) noexcept nogil
+
+
 cdef enum:
     GAINED_ENERGY = 4
     TOO_INACCURATE = 5
@@ -61,11 +67,6 @@ cdef struct Weights:
     double q_b, q_a, v_b, v_a, v_new
     double scale  # metres that a unit of new acceleration moves a coordinate by [s2]
     double b_b, b_a, b_new
-
-
-cdef struct Watch:
-    double limit  # share of the energy that was exchanged so far; infinite for no watch
-    double noise, start, strain, potential, work, exchanged, gain
 
 
 cdef struct Control:
@@ -83,7 +84,7 @@ cdef struct Motion:
     bint shifted  # whether b is not the true acceleration
     double dt
     Weights weights
-    Watch watch
+    ancf_watch watch
     Control control
     # Last accepted state, and the iterate of the step under way.
     double *q0
@@ -165,7 +166,8 @@ cdef class March:
         self.interface.residual, self.interface.matrix = residual, matrix
         self.capsule = PyCapsule_New(&self.interface, "ancf_equations", NULL)
         motion.watch.limit, motion.watch.noise = largest_gain, noise
-        start_watch(motion)
+        ancf_watch_start(&motion.watch, motion.system, motion.dead_load, motion.q0, motion.v0,
+                         motion.r)
 
     def change_step(self, double dt, integrator, change_b, change_v):
         """Go on with another step: the weights, and what a smooth motion asks of ``b`` and ``v``."""
@@ -421,24 +423,5 @@ cdef int judge(Motion *self) noexcept nogil:
     return MAY_GROW
 
 
-cdef void start_watch(Motion *self) noexcept nogil:
-    cdef double parts[2]
-    self.system.energies(self.system.context, self.q0, self.v0, self.r, parts)
-    self.watch.strain = parts[1]
-    self.watch.potential = -vec_dot(self.dead_load, self.q0, self.n_all)
-    self.watch.start = parts[0] + parts[1] + self.watch.potential
-
-
 cdef bint gains_energy(Motion *self) noexcept nogil:
-    """Whether the energy is further above what was given than a share of what was exchanged."""
-    cdef Watch *w = &self.watch
-    cdef double parts[2]
-    cdef double potential
-    if isinf(w.limit):
-        return False
-    self.system.energies(self.system.context, self.q0, self.v0, self.r, parts)
-    potential = -vec_dot(self.dead_load, self.q0, self.n_all)
-    w.exchanged = fmax(fmax(fmax(w.exchanged, parts[0]), fabs(parts[1] - w.strain)),
-                       fmax(fabs(potential - w.potential), fabs(w.work)))
-    w.gain = parts[0] + parts[1] + potential - w.start - w.work
-    return not w.gain <= w.limit * w.exchanged + w.noise  # a NaN ends here too
+    return ancf_watch_gains(&self.watch, self.system, self.dead_load, self.q0, self.v0, self.r)

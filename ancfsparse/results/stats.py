@@ -43,8 +43,9 @@ class RunStats:
         Estimated largest error of the position of a node at the saved times that the steps in time
         cause [m]; not a number where no accuracy was asked for.
     seconds : dict of str to float
-        Time by part [s]: ``"set-up"`` always, and from a thousand unknowns on the march split into
-        ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs included) and ``"rest"``.
+        Time by part [s]: ``"set-up"`` always, and from a thousand unknowns on the march of an
+        implicit run split into ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs
+        included) and ``"rest"``.
     solver : str
         What was chosen and why.
     """

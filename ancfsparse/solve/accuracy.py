@@ -34,13 +34,17 @@ STUCK = 0.7  # an error that falls by less than this, runs after runs, is not on
 NOISE = 1e-13  # rounding of a position after many steps, over the size of the scene
 
 
-def check_accuracy(accuracy: float, tolerance: str | float, integrator: Implicit) -> None:
-    """Refuse what cannot be meant together with an accuracy.
+def check_accuracy(
+    system: System, accuracy: float, tolerance: str | float, integrator: object
+) -> Implicit:
+    """Return the integrator, and refuse what cannot be meant together with an accuracy.
 
     Raises
     ------
     InputError
-        For a tolerance of its own, or an integrator of first order.
+        For a tolerance of its own, or an integrator whose steps cannot be changed: an explicit one,
+        one of first order, or the trapezoidal rule with multipliers, in which it keeps for ever
+        what a change of step leaves in them.
     """
     check_positive("accuracy", accuracy, "m")
     if tolerance != "default":
@@ -53,6 +57,18 @@ def check_accuracy(accuracy: float, tolerance: str | float, integrator: Implicit
             f"{integrator!r} is of first order, whose error cannot be had from its steps: take "
             "HHT(alpha), GeneralizedAlpha(rho_inf) or Newmark(0)"
         )
+    if not isinstance(integrator, Implicit):
+        raise InputError(
+            f"accuracy={accuracy:g} changes steps, which {integrator!r} does not: take an implicit "
+            "integrator such as GeneralizedAlpha(0.9), or give dt and no accuracy"
+        )
+    if system.n_multipliers and integrator == Newmark(0.0):
+        raise InputError(
+            f"accuracy={accuracy:g} changes steps, and the trapezoidal rule keeps for ever what "
+            f"that leaves in the forces of the {system.constraints.labels[0]}: take "
+            "integrator=GeneralizedAlpha(0.9)"
+        )
+    return integrator
 
 
 def solve_accurately(

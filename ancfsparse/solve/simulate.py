@@ -18,12 +18,19 @@ from ancfsparse.errors import (
     check_finite,
     check_positive,
 )
-from ancfsparse.integrators import Implicit, Newmark
+from ancfsparse.integrators import Explicit, Implicit, Newmark
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Node, Scene
 from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.accuracy import check_accuracy, solve_accurately
+from ancfsparse.solve.explicit import (
+    check_alone,
+    count_forces,
+    instability,
+    prepare_explicit,
+)
 from ancfsparse.solve.memory import check_fits, estimate
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
 from ancfsparse.solve.setup import count, failure, prepare
@@ -48,7 +55,7 @@ def simulate(
     dt: float | None = None,
     *,
     accuracy: float | None = None,
-    integrator: Implicit = Newmark(),
+    integrator: Implicit | Explicit = Newmark(),
     solver: Method | str = "auto",
     tolerance: str | float = "default",
     max_energy_gain: float = 0.01,
@@ -76,8 +83,9 @@ def simulate(
         [m]; the error of the mesh comes on top.  Steps then follow the motion, and whole runs with
         ever shorter ones are compared until the last is accurate enough; what it reached is
         ``stats.error``.
-    integrator : Newmark, HHT or GeneralizedAlpha, optional
-        The trapezoidal rule by default.
+    integrator : Newmark, HHT, GeneralizedAlpha, CentralDifference or RungeKuttaNystrom, optional
+        The trapezoidal rule by default.  The last two are explicit: they take no solver and no
+        tolerance, joints by numbering, and steps no longer than `stable_step` returns.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
     tolerance : "default", "paper" or float, optional
@@ -113,6 +121,8 @@ def simulate(
         If a step cannot be solved; it carries the trajectory so far.
     AccuracyFailure
         If the error does not come down to the accuracy.
+    Instability
+        If an explicit run gains energy because its step has become too long for the motion.
     EnergyGain
         If the motion gains energy that nothing has given it, as the trapezoidal rule lets it where
         steps are large; it carries the trajectory too.
@@ -130,10 +140,10 @@ def simulate(
         )
     n_steps = count_steps(t_end, dt)
     check_count("save_every", save_every)
-    if not isinstance(integrator, Implicit):
+    if not isinstance(integrator, Implicit | Explicit):
         raise InputError(
-            "integrator must be Newmark(alpha), HHT(alpha) or GeneralizedAlpha(rho_inf), got "
-            f"{integrator!r}"
+            "integrator must be Newmark(alpha), HHT(alpha), GeneralizedAlpha(rho_inf), "
+            f"CentralDifference() or RungeKuttaNystrom(order), got {integrator!r}"
         )
     check_gain(max_energy_gain)
     check_nodes(save_nodes)
@@ -155,26 +165,48 @@ def simulate(
     }
     record = Record(system, rows, save_nodes, output, settings)
     if accuracy is not None:
-        check_accuracy(accuracy, tolerance, integrator)
+        implicit = check_accuracy(system, accuracy, tolerance, integrator)
         times = dt * np.append(np.arange(0, n_steps, save_every), n_steps)
         states, stats = solve_accurately(
-            system, times, accuracy, integrator, solver, max_energy_gain, progress
+            system, times, accuracy, implicit, solver, max_energy_gain, progress
         )
         with record.open() as recorder:
             recorder.append(states.t, states.q, states.v, states.a, states.lam)
             recorder.finish(stats)
         return record.trajectory()
-    march, iteration, seed, why = prepare(
-        system, dt, integrator, solver, tolerance, max_energy_gain
-    )
+    iteration, nodes = None, np.ones(1)
+    seed: SparseSeed | BlockInverse
+    if isinstance(integrator, Explicit):
+        check_alone(integrator, solver, tolerance)
+        march, seed, why = prepare_explicit(system, dt, n_steps, integrator, max_energy_gain)
+        nodes = integrator.tableau.c[1:]
+    else:
+        march, iteration, seed, why = prepare(
+            system, dt, integrator, solver, tolerance, max_energy_gain
+        )
     stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
     with record.open() as recorder:
         outcome = _march(
-            system, march, iteration, seed, n_steps, dt, save_every, recorder, stats, progress
+            system,
+            march,
+            iteration,
+            seed,
+            nodes,
+            n_steps,
+            dt,
+            save_every,
+            recorder,
+            stats,
+            progress,
         )
-        count(stats, iteration)
+        if isinstance(integrator, Explicit):
+            count_forces(stats, integrator)
+        else:
+            count(stats, iteration)
         recorder.finish(stats)
     path = record.trajectory()
+    if outcome != Outcome.CONVERGED and isinstance(integrator, Explicit):
+        raise instability(system, march, seed, integrator, outcome, stats.steps, dt, path)
     if outcome == Outcome.GAINED_ENERGY:
         gain, exchanged = march.energy_gain
         reached = stats.steps * dt
@@ -188,7 +220,8 @@ def _march(
     system: System,
     march: Any,
     iteration: Any,
-    seed: SparseSeed,
+    seed: SparseSeed | BlockInverse,
+    nodes: Vector,
     n_steps: int,
     dt: float,
     save_every: int,
@@ -208,8 +241,8 @@ def _march(
         while stats.steps < n_steps and outcome == Outcome.CONVERGED:
             since = stats.steps % save_every  # steps since the last saved state
             wanted = min(chunk, n_steps - stats.steps, room * save_every - since)
-            times = dt * np.arange(stats.steps + 1.0, stats.steps + wanted + 1.0, dtype=np.float64)
-            amplitudes = system.loads.amplitudes(times)
+            times = dt * (np.arange(wanted, dtype=np.float64)[:, None] + stats.steps + nodes)
+            amplitudes = system.loads.amplitudes(times.ravel())
             clock = time.perf_counter()
             taken, code = march.advance(iteration, wanted, amplitudes, save_every, since, *buffer)
             stats.march_seconds += time.perf_counter() - clock

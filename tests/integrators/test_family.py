@@ -149,11 +149,9 @@ def test_corrected_changes_of_the_step_keep_multipliers_second_order(integrator)
     assert corrected[-1] < 0.01
 
 
-def test_the_trapezoidal_rule_diverges_on_changing_steps_without_correction():
+def test_the_trapezoidal_rule_diverges_on_changing_steps():
     plain = [alternating_errors(ancf.Newmark(0.0), dt, False) for dt in STEPS[:3]]
-    corrected = [alternating_errors(ancf.Newmark(0.0), dt) for dt in STEPS[:3]]
     assert np.abs(orders(plain) + 1.0).max() < 0.2  # the error doubles when steps are halved
-    assert np.abs(orders(corrected) - 1.0).max() < 0.2
 
 
 def swing_errors(integrator, steps, alter=None):

@@ -158,11 +158,17 @@ def test_states_between_steps_are_those_of_a_cubic():
         ({"accuracy": 1e-14}, "below what double precision can hold"),
         ({"accuracy": 1e-4, "tolerance": 1e-3}, "sets the tolerance of the iteration by itself"),
         ({"accuracy": 1e-4, "integrator": ancf.Newmark(0.1)}, "is of first order"),
+        ({"accuracy": 1e-4, "integrator": ancf.CentralDifference()}, "changes steps"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(options, part):
     with pytest.raises(ancf.InputError, match=part):
         ancf.simulate(swinging_pendulum(), 1.0, **options)
+
+
+def test_the_trapezoidal_rule_is_refused_where_steps_change_and_constraints_have_multipliers():
+    with pytest.raises(ancf.InputError, match=r"rod at .*GeneralizedAlpha\(0.9\)"):
+        ancf.simulate(swing(), 1.0, accuracy=1e-4, integrator=ancf.Newmark(0.0))
 
 
 def test_an_error_below_rounding_ends_with_a_sentence():
