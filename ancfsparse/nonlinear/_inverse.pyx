@@ -324,10 +324,11 @@ cdef class Limited:
         data.rule = RULES[rule]
         data.n = data.seed.n
         data.capacity = n_pairs
-        self.terms = np.zeros((2, max(MOST_TERMS * n_pairs, 1), data.n))
-        self.weights = np.ones(data.n) if weights is None else np.array(weights, dtype=float)
-        terms, weights_view = self.terms, self.weights
-        data.a, data.w, data.weights = &terms[0, 0, 0], &terms[1, 0, 0], &weights_view[0]
+        if n_pairs > 0:
+            self.terms = np.zeros((2, MOST_TERMS * n_pairs, data.n))
+            self.weights = np.ones(data.n) if weights is None else np.array(weights, dtype=float)
+            terms, weights_view = self.terms, self.weights
+            data.a, data.w, data.weights = &terms[0, 0, 0], &terms[1, 0, 0], &weights_view[0]
         self.interface.context, self.interface.n = data, data.n
         self.interface.reseed, self.interface.forget = limited_reseed, limited_forget
         self.interface.apply, self.interface.learn = limited_apply, limited_learn

@@ -130,10 +130,11 @@ cdef class Iteration:
         loop.cost_iteration, loop.cost_seed = cost_iteration, cost_seed
         loop.rate = SLOW
         loop.timed = loop.n >= TIMED_FROM
-        self.arrays = np.zeros((6, loop.n)), np.zeros(loop.equations.n_values + 1)
+        # The pair and the product are done with whenever a matrix is assembled: they share its room.
+        self.arrays = np.zeros((3, loop.n)), np.zeros(max(loop.equations.n_values + 1, 3 * loop.n))
         vectors, values = self.arrays
-        loop.r, loop.r_new, loop.s = &vectors[0, 0], &vectors[1, 0], &vectors[2, 0]
-        loop.y, loop.z, loop.diagonal = &vectors[3, 0], &vectors[4, 0], &vectors[5, 0]
+        loop.r, loop.r_new, loop.diagonal = &vectors[0, 0], &vectors[1, 0], &vectors[2, 0]
+        loop.s, loop.y, loop.z = &values[0], &values[loop.n], &values[2 * loop.n]
         loop.values, loop.column_start = &values[0], &column_start[0]
         self.interface.context, self.interface.solve = loop, solve
         self.capsule = PyCapsule_New(&self.interface, "ancf_nonlinear", NULL)

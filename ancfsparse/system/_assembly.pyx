@@ -18,6 +18,13 @@ cdef extern from "kernel_abi.h":
         ptrdiff_t, const int32_t *, const int32_t *, const int32_t *,
         const double *, const double *, const double *, double *) noexcept nogil
 
+cdef extern from "parallel.h":
+    void in_parts "ancf_in_parts" (
+        ptrdiff_t, void (*)(void *, ptrdiff_t) noexcept nogil, void *) noexcept nogil
+
+cdef extern from "simd.h":
+    const int LANES "ANCF_LANES"
+
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_system:
         void *context
@@ -28,20 +35,46 @@ cdef extern from "solver_abi.h":
                        double *) noexcept nogil
 
 
+cdef enum Kernel:
+    ENERGY
+    FORCE
+    INERTIA
+    RESIDUAL
+    TANGENT
+    MASS
+    N_KERNELS
+
+
+KERNELS = ("energy", "force", "inertia", "residual", "tangent", "mass")
+# Places of the energies of a block: all in one.
+cdef int32_t[16] NOWHERE
+memset(NOWHERE, 0, sizeof(NOWHERE))
+
+
 cdef struct Group:
-    ptrdiff_t n_blocks
+    ptrdiff_t n_blocks, n, n_matrix  # numbers per element in a vector and in the matrix
     const int32_t *gather
     const int32_t *matrix_scatter
-    const int32_t *energy_scatter
+    const int32_t *table_of  # NULL if every block has tables of its own
+    const int32_t *base
+    const int32_t *matrix_base
     const int32_t *set_of
     const double *parameters
-    ancf_kernel energy, force, inertia, residual, tangent, mass
+    ancf_kernel[N_KERNELS] kernels
+
+
+cdef struct Run:
+    # Blocks of one group that one thread takes one after another.
+    int32_t group, begin, end
 
 
 cdef struct Flat:
     ptrdiff_t n_free, n_all, n_multipliers, n_values, n_groups, n_terms, n_loads, n_moments, dim
     Group *groups
-    const double *mass_values
+    # Runs of each part, and then those that share places with several parts.
+    ptrdiff_t n_parts
+    const int32_t *run_start
+    const Run *runs
     # Constraints: one entry for each term; places in q, and slots in the values of the matrix.
     const int32_t *term_row
     const int32_t *term_i
@@ -80,6 +113,17 @@ cdef const double *reals(array) except? NULL:
     return &view[0] if view.shape[0] > 0 else NULL
 
 
+cdef struct Call:
+    # What the threads work on together: kernels to add to `out`, or a range of numbers.
+    const Flat *flat
+    Kernel kernel
+    ptrdiff_t n
+    double factor
+    const double *q
+    const double *a
+    double *out
+
+
 cdef class Assembly:
     """Evaluate a system given as flat arrays.
 
@@ -95,14 +139,13 @@ cdef class Assembly:
 
     cdef ancf_system interface
     cdef Flat flat
-    cdef object owners, mass_values
+    cdef object owners, runs
     cdef readonly object capsule
 
     def __cinit__(self, ptrdiff_t n_free, ptrdiff_t n_all, ptrdiff_t n_values, groups,
                   constraints, loads, moments):
         cdef Flat *flat = &self.flat
         cdef Group *group
-        cdef double[::1] mass
         # The structures below point into these arrays.
         self.owners = (groups, constraints, loads, moments)
         flat.n_free, flat.n_all, flat.n_values = n_free, n_all, n_values
@@ -126,19 +169,20 @@ cdef class Assembly:
             raise MemoryError
         for index, arrays in enumerate(groups):
             group = &flat.groups[index]
-            group.n_blocks = len(arrays["gather"])
-            group.gather = integers(arrays["gather"])
-            group.matrix_scatter = integers(arrays["matrix_scatter"])
-            group.energy_scatter = integers(arrays["energy_scatter"])
-            group.set_of = integers(arrays["set_of"])
-            group.parameters = reals(arrays["parameters"])
-            kernels = arrays["kernels"]
-            group.energy = pointer(kernels["energy"])
-            group.force = pointer(kernels["force"])
-            group.inertia = pointer(kernels["inertia"])
-            group.residual = pointer(kernels["residual"])
-            group.tangent = pointer(kernels["tangent"])
-            group.mass = pointer(kernels["mass"])
+            layout = arrays["layout"]
+            group.n_blocks, group.n = len(layout.set_of), layout.gather.shape[1]
+            group.n_matrix = layout.scatter.shape[1]
+            group.gather = integers(layout.gather)
+            group.matrix_scatter = integers(layout.scatter)
+            group.table_of = integers(layout.table_of)
+            group.base = integers(layout.base)
+            group.matrix_base = integers(layout.scatter_base)
+            group.set_of = integers(layout.set_of)
+            group.parameters = reals(layout.parameters)
+            for number, name in enumerate(KERNELS):
+                group.kernels[number] = pointer(arrays["kernels"][name])
+        self.divide([0, len(groups), len(groups)],
+                    [(k, 0, len(arrays["layout"].set_of)) for k, arrays in enumerate(groups)])
 
         self.interface.context = flat
         self.interface.n_free, self.interface.n_all = n_free, n_all
@@ -148,17 +192,29 @@ cdef class Assembly:
         self.interface.matrix = matrix
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
 
-        # One more place than values: kernels throw the entries of fixed coordinates into it.
-        self.mass_values = np.zeros(n_values + 1)
-        mass = self.mass_values
-        for index in range(flat.n_groups):
-            group = &flat.groups[index]
-            group.mass(group.n_blocks, group.gather, group.matrix_scatter, group.set_of,
-                       group.parameters, NULL, NULL, &mass[0])
-        flat.mass_values = &mass[0]
-
     def __dealloc__(self):
         free(self.flat.groups)
+
+    def divide(self, run_start, runs):
+        """Share the work among threads.
+
+        Parameters
+        ----------
+        run_start : (n_parts + 2,) int
+            Where the runs of each part start, those that come after all parts, and the end.
+        runs : (n_runs, 3) int
+            Group, first block and end of each run.  Runs of different parts have no place in common.
+        """
+        self.runs = [np.array(run_start, dtype=np.int32),
+                     np.array(runs, dtype=np.int32).reshape(-1, 3)]
+        self.flat.n_parts = len(run_start) - 2
+        self.flat.run_start = integers(self.runs[0])
+        self.flat.runs = <const Run *>integers(self.runs[1])
+
+    @property
+    def threads(self):
+        """Number of threads that work on the elements."""
+        return self.flat.n_parts
 
     def set_regularization(self, double value):
         """Set epsilon of the constraint block, in the units of the scaled matrix [1/kg]."""
@@ -167,7 +223,11 @@ cdef class Assembly:
     @property
     def mass(self):
         """Values of the mass matrix on the pattern, lower triangle [kg, kg m, kg m^2]."""
-        return self.mass_values[: self.flat.n_values].copy()
+        # One more place than values: kernels throw the entries of fixed coordinates into it.
+        values = np.zeros(self.flat.n_values + 1)
+        cdef double[::1] view = values
+        add(&self.flat, MASS, &view[0], &view[0], &view[0])
+        return values[: self.flat.n_values]
 
     def residual(self, const double[::1] q, const double[::1] a, const double[::1] lam,
                  const double[::1] dead_load, const double[::1] amplitudes):
@@ -191,36 +251,19 @@ cdef class Assembly:
         """Return the elastic force ``Q(q)``, shape (n_all,) [N, N m]."""
         out = np.zeros(self.flat.n_all)
         cdef double[::1] view = out
-        cdef Group *group
-        cdef ptrdiff_t index
-        for index in range(self.flat.n_groups):
-            group = &self.flat.groups[index]
-            group.force(group.n_blocks, group.gather, group.gather, group.set_of,
-                        group.parameters, &q[0], NULL, &view[0])
+        add(&self.flat, FORCE, &q[0], &q[0], &view[0])
         return out
 
     def inertia(self, const double[::1] a):
         """Return ``M a`` over all coordinates, shape (n_all,) [N, N m]."""
         out = np.zeros(self.flat.n_all)
         cdef double[::1] view = out
-        cdef Group *group
-        cdef ptrdiff_t index
-        for index in range(self.flat.n_groups):
-            group = &self.flat.groups[index]
-            group.inertia(group.n_blocks, group.gather, group.gather, group.set_of,
-                          group.parameters, NULL, &a[0], &view[0])
+        add(&self.flat, INERTIA, &a[0], &a[0], &view[0])
         return out
 
     def strain_energy(self, const double[::1] q):
         """Return the strain energy [J]."""
-        cdef double energy = 0.0
-        cdef Group *group
-        cdef ptrdiff_t index
-        for index in range(self.flat.n_groups):
-            group = &self.flat.groups[index]
-            group.energy(group.n_blocks, group.gather, group.energy_scatter, group.set_of,
-                         group.parameters, &q[0], NULL, &energy)
-        return energy
+        return strain_energy(&self.flat, &q[0])
 
 
 cdef ancf_kernel pointer(capsule) except NULL:
@@ -231,19 +274,103 @@ cdef inline const double *first(const double[::1] values) noexcept nogil:
     return &values[0] if values.shape[0] > 0 else NULL
 
 
+cdef void add_run(const Flat *self, const Run *run, Kernel kernel, const double *q,
+                  const double *a, double *out) noexcept nogil:
+    """Let a kernel add what the elements of a run give."""
+    cdef const Group *group = &self.groups[run.group]
+    cdef ancf_kernel call = group.kernels[<int>kernel]
+    cdef bint to_matrix = kernel == TANGENT or kernel == MASS
+    cdef ptrdiff_t n_in = group.n * LANES, n_out = n_in, b, table
+    cdef const int32_t *scatter = group.gather
+    cdef const int32_t *base = group.base
+    if to_matrix:
+        scatter, base, n_out = group.matrix_scatter, group.matrix_base, group.n_matrix * LANES
+    if kernel == ENERGY:
+        scatter, n_out = &NOWHERE[0], 0
+    if group.table_of == NULL and kernel != ENERGY:
+        call(run.end - run.begin, group.gather + run.begin * n_in, scatter + run.begin * n_out,
+             group.set_of + run.begin, group.parameters, q, a, out)
+        return
+    for b in range(run.begin, run.end):
+        table = b if group.table_of == NULL else group.table_of[b]
+        call(1, group.gather + table * n_in,
+             scatter + table * n_out, group.set_of + b, group.parameters,
+             q if group.table_of == NULL else q + group.base[b],
+             a if group.table_of == NULL else a + group.base[b],
+             out if group.table_of == NULL or kernel == ENERGY else out + base[b])
+
+
+cdef void add_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef const Call *call = <const Call *>context
+    cdef const Flat *flat = call.flat
+    cdef ptrdiff_t k
+    for k in range(flat.run_start[part], flat.run_start[part + 1]):
+        add_run(flat, &flat.runs[k], call.kernel, call.q, call.a, call.out)
+
+
+cdef void add(const Flat *self, Kernel kernel, const double *q, const double *a,
+              double *out) noexcept nogil:
+    """Add what all elements give; runs that share places with several parts come last."""
+    cdef Call call
+    call.flat, call.kernel, call.q, call.a, call.out = self, kernel, q, a, out
+    in_parts(self.n_parts, add_part, &call)
+    add_part(&call, self.n_parts)
+
+
+cdef double strain_energy(const Flat *self, const double *q) noexcept nogil:
+    cdef double energy = 0.0
+    cdef ptrdiff_t k
+    for k in range(self.run_start[self.n_parts + 1]):
+        add_run(self, &self.runs[k], ENERGY, q, q, &energy)
+    return energy
+
+
+cdef inline ptrdiff_t share(const Call *call, ptrdiff_t part) noexcept nogil:
+    """Where the share of a part begins in a range of numbers."""
+    return call.n * part // call.flat.n_parts
+
+
+cdef void negate_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef const Call *call = <const Call *>context
+    cdef const double *x = call.q
+    cdef double *out = call.out
+    cdef ptrdiff_t k
+    for k in range(share(call, part), share(call, part + 1)):
+        out[k] = -x[k]
+
+
+cdef void clear_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef const Call *call = <const Call *>context
+    cdef ptrdiff_t begin = share(call, part)
+    memset(call.out + begin, 0, (share(call, part + 1) - begin) * sizeof(double))
+
+
+cdef void scale_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef const Call *call = <const Call *>context
+    cdef double *out = call.out
+    cdef double factor = call.factor
+    cdef ptrdiff_t k
+    for k in range(share(call, part), share(call, part + 1)):
+        out[k] *= factor
+
+
+cdef void scale(const Flat *self, ptrdiff_t n, double factor, double *out) noexcept nogil:
+    cdef Call call
+    if factor != 1.0:
+        call.flat, call.n, call.factor, call.out = self, n, factor, out
+        in_parts(self.n_parts, scale_part, &call)
+
+
 cdef void residual(void *context, const double *q, const double *a, const double *lam,
                    const double *dead_load, const double *amplitudes, double *r,
                    double *phi) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
     cdef ptrdiff_t k, i, j
-    cdef Group *group
     cdef double c
-    for k in range(self.n_all):
-        r[k] = -dead_load[k]
-    for k in range(self.n_groups):
-        group = &self.groups[k]
-        group.residual(group.n_blocks, group.gather, group.gather, group.set_of, group.parameters,
-                       q, a, r)
+    cdef Call call
+    call.flat, call.n, call.q, call.out = self, self.n_all, dead_load, r
+    in_parts(self.n_parts, negate_part, &call)
+    add(self, RESIDUAL, q, a, r)
     for k in range(self.n_loads):
         r[self.load_place[k]] -= self.load_weight[k] * amplitudes[self.load_column[k]]
     if self.n_moments > 0:
@@ -264,27 +391,24 @@ cdef void residual(void *context, const double *q, const double *a, const double
 cdef void matrix(void *context, double mass_factor, double stiffness_factor, const double *q,
                  const double *lam, const double *amplitudes, double *values) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
-    cdef ptrdiff_t k, i, j, n = self.n_values
-    cdef Group *group
+    cdef ptrdiff_t k, i, j, n = self.n_values + 1  # the bin too
     cdef double c
-    if stiffness_factor == 0.0:
-        for k in range(n):
-            values[k] = mass_factor * self.mass_values[k]
-        values[n] = 0.0
-    else:
-        memset(values, 0, (n + 1) * sizeof(double))
-        for k in range(self.n_groups):
-            group = &self.groups[k]
-            group.tangent(group.n_blocks, group.gather, group.matrix_scatter, group.set_of,
-                          group.parameters, q, NULL, values)
+    cdef Call call
+    call.flat, call.n, call.out = self, n, values
+    in_parts(self.n_parts, clear_part, &call)
+    if stiffness_factor != 0.0:
+        add(self, TANGENT, q, q, values)
         if self.n_moments > 0:
             add_moment_stiffness(self, q, amplitudes, values)
         for k in range(self.n_terms):
             if self.term_j[k] >= 0:
                 c = self.coefficient[k] * lam[self.term_row[k]]
                 values[self.slot_ij[k]] += 2.0 * c if self.term_i[k] == self.term_j[k] else c
-        for k in range(n):
-            values[k] = mass_factor * self.mass_values[k] + stiffness_factor * values[k]
+        scale(self, n, stiffness_factor if mass_factor == 0.0 else stiffness_factor / mass_factor,
+              values)
+    if mass_factor != 0.0:
+        add(self, MASS, q, q, values)
+        scale(self, n, mass_factor, values)
     for k in range(self.n_terms):
         i, j, c = self.term_i[k], self.term_j[k], self.coefficient[k]
         if j < 0:

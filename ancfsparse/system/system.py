@@ -248,16 +248,7 @@ class System:
             slots = self.pattern.slots(self._unknowns(self.elements(beam)))
             layout = pack(kind, self.elements(beam), slots, _base(beam, kind))
             del slots
-            groups.append(
-                {
-                    "gather": layout.gather,
-                    "matrix_scatter": layout.scatter,
-                    "energy_scatter": np.zeros((len(layout.gather), kind.lanes), dtype=np.int32),
-                    "set_of": layout.set_of,
-                    "parameters": layout.parameters,
-                    "kernels": kind.kernels,
-                }
-            )
+            groups.append({"layout": layout.compressed(), "kernels": kind.kernels})
         return compiled("assembly").Assembly(
             self.n_free, self.n_all, self.pattern.n_values, groups, *self._terms()
         )
