@@ -8,6 +8,8 @@
 
 #include <stddef.h>
 
+#define ANCF_MOST_PARTS 256
+
 typedef void (*ancf_part)(void *context, ptrdiff_t part);
 
 static inline void ancf_in_parts(ptrdiff_t n_parts, ancf_part work, void *context)
