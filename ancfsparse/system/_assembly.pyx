@@ -19,20 +19,30 @@ cdef extern from "kernel_abi.h":
         const double *, const double *, const double *, double *) noexcept nogil
 
 cdef extern from "parallel.h":
+    const int MOST_PARTS "ANCF_MOST_PARTS"
     void in_parts "ancf_in_parts" (
         ptrdiff_t, void (*)(void *, ptrdiff_t) noexcept nogil, void *) noexcept nogil
 
 cdef extern from "simd.h":
     const int LANES "ANCF_LANES"
 
+cdef extern from "vectors.h":
+    double vec_dot_parts(ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
+    void vec_scale_parts(
+        ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
+
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_system:
         void *context
-        ptrdiff_t n_free, n_all, n_multipliers, n_values
+        ptrdiff_t n_free, n_all, n_multipliers, n_values, n_amplitudes
+        int damped
         void (*residual)(void *, const double *, const double *, const double *, const double *,
-                         const double *, double *, double *) noexcept nogil
-        void (*matrix)(void *, double, double, const double *, const double *, const double *,
-                       double *) noexcept nogil
+                         const double *, const double *, double *, double *) noexcept nogil
+        void (*matrix)(void *, double, double, double, const double *, const double *,
+                       const double *, const double *, double *) noexcept nogil
+        void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
+        double (*load_work)(void *, const double *, const double *, const double *, const double *,
+                            double *) noexcept nogil
 
 
 cdef enum Kernel:
@@ -118,7 +128,6 @@ cdef struct Call:
     const Flat *flat
     Kernel kernel
     ptrdiff_t n
-    double factor
     const double *q
     const double *a
     double *out
@@ -129,8 +138,9 @@ cdef class Assembly:
 
     Parameters
     ----------
-    n_free, n_all, n_values : int
-        Free and all coordinates; stored entries of the lower triangle of the matrix.
+    n_free, n_all, n_values, n_amplitudes : int
+        Free and all coordinates; stored entries of the lower triangle of the matrix; amplitudes of
+        the loads that change.
     groups : sequence of mappings
         Per beam the arrays of `kernels.layout` and the kernel capsules.
     constraints, loads, moments : mapping
@@ -139,15 +149,17 @@ cdef class Assembly:
 
     cdef ancf_system interface
     cdef Flat flat
-    cdef object owners, runs
+    cdef object runs
+    cdef tuple owners
+    cdef readonly object groups
     cdef readonly object capsule
 
-    def __cinit__(self, ptrdiff_t n_free, ptrdiff_t n_all, ptrdiff_t n_values, groups,
-                  constraints, loads, moments):
+    def __cinit__(self, ptrdiff_t n_free, ptrdiff_t n_all, ptrdiff_t n_values,
+                  ptrdiff_t n_amplitudes, groups, constraints, loads, moments):
         cdef Flat *flat = &self.flat
         cdef Group *group
         # The structures below point into these arrays.
-        self.owners = (groups, constraints, loads, moments)
+        self.groups, self.owners = groups, (constraints, loads, moments)
         flat.n_free, flat.n_all, flat.n_values = n_free, n_all, n_values
         flat.n_multipliers = len(constraints["offset"])
         flat.n_groups, flat.n_terms = len(groups), len(constraints["row"])
@@ -188,8 +200,9 @@ cdef class Assembly:
         self.interface.n_free, self.interface.n_all = n_free, n_all
         self.interface.n_multipliers = flat.n_multipliers
         self.interface.n_values = n_values
-        self.interface.residual = residual
-        self.interface.matrix = matrix
+        self.interface.n_amplitudes = n_amplitudes
+        self.interface.residual, self.interface.matrix = residual, matrix
+        self.interface.energies, self.interface.load_work = energies, load_work
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
 
     def __dealloc__(self):
@@ -229,23 +242,31 @@ cdef class Assembly:
         add(&self.flat, MASS, &view[0], &view[0], &view[0])
         return values[: self.flat.n_values]
 
-    def residual(self, const double[::1] q, const double[::1] a, const double[::1] lam,
-                 const double[::1] dead_load, const double[::1] amplitudes):
+    def residual(self, const double[::1] q, const double[::1] v, const double[::1] a,
+                 const double[::1] lam, const double[::1] dead_load, const double[::1] amplitudes):
         """Return ``r (n_all,)`` [N, N m] and ``phi (m,)`` [m]."""
         r, phi = np.empty(self.flat.n_all), np.empty(self.flat.n_multipliers)
         cdef double[::1] r_view = r, phi_view = phi
-        residual(&self.flat, &q[0], &a[0], first(lam), &dead_load[0], first(amplitudes),
+        residual(&self.flat, &q[0], &v[0], &a[0], first(lam), &dead_load[0], first(amplitudes),
                  &r_view[0], first(phi_view))
         return r, phi
 
     def matrix(self, double mass_factor, double stiffness_factor, const double[::1] q,
-               const double[::1] lam, const double[::1] amplitudes):
+               const double[::1] lam, const double[::1] amplitudes, *, double damping_factor=0.0,
+               const double[::1] v=None):
         """Return the values ``(n_values,)`` of the matrix on the pattern."""
         values = np.empty(self.flat.n_values + 1)
         cdef double[::1] view = values
-        matrix(&self.flat, mass_factor, stiffness_factor, &q[0], first(lam), first(amplitudes),
-               &view[0])
+        matrix(&self.flat, mass_factor, stiffness_factor, damping_factor, &q[0],
+               NULL if v is None else &v[0], first(lam), first(amplitudes), &view[0])
         return values[: self.flat.n_values]
+
+    def load_work(self, const double[::1] q0, const double[::1] amplitudes0, const double[::1] q1,
+                  const double[::1] amplitudes1):
+        """Return the work of the changing loads from one state to another [J]."""
+        cdef double[::1] scratch = np.empty(self.flat.n_all)
+        return load_work(&self.flat, &q0[0], first(amplitudes0), &q1[0], first(amplitudes1),
+                         &scratch[0])
 
     def force(self, const double[::1] q):
         """Return the elastic force ``Q(q)``, shape (n_all,) [N, N m]."""
@@ -317,59 +338,48 @@ cdef void add(const Flat *self, Kernel kernel, const double *q, const double *a,
     add_part(&call, self.n_parts)
 
 
-cdef double strain_energy(const Flat *self, const double *q) noexcept nogil:
+cdef void energy_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef const Call *call = <const Call *>context
     cdef double energy = 0.0
     cdef ptrdiff_t k
-    for k in range(self.run_start[self.n_parts + 1]):
-        add_run(self, &self.runs[k], ENERGY, q, q, &energy)
+    for k in range(call.flat.run_start[part], call.flat.run_start[part + 1]):
+        add_run(call.flat, &call.flat.runs[k], ENERGY, call.q, call.q, &energy)
+    call.out[part] = energy
+
+
+cdef double strain_energy(const Flat *self, const double *q) noexcept nogil:
+    cdef double[MOST_PARTS + 1] of_part
+    cdef double energy = 0.0
+    cdef ptrdiff_t part
+    cdef Call call
+    call.flat, call.q, call.out = self, q, &of_part[0]
+    in_parts(self.n_parts, energy_part, &call)
+    energy_part(&call, self.n_parts)
+    for part in range(self.n_parts + 1):
+        energy += of_part[part]
     return energy
-
-
-cdef inline ptrdiff_t share(const Call *call, ptrdiff_t part) noexcept nogil:
-    """Where the share of a part begins in a range of numbers."""
-    return call.n * part // call.flat.n_parts
-
-
-cdef void negate_part(void *context, ptrdiff_t part) noexcept nogil:
-    cdef const Call *call = <const Call *>context
-    cdef const double *x = call.q
-    cdef double *out = call.out
-    cdef ptrdiff_t k
-    for k in range(share(call, part), share(call, part + 1)):
-        out[k] = -x[k]
 
 
 cdef void clear_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef const Call *call = <const Call *>context
-    cdef ptrdiff_t begin = share(call, part)
-    memset(call.out + begin, 0, (share(call, part + 1) - begin) * sizeof(double))
+    cdef ptrdiff_t begin = call.n * part // call.flat.n_parts
+    cdef ptrdiff_t end = call.n * (part + 1) // call.flat.n_parts
+    memset(call.out + begin, 0, (end - begin) * sizeof(double))
 
 
-cdef void scale_part(void *context, ptrdiff_t part) noexcept nogil:
-    cdef const Call *call = <const Call *>context
-    cdef double *out = call.out
-    cdef double factor = call.factor
-    cdef ptrdiff_t k
-    for k in range(share(call, part), share(call, part + 1)):
-        out[k] *= factor
-
-
-cdef void scale(const Flat *self, ptrdiff_t n, double factor, double *out) noexcept nogil:
+cdef void clear(const Flat *self, ptrdiff_t n, double *out) noexcept nogil:
     cdef Call call
-    if factor != 1.0:
-        call.flat, call.n, call.factor, call.out = self, n, factor, out
-        in_parts(self.n_parts, scale_part, &call)
+    call.flat, call.n, call.out = self, n, out
+    in_parts(self.n_parts, clear_part, &call)
 
 
-cdef void residual(void *context, const double *q, const double *a, const double *lam,
-                   const double *dead_load, const double *amplitudes, double *r,
+cdef void residual(void *context, const double *q, const double *v, const double *a,
+                   const double *lam, const double *dead_load, const double *amplitudes, double *r,
                    double *phi) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
     cdef ptrdiff_t k, i, j
     cdef double c
-    cdef Call call
-    call.flat, call.n, call.q, call.out = self, self.n_all, dead_load, r
-    in_parts(self.n_parts, negate_part, &call)
+    vec_scale_parts(self.n_parts, r, -1.0, dead_load, self.n_all)
     add(self, RESIDUAL, q, a, r)
     for k in range(self.n_loads):
         r[self.load_place[k]] -= self.load_weight[k] * amplitudes[self.load_column[k]]
@@ -388,14 +398,13 @@ cdef void residual(void *context, const double *q, const double *a, const double
             r[j] += c * q[i] * lam[self.term_row[k]]
 
 
-cdef void matrix(void *context, double mass_factor, double stiffness_factor, const double *q,
-                 const double *lam, const double *amplitudes, double *values) noexcept nogil:
+cdef void matrix(void *context, double mass_factor, double stiffness_factor, double damping_factor,
+                 const double *q, const double *v, const double *lam, const double *amplitudes,
+                 double *values) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
     cdef ptrdiff_t k, i, j, n = self.n_values + 1  # the bin too
     cdef double c
-    cdef Call call
-    call.flat, call.n, call.out = self, n, values
-    in_parts(self.n_parts, clear_part, &call)
+    clear(self, n, values)
     if stiffness_factor != 0.0:
         add(self, TANGENT, q, q, values)
         if self.n_moments > 0:
@@ -404,11 +413,12 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, con
             if self.term_j[k] >= 0:
                 c = self.coefficient[k] * lam[self.term_row[k]]
                 values[self.slot_ij[k]] += 2.0 * c if self.term_i[k] == self.term_j[k] else c
-        scale(self, n, stiffness_factor if mass_factor == 0.0 else stiffness_factor / mass_factor,
-              values)
+        c = stiffness_factor if mass_factor == 0.0 else stiffness_factor / mass_factor
+        vec_scale_parts(self.n_parts, values, c, values, n)
     if mass_factor != 0.0:
         add(self, MASS, q, q, values)
-        scale(self, n, mass_factor, values)
+        if mass_factor != 1.0:
+            vec_scale_parts(self.n_parts, values, mass_factor, values, n)
     for k in range(self.n_terms):
         i, j, c = self.term_i[k], self.term_j[k], self.coefficient[k]
         if j < 0:
@@ -418,6 +428,35 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, con
             values[self.slot_j[k]] += c * q[i]
     for k in range(self.n_multipliers):
         values[self.slot_diagonal[k]] -= self.regularization
+
+
+cdef void energies(void *context, const double *q, const double *v, double *scratch,
+                   double *out) noexcept nogil:
+    """Kinetic and strain energy."""
+    cdef const Flat *self = <const Flat *>context
+    clear(self, self.n_all, scratch)
+    add(self, INERTIA, v, v, scratch)
+    out[0] = 0.5 * vec_dot_parts(self.n_parts, v, scratch, self.n_all)
+    out[1] = strain_energy(self, q)
+
+
+cdef double load_work(void *context, const double *q0, const double *amplitudes0,
+                      const double *q1, const double *amplitudes1, double *scratch) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef ptrdiff_t k, i
+    cdef double work = 0.0
+    for k in range(self.n_loads):
+        i = self.load_place[k]
+        work += 0.5 * self.load_weight[k] * (q1[i] - q0[i]) * (
+            amplitudes0[self.load_column[k]] + amplitudes1[self.load_column[k]])
+    if self.n_moments > 0:
+        # Moments are written into the residual with a minus.
+        memset(scratch, 0, self.n_all * sizeof(double))
+        add_moments(self, q0, amplitudes0, scratch)
+        add_moments(self, q1, amplitudes1, scratch)
+        for i in range(self.n_all):
+            work -= 0.5 * scratch[i] * (q1[i] - q0[i])
+    return work
 
 
 cdef inline void moment_at(const Flat *self, ptrdiff_t k, const double *amplitudes,
