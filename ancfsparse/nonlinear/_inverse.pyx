@@ -147,6 +147,9 @@ cdef class Dense:
         self.interface.apply, self.interface.learn = dense_apply, dense_learn
         self.capsule = PyCapsule_New(&self.interface, "ancf_inverse", NULL)
 
+    def set_threads(self, ptrdiff_t threads):
+        """Take no notice: a matrix this small belongs to one thread."""
+
     def set_smallest_y(self, double value):
         """Skip pairs whose difference of residuals is shorter than this: rounding."""
         self.data.smallest_y = value

@@ -39,6 +39,8 @@ class RunStats:
         ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs included) and ``"rest"``.
     solver : str
         What was chosen and why.
+    threads : int
+        Threads that shared the work; 1 for systems so small that more would not pay.
     """
 
     march_seconds: float = 0.0
@@ -53,6 +55,7 @@ class RunStats:
     recoveries: int = 0
     seconds: dict[str, float] = field(default_factory=dict)
     solver: str = ""
+    threads: int = 1
 
     @property
     def iterations_per_step(self) -> float:

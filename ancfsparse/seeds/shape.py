@@ -13,11 +13,9 @@ from ancfsparse.dispatch import compiled
 
 Upper = tuple[NDArray[np.int64], NDArray[np.int32]]
 
-# Operations of a sweep below which a second thread costs more than it takes over: waking it
-# takes some ten microseconds.
-SMALLEST = 1_000_000
-# Shares of the work: of the root, which one thread does alone, and of imbalance.
-MOST_ROOT, BALANCE = 0.1, 1.05
+# Share of the work at which the root, which one thread does alone, ends the search; and share of
+# the ideal gain that a division must bring.
+MOST_ROOT, SMALLEST_GAIN = 0.2, 0.6
 
 
 @dataclass(frozen=True)
@@ -84,8 +82,8 @@ def shape_of(upper: Upper, sizes: Sequence[int] | NDArray[np.int64] = ()) -> Sha
 def parts_of(shape: Shape, threads: int) -> NDArray[np.int32] | None:
     """Give every supernode to a part, or to the root, which comes last.
 
-    The heaviest subtree is split into the subtrees of its children, its top going to the root,
-    until the subtrees can be dealt out evenly.
+    The heaviest subtree is split into the subtrees of its children, its top going to the root, for
+    as long as that may shorten what the slowest thread and the root take together.
 
     Parameters
     ----------
@@ -97,38 +95,38 @@ def parts_of(shape: Shape, threads: int) -> NDArray[np.int32] | None:
     Returns
     -------
     (n_super,) int32 or None
-        Part of each supernode, `threads` for the root; None where the factor is small or no even
-        division is found.
+        Part of each supernode, `threads` for the root; None where no even division is found.
     """
     parent = shape.parent
     width = np.diff(shape.first)
     work = width * (width + 2 * np.diff(shape.row_start))
     total = int(work.sum())
-    if total < SMALLEST:
-        return None
     below = compiled("tree").subtree_sums(parent, work)
     by_parent = np.argsort(parent, kind="stable").astype(np.int32)
-    child_start = np.searchsorted(parent[by_parent], np.arange(-1, len(parent)))
+    child_start = np.searchsorted(parent[by_parent], np.arange(-1, len(parent) + 1))
     children = [by_parent[: child_start[1]]]  # of nobody: the roots of the tree
     heap = [(-int(below[s]), int(s)) for s in children[0]]
     heapq.heapify(heap)
-    in_root = 0
-    split: list[int] = []
-    while heap and in_root <= MOST_ROOT * total:
-        dealt = _deal(heap, threads)
-        if max(load for load, _ in dealt) + in_root <= BALANCE * total / threads:
-            owner = np.full(len(parent), -1, dtype=np.int32)
-            for part, (_, subtrees) in enumerate(dealt):
-                owner[subtrees] = part
-            owner[split] = threads
-            compiled("tree").inherit(parent, owner)
-            return owner
+    in_root, split = 0, list[int]()
+    best, least = (list[tuple[int, int]](), 0), total
+    # With all below it dealt out evenly the root alone says when no better division can come.
+    while heap and in_root <= MOST_ROOT * total and in_root + (total - in_root) / threads < least:
+        time = in_root + max(load for load, _ in _deal(heap, threads))
+        if time < least:
+            best, least = (heap.copy(), len(split)), time
         _, top = heapq.heappop(heap)
         split.append(top)
         in_root += int(work[top])
         for child in by_parent[child_start[top + 1] : child_start[top + 2]]:
             heapq.heappush(heap, (-int(below[child]), int(child)))
-    return None
+    if least * SMALLEST_GAIN * threads > total:
+        return None
+    owner = np.full(len(parent), -1, dtype=np.int32)
+    for part, (_, subtrees) in enumerate(_deal(best[0], threads)):
+        owner[subtrees] = part
+    owner[split[: best[1]]] = threads
+    compiled("tree").inherit(parent, owner)
+    return owner
 
 
 def _deal(subtrees: list[tuple[int, int]], threads: int) -> list[tuple[int, list[int]]]:

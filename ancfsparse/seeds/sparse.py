@@ -49,6 +49,8 @@ class SparseSeed:
         lengths of its columns.
     threads : int
         How many take part in our own factor.
+    shape : Shape
+        Supernodes of L and their parts.
     """
 
     def __init__(
@@ -60,11 +62,12 @@ class SparseSeed:
         self.ordering, permutation, upper = _cheapest(*self._pattern)
         shape = shape_of(upper)
         if threads > 1 and (owner := parts_of(shape, threads)) is not None:
-            permutation = permutation[np.argsort(owner[shape.super_of], kind="stable")]
+            of_column = owner[shape.super_of]
+            permutation = permutation[np.argsort(of_column, kind="stable")]
             upper = _upper(*self._pattern, permutation)
-            shape = shape_of(upper, np.bincount(np.repeat(owner, np.diff(shape.first))))
+            shape = shape_of(upper, np.bincount(of_column, minlength=threads + 1))
         self.nnz, self.factor_flops, self.threads = shape.nnz, shape.flops, shape.n_parts
-        self._permutation, self._shape = permutation, shape
+        self._permutation, self.shape = permutation, shape
         self._own: Any = None
         self._fallen_back = False
         self.supernodal = n_positive == self.n and self.factor_flops > DENSE_BLOCKS * self.nnz
@@ -81,8 +84,8 @@ class SparseSeed:
             *self._pattern,
             self._permutation,
             self._n_positive,
-            self._shape,
-            self._shape.rows(upper),
+            self.shape,
+            self.shape.rows(upper),
         )
 
     @property
