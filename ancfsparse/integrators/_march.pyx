@@ -273,14 +273,15 @@ cdef inline ptrdiff_t share(const Motion *self, ptrdiff_t part) noexcept nogil:
 
 cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef Motion *self = <Motion *>context
-    cdef const Weights *w = &self.weights
+    cdef Weights w = self.weights  # of our own, so that no store can change it
+    cdef double dt = self.dt, v_a = w.v_a + w.v_new
     cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
     for i in range(begin, end):
-        self.q[i] = self.q0[i] + self.dt * self.v0[i] + w.q_b * self.b0[i] + w.q_a * self.a0[i]
+        self.q[i] = self.q0[i] + dt * self.v0[i] + w.q_b * self.b0[i] + w.q_a * self.a0[i]
         self.a[i] = self.a0[i]
     if self.system.damped:
         for i in range(begin, end):
-            self.v[i] = self.v0[i] + w.v_b * self.b0[i] + (w.v_a + w.v_new) * self.a0[i]
+            self.v[i] = self.v0[i] + w.v_b * self.b0[i] + v_a * self.a0[i]
 
 
 cdef void restart(void *context) noexcept nogil:
@@ -334,7 +335,7 @@ cdef void matrix(void *context, double *values) noexcept nogil:
 
 cdef void accept_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef Motion *self = <Motion *>context
-    cdef const Weights *w = &self.weights
+    cdef Weights w = self.weights
     cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
     for i in range(begin, end):
         self.v0[i] += w.v_b * self.b0[i] + w.v_a * self.a0[i] + w.v_new * self.a[i]

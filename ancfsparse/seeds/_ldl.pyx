@@ -33,6 +33,10 @@ cdef extern from "solver_abi.h":
         void (*solve)(void *, const double *, double *) noexcept nogil
 
 
+# Entries of the matrix up to which the place of each is kept: 1 MB.
+cdef ptrdiff_t FEW_ENTRIES = 250_000
+
+
 cdef struct Factor:
     ptrdiff_t n, n_super, n_positive
     const int32_t *permutation
@@ -47,6 +51,8 @@ cdef struct Factor:
     const int64_t *triangle_start
     const int64_t *block_start
     const int32_t *row
+    double *entries  # of D and L: pivots, triangles and blocks one after another
+    const int32_t *place_of_entry  # of the matrix in them; NULL where these would be too many
     double *triangle
     double *block
     double *inverse_pivot
@@ -89,6 +95,7 @@ cdef class Ldl:
                   const int32_t[::1] permutation, ptrdiff_t n_positive, shape, row):
         cdef Factor *data = &self.data
         cdef ptrdiff_t[::1] outcome
+        cdef ptrdiff_t n_triangle
         first, super_of, row_start, parts = shape.first, shape.super_of, shape.row_start, shape.part
         n, n_parts = permutation.shape[0], shape.n_parts
         place = np.empty(n, dtype=np.int32)
@@ -96,6 +103,7 @@ cdef class Ldl:
         width, rows = np.diff(first).astype(np.int64), np.diff(row_start)
         triangle_start = np.concatenate([[0], np.cumsum(width * (width - 1) // 2)])
         block_start = np.concatenate([[0], np.cumsum(width * rows)])
+        n_triangle = triangle_start[-1]
         most_rows = int(np.max(width * rows, initial=1))
         root = int(first[parts[-2]])
         boundary = images(row, row_start, n, root, parts)
@@ -105,8 +113,7 @@ cdef class Ldl:
             "permutation": np.asarray(permutation), "place": place, "super_of": super_of,
             "first": first, "row_start": row_start, "triangle_start": triangle_start,
             "block_start": block_start, "row": row,
-            "triangle": np.zeros(triangle_start[-1] + 1), "block": np.zeros(block_start[-1] + 1),
-            "inverse_pivot": np.ones(n), "part": parts,
+            "entries": np.zeros(n + triangle_start[-1] + block_start[-1] + 1), "part": parts,
             "work": np.zeros(n + n_parts * (n - root)),
             "boundary": np.append(boundary, np.int32(0)),
             "rows": np.zeros(n_parts * most_rows), "outcome": np.zeros(n_parts, dtype=np.intp),
@@ -118,14 +125,19 @@ cdef class Ldl:
         data.super_of, data.first, data.row = ints(super_of), ints(first), ints(row)
         data.row_start, data.triangle_start = longs(row_start), longs(triangle_start)
         data.block_start = longs(block_start)
-        data.triangle, data.block = reals(a["triangle"]), reals(a["block"])
-        data.inverse_pivot, data.work = reals(a["inverse_pivot"]), reals(a["work"])
+        a["entries"][:n] = 1.0
+        data.entries, data.work = reals(a["entries"]), reals(a["work"])
+        data.inverse_pivot, data.triangle = data.entries, data.entries + data.n
+        data.block = data.triangle + n_triangle
         data.n_parts, data.n_boundary = n_parts, len(boundary)
         data.root_column, data.n_root = root, n - root
         data.part, data.boundary = ints(parts), ints(a["boundary"])
         data.rows, data.most_rows = reals(a["rows"]), most_rows
         outcome = a["outcome"]
         data.outcome = &outcome[0]
+        if indices.shape[0] <= FEW_ENTRIES:
+            a["place_of_entry"] = places(data, indices.shape[0])
+            data.place_of_entry = ints(a["place_of_entry"])
         self.interface.context, self.interface.n = data, n
         self.interface.factor, self.interface.solve = factor, solve
         self.capsule = PyCapsule_New(&self.interface, "ancf_seed", NULL)
@@ -154,19 +166,21 @@ cdef class Ldl:
         length = [np.arange(w - 1, -1, -1) + r for w, r in zip(width, rows)]
         start = np.concatenate([[0], np.cumsum(np.concatenate(length))])
         row, lower = np.empty(start[-1], dtype=np.int32), np.empty(start[-1])
+        pivots, triangles, blocks = np.split(
+            a["entries"], [self.data.n, self.data.n + int(a["triangle_start"][-1])])
         for s, (f, end) in enumerate(zip(a["first"][:-1], a["first"][1:])):
             below = a["row"][a["row_start"][s]:a["row_start"][s + 1]]
             image = below - self.data.n
             below = np.where(image < 0, below, self.data.root_column + image % self.data.n_root
                              if self.data.n_root else 0)
-            block = a["block"][a["block_start"][s]:a["block_start"][s + 1]].reshape(-1, end - f)
+            block = blocks[a["block_start"][s]:a["block_start"][s + 1]].reshape(-1, end - f)
             for c in range(end - f):
                 inside = np.arange(c + 1, end - f)
-                triangle = a["triangle"][a["triangle_start"][s] + inside * (inside - 1) // 2 + c]
+                triangle = triangles[a["triangle_start"][s] + inside * (inside - 1) // 2 + c]
                 place = slice(start[f + c], start[f + c + 1])
                 row[place] = np.concatenate([f + inside, below])
                 lower[place] = np.concatenate([triangle, block[:, c]])
-        return start, row, lower, 1.0 / a["inverse_pivot"], a["permutation"].copy()
+        return start, row, lower, 1.0 / pivots, a["permutation"].copy()
 
 
 cdef images(int32_t[::1] row, row_start, ptrdiff_t n, ptrdiff_t root, parts):
@@ -235,44 +249,65 @@ cdef inline ptrdiff_t image_shift(const Factor *self, ptrdiff_t s) noexcept nogi
     return self.n + t * self.n_root - self.root_column
 
 
+cdef inline ptrdiff_t locate(const Factor *self, ptrdiff_t j, int64_t p, ptrdiff_t *at) noexcept nogil:
+    """Where in L entry p of column j of the matrix has its place; ``at`` guesses its row there."""
+    cdef ptrdiff_t row = self.place[self.index[p]], column = self.place[j], s, width, high, middle
+    cdef const int32_t *rows
+    if row == column:
+        return row
+    if row < column:
+        row, column = column, row
+    s = self.super_of[column]
+    column -= self.first[s]
+    width = self.first[s + 1] - self.first[s]
+    if row < self.first[s + 1]:
+        row -= self.first[s]
+        return (self.triangle - self.entries) + self.triangle_start[s] + row * (row - 1) // 2 + column
+    if row >= self.root_column and s < self.part[self.n_parts]:
+        row += image_shift(self, s)
+    rows = self.row + self.row_start[s]
+    high = self.row_start[s + 1] - self.row_start[s]
+    if at[0] >= high or rows[at[0]] != row:
+        at[0] = 0
+        while high - at[0] > 1:
+            middle = (at[0] + high) // 2
+            if rows[middle] <= row:
+                at[0] = middle
+            else:
+                high = middle
+    at[0] += 1  # the next entry of the column is often the next row
+    return (self.block - self.entries) + self.block_start[s] + (at[0] - 1) * width + column
+
+
 cdef void spread(void *context, ptrdiff_t t) noexcept nogil:
     """Write the entries of a range of the matrix' columns to their places in L."""
     cdef const Factor *self = <const Factor *>context
     cdef const double *values = self.values
-    cdef const int32_t *place = self.place
-    cdef const int32_t *rows
-    cdef ptrdiff_t j, row, column, s, width, high, middle, at
+    cdef const int32_t *place_of_entry = self.place_of_entry
+    cdef double *entries = self.entries
+    cdef ptrdiff_t begin = self.n * t // self.n_parts, end = self.n * (t + 1) // self.n_parts, j, at
     cdef int64_t p
-    for j in range(self.n * t // self.n_parts, self.n * (t + 1) // self.n_parts):
-        # The diagonal comes first.
-        self.inverse_pivot[place[j]] = values[self.start[j]]
+    if place_of_entry != NULL:
+        for p in range(self.start[begin], self.start[end]):
+            entries[place_of_entry[p]] = values[p]
+        return
+    for j in range(begin, end):
         at = 0
-        for p in range(self.start[j] + 1, self.start[j + 1]):
-            row, column = place[self.index[p]], place[j]
-            if row < column:
-                row, column = column, row
-            s = self.super_of[column]
-            column -= self.first[s]
-            width = self.first[s + 1] - self.first[s]
-            if row < self.first[s + 1]:
-                row -= self.first[s]
-                self.triangle[self.triangle_start[s] + row * (row - 1) // 2 + column] = values[p]
-                continue
-            if row >= self.root_column and s < self.part[self.n_parts]:
-                row += image_shift(self, s)
-            # The next row, or else look for it.
-            rows = self.row + self.row_start[s]
-            high = self.row_start[s + 1] - self.row_start[s]
-            if at >= high or rows[at] != row:
-                at = 0
-                while high - at > 1:
-                    middle = (at + high) // 2
-                    if rows[middle] <= row:
-                        at = middle
-                    else:
-                        high = middle
-            self.block[self.block_start[s] + at * width + column] = values[p]
-            at += 1
+        for p in range(self.start[j], self.start[j + 1]):
+            entries[locate(self, j, p, &at)] = values[p]
+
+
+cdef places(const Factor *self, ptrdiff_t n_entries):
+    """Return the place of every entry of the matrix in L."""
+    cdef ptrdiff_t j, at
+    cdef int64_t p
+    found = np.empty(n_entries, dtype=np.int32)
+    cdef int32_t[::1] place = found
+    for j in range(self.n):
+        at = 0
+        for p in range(self.start[j], self.start[j + 1]):
+            place[p] = <int32_t>locate(self, j, p, &at)
+    return found
 
 
 cdef inline void update(const Factor *self, ptrdiff_t s, ptrdiff_t width, ptrdiff_t r,

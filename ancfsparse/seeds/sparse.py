@@ -61,7 +61,11 @@ class SparseSeed:
         self._n_positive = n_positive
         self.ordering, permutation, upper = _cheapest(*self._pattern)
         shape = shape_of(upper)
-        if threads > 1 and (owner := parts_of(shape, threads)) is not None:
+        owner = None
+        while threads > 1 and owner is None:  # fewer parts than threads if need be
+            owner = parts_of(shape, threads)
+            threads -= 0 if owner is not None else (threads + 1) // 2
+        if owner is not None:
             of_column = owner[shape.super_of]
             permutation = permutation[np.argsort(of_column, kind="stable")]
             upper = _upper(*self._pattern, permutation)

@@ -54,11 +54,13 @@ class Job:
     motion : str
         As in `problems.chain`.
     solver : str
-        A name in `SOLVERS`, or of a setting of Exudyn.
+        A name in `SOLVERS`, or of a setting of Exudyn, or that of auto on several threads.
     steps : int
         Time steps.
     dt : float
         Their length [s].
+    threads : int
+        How many may share the work.
     """
 
     case: str
@@ -67,6 +69,7 @@ class Job:
     solver: str
     steps: int
     dt: float
+    threads: int = 1
 
     def scene(self) -> Scene:
         """Build the scene."""
@@ -118,8 +121,10 @@ def _ours(job: Job) -> dict[str, Any]:
             scene,
             job.steps * job.dt,
             job.dt,
-            solver=SOLVERS[job.solver],
+            solver=SOLVERS["auto" if job.threads > 1 else job.solver],
+            threads=job.threads,
             save_every=job.steps,
+            save_nodes=[scene.beams[0].end],
         ).stats
         runs.append(stats)
         set_ups.append(built + stats.seconds["set-up"])

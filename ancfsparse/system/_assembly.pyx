@@ -30,6 +30,9 @@ cdef extern from "vectors.h":
     double vec_dot_parts(ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
     void vec_scale_parts(
         ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
+    void vec_sum_parts(
+        ptrdiff_t, double *, double, const double *, double, const double *,
+        ptrdiff_t) noexcept nogil
 
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_system:
@@ -61,6 +64,10 @@ cdef int32_t[16] NOWHERE
 memset(NOWHERE, 0, sizeof(NOWHERE))
 
 
+# Entries of a matrix up to which that of the masses is kept, not made again each time: 2 MB.
+cdef ptrdiff_t FEW_VALUES = 250_000
+
+
 cdef struct Group:
     ptrdiff_t n_blocks, n, n_matrix  # numbers per element in a vector and in the matrix
     const int32_t *gather
@@ -81,6 +88,7 @@ cdef struct Run:
 cdef struct Flat:
     ptrdiff_t n_free, n_all, n_multipliers, n_values, n_groups, n_terms, n_loads, n_moments, dim
     Group *groups
+    const double *mass_values  # of the matrix; NULL where they would be too many
     # Runs of each part, and then those that share places with several parts.
     ptrdiff_t n_parts
     const int32_t *run_start
@@ -149,7 +157,7 @@ cdef class Assembly:
 
     cdef ancf_system interface
     cdef Flat flat
-    cdef object runs
+    cdef object runs, mass_values
     cdef tuple owners
     cdef readonly object groups
     cdef readonly object capsule
@@ -196,6 +204,9 @@ cdef class Assembly:
         self.divide([0, len(groups), len(groups)],
                     [(k, 0, len(arrays["layout"].set_of)) for k, arrays in enumerate(groups)])
 
+        if n_values <= FEW_VALUES:
+            self.mass_values = self.mass
+            flat.mass_values = reals(self.mass_values)
         self.interface.context = flat
         self.interface.n_free, self.interface.n_all = n_free, n_all
         self.interface.n_multipliers = flat.n_multipliers
@@ -413,9 +424,13 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
             if self.term_j[k] >= 0:
                 c = self.coefficient[k] * lam[self.term_row[k]]
                 values[self.slot_ij[k]] += 2.0 * c if self.term_i[k] == self.term_j[k] else c
-        c = stiffness_factor if mass_factor == 0.0 else stiffness_factor / mass_factor
-        vec_scale_parts(self.n_parts, values, c, values, n)
-    if mass_factor != 0.0:
+    if self.mass_values != NULL:
+        vec_sum_parts(self.n_parts, values, stiffness_factor, values, mass_factor,
+                      self.mass_values, self.n_values)
+    elif mass_factor == 0.0:
+        vec_scale_parts(self.n_parts, values, stiffness_factor, values, n)
+    else:
+        vec_scale_parts(self.n_parts, values, stiffness_factor / mass_factor, values, n)
         add(self, MASS, q, q, values)
         if mass_factor != 1.0:
             vec_scale_parts(self.n_parts, values, mass_factor, values, n)

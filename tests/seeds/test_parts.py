@@ -92,6 +92,17 @@ def test_parts_name_a_wrong_pivot_wherever_it_is(rng):
     assert seed.factor(lower_csc(a)[2]) == 0
 
 
+@pytest.mark.parametrize("threads", [3, 4, 7])
+def test_a_chain_takes_two_threads_of_many(threads, rng):
+    a = chain(rng, 60)
+    indptr, indices, values = lower_csc(a)
+    seed = SparseSeed(indptr, indices, len(a), threads)
+    assert seed.threads in (2, 3)
+    assert seed.factor(values) == 0
+    r = rng.normal(size=len(a))
+    np.testing.assert_allclose(a @ seed.solve(r), r, rtol=0, atol=1e-10)
+
+
 def test_a_chain_in_its_natural_order_cannot_be_divided():
     n = 100
     parent = np.append(np.arange(1, n), -1).astype(np.int32)
