@@ -12,6 +12,13 @@ from libc.string cimport memcpy
 import numpy as np
 
 
+cdef extern from "parallel.h":
+    void in_parts "ancf_in_parts" (
+        ptrdiff_t, void (*)(void *, ptrdiff_t) noexcept nogil, void *) noexcept nogil
+
+cdef extern from "vectors.h":
+    void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
+
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_system:
         void *context
@@ -80,7 +87,7 @@ cdef struct Control:
 
 cdef struct Motion:
     const ancf_system *system
-    ptrdiff_t n_free, n_all, m
+    ptrdiff_t n_free, n_all, m, n_parts
     bint shifted  # whether b is not the true acceleration
     double dt
     Weights weights
@@ -101,6 +108,7 @@ cdef struct Motion:
     const double *amplitudes
     double *r
     double *phi
+    const double *s  # the correction under way
 
 
 cdef class March:
@@ -139,7 +147,7 @@ cdef class March:
         self.owner = system
         motion.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
         motion.n_free, motion.n_all = motion.system.n_free, motion.system.n_all
-        motion.m = motion.system.n_multipliers
+        motion.m, motion.n_parts = motion.system.n_multipliers, 1
         motion.shifted = integrator.shift != 0.0
         # Never empty, so that a pointer to the first multiplier or amplitude always exists.
         lam = np.append(lam, 0.0)
@@ -213,6 +221,10 @@ cdef class March:
     def jerk(self):
         """Rate of the accelerations over the last step that was judged, (n_all,)."""
         return self.arrays["change"] / self.motion.dt
+
+    def set_threads(self, ptrdiff_t threads):
+        """Set the number of threads for passes over vectors."""
+        self.motion.n_parts = threads
 
     @property
     def state(self):
@@ -326,32 +338,55 @@ cdef double *first(array) except NULL:
     return &view[0]
 
 
+cdef inline ptrdiff_t share(const Motion *self, ptrdiff_t part) noexcept nogil:
+    """Where the share of a part begins among the free coordinates: whole cache lines for each."""
+    if part == self.n_parts:
+        return self.n_free
+    return self.n_free // 8 * part // self.n_parts * 8
+
+
+cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef Motion *self = <Motion *>context
+    cdef Weights w = self.weights  # of our own, so that no store can change it
+    cdef double dt = self.dt, v_a = w.v_a + w.v_new
+    cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
+    for i in range(begin, end):
+        self.q[i] = self.q0[i] + dt * self.v0[i] + w.q_b * self.b0[i] + w.q_a * self.a0[i]
+        self.a[i] = self.a0[i]
+    if self.system.damped:
+        for i in range(begin, end):
+            self.v[i] = self.v0[i] + w.v_b * self.b0[i] + v_a * self.a0[i]
+
+
 cdef void restart(void *context) noexcept nogil:
     """The predictor: the acceleration and the multipliers of the last step (equation 4)."""
     cdef Motion *self = <Motion *>context
-    cdef const Weights *w = &self.weights
     cdef ptrdiff_t i
-    for i in range(self.n_free):
-        self.q[i] = self.q0[i] + self.dt * self.v0[i] + w.q_b * self.b0[i] + w.q_a * self.a0[i]
-        self.a[i] = self.a0[i]
-    if self.system.damped:
-        for i in range(self.n_free):
-            self.v[i] = self.v0[i] + w.v_b * self.b0[i] + (w.v_a + w.v_new) * self.a0[i]
+    in_parts(self.n_parts, restart_part, self)
     for i in range(self.m):
         self.lam[i] = self.lam0[i]
+
+
+cdef void correct_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef Motion *self = <Motion *>context
+    cdef const double *s = self.s
+    cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
+    cdef double factor = 1.0 / self.weights.scale, rate = self.weights.v_new * factor
+    for i in range(begin, end):
+        self.q[i] += s[i]
+        self.a[i] += factor * s[i]
+    if self.system.damped:
+        for i in range(begin, end):
+            self.v[i] += rate * s[i]
 
 
 cdef void correct(void *context, const double *s) noexcept nogil:
     """Equation 10; where no force depends on it, the velocity follows when the step is accepted."""
     cdef Motion *self = <Motion *>context
     cdef ptrdiff_t i
-    cdef double factor = 1.0 / self.weights.scale, rate = self.weights.v_new * factor
-    for i in range(self.n_free):
-        self.q[i] += s[i]
-        self.a[i] += factor * s[i]
-    if self.system.damped:
-        for i in range(self.n_free):
-            self.v[i] += rate * s[i]
+    cdef double factor = 1.0 / self.weights.scale
+    self.s = s
+    in_parts(self.n_parts, correct_part, self)
     for i in range(self.m):
         self.lam[i] += factor * s[self.n_free + i]
 
@@ -361,8 +396,7 @@ cdef void residual(void *context, double *r) noexcept nogil:
     cdef ptrdiff_t i
     self.system.residual(self.system.context, self.q, self.v, self.a, self.lam,
                          self.dead_load, self.amplitudes, self.r, self.phi)
-    for i in range(self.n_free):
-        r[i] = self.weights.scale * self.r[i]
+    vec_scale_parts(self.n_parts, r, self.weights.scale, self.r, self.n_free)
     for i in range(self.m):
         r[self.n_free + i] = self.phi[i]
 
@@ -373,21 +407,27 @@ cdef void matrix(void *context, double *values) noexcept nogil:
                        self.v, self.lam, self.amplitudes, values)
 
 
+cdef void accept_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef Motion *self = <Motion *>context
+    cdef Weights w = self.weights
+    cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
+    for i in range(begin, end):
+        self.v0[i] += w.v_b * self.b0[i] + w.v_a * self.a0[i] + w.v_new * self.a[i]
+        self.q0[i] = self.q[i]
+    if self.shifted:
+        for i in range(begin, end):
+            self.b0[i] = w.b_b * self.b0[i] + w.b_a * self.a0[i] + w.b_new * self.a[i]
+    for i in range(begin, end):
+        self.a0[i] = self.a[i]
+
+
 cdef void accept(Motion *self) noexcept nogil:
-    cdef const Weights *w = &self.weights
     cdef ptrdiff_t i
     if self.system.n_amplitudes > 0:
         self.watch.work += self.system.load_work(
             self.system.context, self.q0, self.amplitudes0, self.q, self.amplitudes, self.r)
         memcpy(self.amplitudes0, self.amplitudes, self.system.n_amplitudes * sizeof(double))
-    for i in range(self.n_free):
-        self.v0[i] += w.v_b * self.b0[i] + w.v_a * self.a0[i] + w.v_new * self.a[i]
-        self.q0[i] = self.q[i]
-    if self.shifted:
-        for i in range(self.n_free):
-            self.b0[i] = w.b_b * self.b0[i] + w.b_a * self.a0[i] + w.b_new * self.a[i]
-    for i in range(self.n_free):
-        self.a0[i] = self.a[i]
+    in_parts(self.n_parts, accept_part, self)
     for i in range(self.m):
         self.lam0[i] = self.lam[i]
 

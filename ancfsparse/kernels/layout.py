@@ -1,12 +1,22 @@
 """Pack elements into the blocks of `kernel_abi.h`."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
+
+# Blocks from which tables are shared, if so many of them in a row are alike on average.
+MANY_BLOCKS, ALIKE = 256, 8
+
+
+def _no_numbers() -> NDArray[np.int32]:
+    return np.empty(0, dtype=np.int32)
 
 
 @dataclass(frozen=True)
@@ -15,21 +25,69 @@ class Layout:
 
     Attributes
     ----------
-    gather : (n_blocks, n, lanes) int32
-        Places in ``q`` and ``a`` of the coordinates.
-    scatter : (n_blocks, n_out, lanes) int32
+    gather : (n_tables, n, lanes) int32
+        Places in ``q`` and ``a`` of the coordinates; one table for each block, see `table_of`.
+    scatter : (n_tables, n_out, lanes) int32
         Places in ``out`` to which results are added.
     set_of : (n_blocks,) int32
         Which set of parameters each block uses; the bitwise complement of it if the elements of the
         block are a chain, each beginning with the node the one before ends with.
     parameters : (n_sets, n_derived, lanes) float64
         Derived parameters; blocks with equal parameters share one set.
+    table_of : (n_blocks,) int32
+        Which tables each block uses; empty if every block has its own.
+    base, scatter_base : (n_blocks,) int32
+        What a block adds to the places in its tables of `gather` and of `scatter`; empty likewise.
     """
 
     gather: NDArray[np.int32]
     scatter: NDArray[np.int32]
     set_of: NDArray[np.int32]
     parameters: NDArray[np.float64]
+    table_of: NDArray[np.int32] = field(default_factory=_no_numbers)
+    base: NDArray[np.int32] = field(default_factory=_no_numbers)
+    scatter_base: NDArray[np.int32] = field(default_factory=_no_numbers)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all arrays."""
+        tables = self.gather.nbytes + self.scatter.nbytes + self.parameters.nbytes
+        blocks = self.table_of.nbytes + self.base.nbytes + self.scatter_base.nbytes
+        return tables + blocks + self.set_of.nbytes
+
+    def compressed(self) -> Layout:
+        """Let blocks share tables that differ by a shift; the tables here are written to.
+
+        Along a chain each block repeats the one before, some places on: its tables, most of the
+        memory of the elements, become two numbers.  A layout that is small, or where next to no
+        blocks are alike, stays as it is.
+        """
+        n_blocks = len(self.set_of)
+        if n_blocks < MANY_BLOCKS:
+            return self
+        base = self.gather.min(axis=(1, 2))
+        scatter_base = self.scatter.min(axis=(1, 2))
+        self.gather[...] -= base[:, None, None]
+        self.scatter[...] -= scatter_base[:, None, None]
+        flat = self.gather.reshape(n_blocks, -1), self.scatter.reshape(n_blocks, -1)
+        starts = np.ones(n_blocks, dtype=bool)
+        starts[1:] = False
+        for part in flat:
+            starts[1:] |= (part[1:] != part[:-1]).any(axis=1)
+        runs = np.flatnonzero(starts)
+        if len(runs) * ALIKE > n_blocks:
+            self.gather[...] += base[:, None, None]
+            self.scatter[...] += scatter_base[:, None, None]
+            return self
+        first, kind = _distinct(np.hstack([part[runs] for part in flat]))
+        return replace(
+            self,
+            gather=self.gather[runs[first]],
+            scatter=self.scatter[runs[first]],
+            table_of=kind[np.cumsum(starts) - 1],
+            base=base,
+            scatter_base=scatter_base,
+        )
 
 
 def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLike) -> Layout:
@@ -121,12 +179,12 @@ def _chained(blocks: NDArray[np.int32]) -> NDArray[np.bool_]:
     return same
 
 
-def _distinct(rows: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
+def _distinct(rows: NDArray[Any]) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
     """First row of every kind, and the kind of every row."""
     starts = np.ones(len(rows), dtype=bool)
     starts[1:] = (rows[1:] != rows[:-1]).any(axis=1)
     runs = np.flatnonzero(starts)
-    keys = rows[runs].view(np.dtype((np.void, rows.shape[1] * 8))).ravel()
+    keys = rows[runs].view(np.dtype((np.void, rows.shape[1] * rows.itemsize))).ravel()
     _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
     kind = inverse[np.cumsum(starts) - 1] if len(rows) else np.empty(0)
     return runs[first], kind.astype(np.int32)

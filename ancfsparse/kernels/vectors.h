@@ -1,11 +1,15 @@
 /* Passes over long vectors.  Sums run in several lanes at once, which a compiler may not do by itself;
  * the order is fixed by the instruction set, so a run repeats bit for bit.
+ *
+ * Where a pass comes in parts, each is a contiguous piece on a thread of its own, and sums of the parts
+ * are added in their order: a run repeats bit for bit with the same number of parts.
  */
 #ifndef ANCF_VECTORS_H
 #define ANCF_VECTORS_H
 
 #include <stddef.h>
 
+#include "parallel.h"
 #include "simd.h"
 
 static inline double vec_total(vec v)
@@ -34,6 +38,89 @@ static inline double vec_dot(const double *x, const double *y, ptrdiff_t n)
     for (; i < n; ++i)
         rest += x[i] * y[i];
     return vec_total(t0 + t1) + rest;
+}
+
+typedef struct {
+    ptrdiff_t n_parts, n;
+    double a, b;
+    const double *x, *y;
+    double *out;
+} vec_pass;
+
+/* Whole cache lines for each part. */
+static inline ptrdiff_t vec_begin(const vec_pass *pass, ptrdiff_t part)
+{
+    return part == pass->n_parts ? pass->n : pass->n / 8 * part / pass->n_parts * 8;
+}
+
+static inline void vec_scale_range(double *out, double a, const double *x, ptrdiff_t i, ptrdiff_t end)
+{
+    for (; i < end; ++i)
+        out[i] = a * x[i];
+}
+
+static inline void vec_sum_range(double *out, double a, const double *x, double b, const double *y,
+                                 ptrdiff_t i, ptrdiff_t end)
+{
+    for (; i < end; ++i)
+        out[i] = a * x[i] + b * y[i];
+}
+
+static void vec_dot_part(void *context, ptrdiff_t part)
+{
+    const vec_pass *pass = context;
+    ptrdiff_t i = vec_begin(pass, part);
+    pass->out[part] = vec_dot(pass->x + i, pass->y + i, vec_begin(pass, part + 1) - i);
+}
+
+static void vec_scale_part(void *context, ptrdiff_t part)
+{
+    const vec_pass *pass = context;
+    vec_scale_range(pass->out, pass->a, pass->x, vec_begin(pass, part), vec_begin(pass, part + 1));
+}
+
+static void vec_sum_part(void *context, ptrdiff_t part)
+{
+    const vec_pass *pass = context;
+    vec_sum_range(pass->out, pass->a, pass->x, pass->b, pass->y, vec_begin(pass, part),
+                  vec_begin(pass, part + 1));
+}
+
+/* x . y */
+static inline double vec_dot_parts(ptrdiff_t n_parts, const double *x, const double *y, ptrdiff_t n)
+{
+    if (n_parts == 1)
+        return vec_dot(x, y, n);
+    double sum[ANCF_MOST_PARTS], total = 0.0;
+    vec_pass pass = {.n_parts = n_parts, .n = n, .x = x, .y = y, .out = sum};
+    ancf_in_parts(n_parts, vec_dot_part, &pass);
+    for (ptrdiff_t part = 0; part < n_parts; ++part)
+        total += sum[part];
+    return total;
+}
+
+/* out = a x */
+static inline void vec_scale_parts(ptrdiff_t n_parts, double *out, double a, const double *x,
+                                   ptrdiff_t n)
+{
+    if (n_parts == 1) {
+        vec_scale_range(out, a, x, 0, n);
+        return;
+    }
+    vec_pass pass = {.n_parts = n_parts, .n = n, .a = a, .x = x, .out = out};
+    ancf_in_parts(n_parts, vec_scale_part, &pass);
+}
+
+/* out = a x + b y */
+static inline void vec_sum_parts(ptrdiff_t n_parts, double *out, double a, const double *x, double b,
+                                 const double *y, ptrdiff_t n)
+{
+    if (n_parts == 1) {
+        vec_sum_range(out, a, x, b, y, 0, n);
+        return;
+    }
+    vec_pass pass = {.n_parts = n_parts, .n = n, .a = a, .b = b, .x = x, .y = y, .out = out};
+    ancf_in_parts(n_parts, vec_sum_part, &pass);
 }
 
 #endif

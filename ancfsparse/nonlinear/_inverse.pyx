@@ -19,6 +19,13 @@ cdef extern from "simd.h":
 
 cdef extern from "vectors.h":
     double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
+    double dot_parts "vec_dot_parts" (
+        ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
+    void scaled "vec_scale_parts" (
+        ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
+    void combined "vec_sum_parts" (
+        ptrdiff_t, double *, double, const double *, double, const double *,
+        ptrdiff_t) noexcept nogil
 
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_seed:
@@ -53,50 +60,46 @@ cdef double SMALLEST_COSINE = 1e-8
 cdef double SMALLEST_BROYDEN = 1e-3
 
 
-cdef int pair_terms(Rule rule, ptrdiff_t n, const double *s, const double *y, const double *p,
-                    double smallest_y, double *a, double *w, ptrdiff_t stride) noexcept nogil:
+cdef int pair_terms(Rule rule, ptrdiff_t parts, ptrdiff_t n, const double *s, const double *y,
+                    const double *p, double smallest_y, double *a, double *w,
+                    ptrdiff_t stride) noexcept nogil:
     """Write the terms of a pair to a[0], w[0] (and a[stride], w[stride]); return how many, or 0.
 
     ``p = H r_new``; so ``h = H y = p + s`` and ``u = s - h = -p``.  Broyden's w is left to the
     caller, a[0] is u.
     """
     cdef double sy, yh, uy, yy
-    cdef ptrdiff_t i
-    yy = dot(y, y, n)
+    yy = dot_parts(parts, y, y, n)
     if not yy > smallest_y * smallest_y:
         return 0
     if rule == BROYDEN:
-        for i in range(n):
-            a[i] = -p[i]
+        scaled(parts, a, -1.0, p, n)
         return 1
     if rule == DAVIDON:  # equation 14: u u^T / (u.y)
-        uy = -dot(p, y, n)
-        if not fabs(uy) >= SMALLEST_COSINE * sqrt(dot(p, p, n) * yy):
+        uy = -dot_parts(parts, p, y, n)
+        if not fabs(uy) >= SMALLEST_COSINE * sqrt(dot_parts(parts, p, p, n) * yy):
             return 0
-        for i in range(n):
-            w[i] = -p[i]
-            a[i] = -p[i] / uy
+        scaled(parts, w, -1.0, p, n)
+        scaled(parts, a, -1.0 / uy, p, n)
         return 1
-    sy = dot(s, y, n)
-    yh = sy + dot(p, y, n)
-    if not fabs(sy) >= SMALLEST_COSINE * sqrt(dot(s, s, n) * yy):
+    sy = dot_parts(parts, s, y, n)
+    yh = sy + dot_parts(parts, p, y, n)
+    if not fabs(sy) >= SMALLEST_COSINE * sqrt(dot_parts(parts, s, s, n) * yy):
         return 0
+    combined(parts, w + stride, 1.0, p, 1.0, s, n)  # h
     if rule == DFP:  # equation 15: s s^T / (s.y) - h h^T / (y.h)
-        for i in range(n):
-            a[i] = s[i] / sy
-            w[i] = s[i]
-            w[stride + i] = p[i] + s[i]
-        if not fabs(yh) >= SMALLEST_COSINE * sqrt(dot(w + stride, w + stride, n) * yy):
+        scaled(parts, a, 1.0 / sy, s, n)
+        scaled(parts, w, 1.0, s, n)
+        if not fabs(yh) >= SMALLEST_COSINE * sqrt(
+                dot_parts(parts, w + stride, w + stride, n) * yy):
             return 0
-        for i in range(n):
-            a[stride + i] = -w[stride + i] / yh
+        scaled(parts, a + stride, -1.0 / yh, w + stride, n)
         return 2
     # Equation 16 multiplied out: s ((1 + y.h / s.y) s - h)^T / (s.y) - h s^T / (s.y).
-    for i in range(n):
-        a[i] = s[i]
-        w[i] = ((1.0 + yh / sy) * s[i] - (p[i] + s[i])) / sy
-        a[stride + i] = p[i] + s[i]
-        w[stride + i] = -s[i] / sy
+    scaled(parts, a, 1.0, s, n)
+    combined(parts, w, (1.0 + yh / sy) / sy, s, -1.0 / sy, w + stride, n)
+    scaled(parts, a + stride, 1.0, w + stride, n)
+    scaled(parts, w + stride, -1.0 / sy, s, n)
     return 2
 
 
@@ -143,6 +146,9 @@ cdef class Dense:
         self.interface.reseed, self.interface.forget = dense_reseed, dense_forget
         self.interface.apply, self.interface.learn = dense_apply, dense_learn
         self.capsule = PyCapsule_New(&self.interface, "ancf_inverse", NULL)
+
+    def set_threads(self, ptrdiff_t threads):
+        """Take no notice: a matrix this small belongs to one thread."""
 
     def set_smallest_y(self, double value):
         """Skip pairs whose difference of residuals is shorter than this: rounding."""
@@ -274,8 +280,7 @@ cdef int dense_learn(void *context, const double *s, const double *y, const doub
     cdef int terms, k
     cdef double delta, factor, ss
     dense_apply(context, r_new, z)
-    terms = pair_terms(self.rule, n, s, y, z, self.smallest_y, self.a, self.w,
-                       self.padded)
+    terms = pair_terms(self.rule, 1, n, s, y, z, self.smallest_y, self.a, self.w, self.padded)
     if terms == 0:
         return 0
     if self.rule == BROYDEN:  # equation 13: u (H^T s)^T / (s.h)
@@ -296,7 +301,7 @@ cdef int dense_learn(void *context, const double *s, const double *y, const doub
 cdef struct LimitedData:
     const ancf_seed *seed
     Rule rule
-    ptrdiff_t n, capacity, pairs, count  # pairs and terms held
+    ptrdiff_t n, parts, capacity, pairs, count  # pairs and terms held
     double smallest_y
     double *a  # terms of n numbers each, like w
     double *w
@@ -322,16 +327,21 @@ cdef class Limited:
         self.owner = seed
         data.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         data.rule = RULES[rule]
-        data.n = data.seed.n
+        data.n, data.parts = data.seed.n, 1
         data.capacity = n_pairs
-        self.terms = np.zeros((2, max(MOST_TERMS * n_pairs, 1), data.n))
-        self.weights = np.ones(data.n) if weights is None else np.array(weights, dtype=float)
-        terms, weights_view = self.terms, self.weights
-        data.a, data.w, data.weights = &terms[0, 0, 0], &terms[1, 0, 0], &weights_view[0]
+        if n_pairs > 0:
+            self.terms = np.zeros((2, MOST_TERMS * n_pairs, data.n))
+            self.weights = np.ones(data.n) if weights is None else np.array(weights, dtype=float)
+            terms, weights_view = self.terms, self.weights
+            data.a, data.w, data.weights = &terms[0, 0, 0], &terms[1, 0, 0], &weights_view[0]
         self.interface.context, self.interface.n = data, data.n
         self.interface.reseed, self.interface.forget = limited_reseed, limited_forget
         self.interface.apply, self.interface.learn = limited_apply, limited_learn
         self.capsule = PyCapsule_New(&self.interface, "ancf_inverse", NULL)
+
+    def set_threads(self, ptrdiff_t threads):
+        """Set the number of threads for passes over vectors."""
+        self.data.parts = threads
 
     def set_smallest_y(self, double value):
         """Skip pairs whose difference of residuals is shorter than this: rounding."""
@@ -362,13 +372,12 @@ cdef void limited_forget(void *context) noexcept nogil:
 
 
 cdef void add_term(const LimitedData *self, ptrdiff_t k, const double *r, double *z) noexcept nogil:
-    cdef ptrdiff_t i
     cdef const double *a = self.a + k * self.n
     cdef double factor
     # Broyden's terms act on what the earlier terms made of r, the symmetric ones on r itself.
-    factor = dot(self.w + k * self.n, z if self.rule == BROYDEN else r, self.n)
-    for i in range(self.n):
-        z[i] += factor * a[i]
+    factor = dot_parts(self.parts, self.w + k * self.n,
+                       <const double *>z if self.rule == BROYDEN else r, self.n)
+    combined(self.parts, z, 1.0, z, factor, a, self.n)
 
 
 cdef void limited_apply(void *context, const double *r, double *z) noexcept nogil:
@@ -390,20 +399,19 @@ cdef int limited_learn(void *context, const double *s, const double *y, const do
         limited_apply(context, r_new, z)
         return 1
     limited_apply(context, r_new, z)
-    terms = pair_terms(self.rule, n, s, y, z, self.smallest_y, self.a + self.count * n,
-                       self.w + self.count * n, n)
+    terms = pair_terms(self.rule, self.parts, n, s, y, z, self.smallest_y,
+                       self.a + self.count * n, self.w + self.count * n, n)
     if terms == 0:
         return 0
     if self.rule == BROYDEN:  # (I + u s^T D / (s.D h)) H
         w = self.w + self.count * n
         for i in range(n):
             w[i] = self.weights[i] * s[i]
-        ss = dot(w, s, n)
-        delta = ss + dot(w, z, n)
+        ss = dot_parts(self.parts, w, s, n)
+        delta = ss + dot_parts(self.parts, w, z, n)
         if not fabs(delta) >= SMALLEST_BROYDEN * ss:
             return 0
-        for i in range(n):
-            w[i] /= delta
+        scaled(self.parts, w, 1.0 / delta, w, n)
     for k in range(self.count, self.count + terms):
         add_term(self, k, r_new, z)
     self.count += terms

@@ -19,7 +19,12 @@ cdef extern from "<time.h>":
     int CLOCK_MONOTONIC
 
 cdef extern from "vectors.h":
-    double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
+    double dot "vec_dot_parts" (ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
+    void scaled "vec_scale_parts" (
+        ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
+    void combined "vec_sum_parts" (
+        ptrdiff_t, double *, double, const double *, double, const double *,
+        ptrdiff_t) noexcept nogil
 
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_seed:
@@ -78,7 +83,7 @@ cdef struct Loop:
     const ancf_equations *equations
     const ancf_seed *seed
     const ancf_inverse *inverse
-    ptrdiff_t n
+    ptrdiff_t n, parts
     bint newton, learns, carry, polishes, economical, by_correction
     int max_iterations
     double force_tolerance, constraint_tolerance, correction_tolerance, noise
@@ -121,7 +126,7 @@ cdef class Iteration:
             equations.capsule, "ancf_equations")
         loop.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         loop.inverse = <const ancf_inverse *>PyCapsule_GetPointer(inverse.capsule, "ancf_inverse")
-        loop.n = loop.equations.n
+        loop.n, loop.parts = loop.equations.n, 1
         loop.newton, loop.learns, loop.carry, loop.polishes = newton, learns, carry, polishes
         loop.economical = economical
         loop.by_correction, loop.max_iterations = by_correction, max_iterations
@@ -130,10 +135,11 @@ cdef class Iteration:
         loop.cost_iteration, loop.cost_seed = cost_iteration, cost_seed
         loop.rate = SLOW
         loop.timed = loop.n >= TIMED_FROM
-        self.arrays = np.zeros((6, loop.n)), np.zeros(loop.equations.n_values + 1)
+        # The pair and the product are done with whenever a matrix is assembled: they share its room.
+        self.arrays = np.zeros((3, loop.n)), np.zeros(max(loop.equations.n_values + 1, 3 * loop.n))
         vectors, values = self.arrays
-        loop.r, loop.r_new, loop.s = &vectors[0, 0], &vectors[1, 0], &vectors[2, 0]
-        loop.y, loop.z, loop.diagonal = &vectors[3, 0], &vectors[4, 0], &vectors[5, 0]
+        loop.r, loop.r_new, loop.diagonal = &vectors[0, 0], &vectors[1, 0], &vectors[2, 0]
+        loop.s, loop.y, loop.z = &values[0], &values[loop.n], &values[2 * loop.n]
         loop.values, loop.column_start = &values[0], &column_start[0]
         self.interface.context, self.interface.solve = loop, solve
         self.capsule = PyCapsule_New(&self.interface, "ancf_nonlinear", NULL)
@@ -147,6 +153,10 @@ cdef class Iteration:
     def counts(self):
         """Counts since construction, by name."""
         return dict(self.loop.counts)
+
+    def set_threads(self, ptrdiff_t threads):
+        """Set the number of threads for passes over vectors."""
+        self.loop.parts = threads
 
     def mark_seeded(self):
         """Tell that the inverse was filled from outside (a finite-difference matrix)."""
@@ -215,8 +225,8 @@ cdef double largest(const double *x, ptrdiff_t n) noexcept nogil:
     return m
 
 
-cdef inline double rms(const double *x, ptrdiff_t n) noexcept nogil:
-    return sqrt(dot(x, x, n) / n)
+cdef inline double rms(const Loop *self, const double *x, ptrdiff_t n) noexcept nogil:
+    return sqrt(dot(self.parts, x, x, n) / n)
 
 
 cdef void assemble(Loop *self) noexcept nogil:
@@ -279,16 +289,14 @@ cdef void finish(Loop *self, double size) noexcept nogil:
     This costs no residual.  Davidon's inverse may be far off in a direction it has not seen, so its
     correction would need a residual to be believed; nor is one believed that is longer than the last.
     """
-    cdef ptrdiff_t n = self.n, i
+    cdef ptrdiff_t n = self.n
     if self.carry:
-        for i in range(n):
-            self.y[i] = self.r_new[i] - self.r[i]
+        combined(self.parts, self.y, 1.0, self.r_new, -1.0, self.r, n)
         learn(self, self.r_new)
     elif self.polishes:
         multiply(self, self.r_new)
-    if self.polishes and rms(self.z, self.equations.n_coordinates) <= size:
-        for i in range(n):
-            self.s[i] = -self.z[i]
+    if self.polishes and rms(self, self.z, self.equations.n_coordinates) <= size:
+        scaled(self.parts, self.s, -1.0, self.z, n)
         self.equations.correct(self.equations.context, self.s)
         self.counts.last_corrections += 1
 
@@ -300,12 +308,12 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
     cdef double *s = self.s
     cdef double *z = self.z
     cdef double *swap
-    cdef ptrdiff_t n = self.n, i
+    cdef ptrdiff_t n = self.n
     cdef int it, halvings
     cdef bint small, learns = not newton and self.learns
     cdef double size, last_size = 0.0, norm, norm_new, start, theta, last_theta = 0.0, remaining
     evaluate(self, self.r)
-    norm = start = rms(self.r, n)
+    norm = start = rms(self, self.r, n)
     if not isfinite(norm):
         return NOT_FINITE
     if residual_is_small(self, self.r) and not self.by_correction:
@@ -316,12 +324,11 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
         inverse.forget(inverse.context)
     multiply(self, self.r)
     for it in range(self.max_iterations):
-        for i in range(n):
-            s[i] = -z[i]
+        scaled(self.parts, s, -1.0, z, n)
         eq.correct(eq.context, s)
         used[0] += 1
         self.counts.iterations += 1
-        size = rms(s, eq.n_coordinates)
+        size = rms(self, s, eq.n_coordinates)
         if last_size > 0.0:
             self.rate = fmin(fmax(0.3 * self.rate, size / last_size), 0.99)
         last_size = size
@@ -333,19 +340,17 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
         if small and not learns and not damped and n == eq.n_coordinates:
             return CONVERGED
         evaluate(self, self.r_new)
-        norm_new = rms(self.r_new, n)
+        norm_new = rms(self, self.r_new, n)
         if damped:
             # Halve a step that makes the residual larger; the last try is kept whatever it does.
             halvings = 0
             while not norm_new <= norm and halvings < 6 and not small:
                 halvings += 1
-                for i in range(n):
-                    s[i] *= -0.5
+                scaled(self.parts, s, -0.5, s, n)
                 eq.correct(eq.context, s)
-                for i in range(n):
-                    s[i] = -s[i]
+                scaled(self.parts, s, -1.0, s, n)
                 evaluate(self, self.r_new)
-                norm_new = rms(self.r_new, n)
+                norm_new = rms(self, self.r_new, n)
         if not isfinite(norm_new):
             return NOT_FINITE
         if residual_agrees(self, self.r_new) if small else (
@@ -359,8 +364,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
             return DIVERGED
         theta = norm_new / norm
         if not newton:
-            for i in range(n):
-                self.y[i] = self.r_new[i] - self.r[i]
+            combined(self.parts, self.y, 1.0, self.r_new, -1.0, self.r, n)
         swap = self.r
         self.r = self.r_new
         self.r_new = swap

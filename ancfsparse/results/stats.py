@@ -48,6 +48,8 @@ class RunStats:
         included) and ``"rest"``.
     solver : str
         What was chosen and why.
+    threads : int
+        Threads that shared the work; 1 for systems so small that more would not pay.
     """
 
     march_seconds: float = 0.0
@@ -65,6 +67,7 @@ class RunStats:
     error: float = math.nan
     seconds: dict[str, float] = field(default_factory=dict)
     solver: str = ""
+    threads: int = 1
 
     @property
     def iterations_per_step(self) -> float:

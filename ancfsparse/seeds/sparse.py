@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.seeds.cholmod import Supernodal, order
+from ancfsparse.seeds.shape import Upper, parts_of, shape_of
 
 Indices = NDArray[np.integer[Any]]
 # Operations for each entry of L from which CHOLMOD's dense blocks beat our loops: between square
 # nets of 30 (149, four times slower) and of 60 cables a side (257, a quarter faster).
 DENSE_BLOCKS = 200.0
-
-Upper = tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32]]
 
 
 class SparseSeed:
@@ -34,6 +33,8 @@ class SparseSeed:
     n_positive : int
         The first ``n_positive`` unknowns must have positive pivots (coordinates), the others
         negative ones (multipliers).
+    threads : int, optional
+        Most threads for our own factor; see `parts_of`.
 
     Attributes
     ----------
@@ -43,27 +44,59 @@ class SparseSeed:
         ``"natural"``, ``"both ends"``, ``"amd"`` or ``"metis"``: what fills in least.
     supernodal : bool
         Whether CHOLMOD factors.
+    nnz, factor_flops : int
+        Entries of L below the diagonal; operations of one factorisation, from the squares of the
+        lengths of its columns.
+    threads : int
+        How many take part in our own factor.
+    shape : Shape
+        Supernodes of L and their parts.
     """
 
-    def __init__(self, indptr: Indices, indices: Indices, n_positive: int) -> None:
+    def __init__(
+        self, indptr: Indices, indices: Indices, n_positive: int, threads: int = 1
+    ) -> None:
         self.n = len(indptr) - 1
-        self.ordering, permutation, self._upper = _cheapest(indptr, indices)
-        self._permutation = permutation
-        self._sign = np.where(permutation < n_positive, 1, -1).astype(np.int8)
-        _, self._lengths = compiled("ldl").elimination_tree(*self._upper[:2])
+        self._pattern = np.asarray(indptr, dtype=np.int64), np.asarray(indices, dtype=np.int32)
+        self._n_positive = n_positive
+        self.ordering, permutation, upper = _cheapest(*self._pattern)
+        shape = shape_of(upper)
+        owner = None
+        while threads > 1 and owner is None:  # fewer parts than threads if need be
+            owner = parts_of(shape, threads)
+            threads -= 0 if owner is not None else (threads + 1) // 2
+        if owner is not None:
+            of_column = owner[shape.super_of]
+            permutation = permutation[np.argsort(of_column, kind="stable")]
+            upper = _upper(*self._pattern, permutation)
+            shape = shape_of(upper, np.bincount(of_column, minlength=threads + 1))
+        self.nnz, self.factor_flops, self.threads = shape.nnz, shape.flops, shape.n_parts
+        self._permutation, self.shape = permutation, shape
         self._own: Any = None
         self._fallen_back = False
         self.supernodal = n_positive == self.n and self.factor_flops > DENSE_BLOCKS * self.nnz
-        self._cholmod = Supernodal(indptr, indices, self.ordering) if self.supernodal else None
-        self._callback = (
-            compiled("callback").Callback(self, self.n, len(indices)) if self.supernodal else None
+        self._cholmod: Supernodal | None = None
+        self._callback: Any = None
+        if self.supernodal:
+            self._cholmod = Supernodal(indptr, indices, self.ordering)
+            self._callback = compiled("callback").Callback(self, self.n, len(indices))
+        else:
+            self._make_own(upper)
+
+    def _make_own(self, upper: Upper) -> None:
+        self._own = compiled("ldl").Ldl(
+            *self._pattern,
+            self._permutation,
+            self._n_positive,
+            self.shape,
+            self.shape.rows(upper),
         )
 
     @property
     def own(self) -> Any:
         """Our own compiled factor."""
         if self._own is None:
-            self._own = compiled("ldl").Ldl(self._permutation, *self._upper, self._sign)
+            self._make_own(_upper(*self._pattern, self._permutation))
         return self._own
 
     @property
@@ -76,16 +109,6 @@ class SparseSeed:
     def error(self) -> BaseException | None:
         """What went wrong in CHOLMOD while compiled code was running, if anything."""
         return None if self._callback is None else self._callback.error
-
-    @property
-    def nnz(self) -> int:
-        """Entries of L below the diagonal."""
-        return int(self._lengths.sum())
-
-    @property
-    def factor_flops(self) -> int:
-        """Operations of one factorisation: the squares of the column lengths of L."""
-        return int(np.sum(self._lengths * (self._lengths + 3)))
 
     @property
     def solve_flops(self) -> int:
@@ -127,20 +150,20 @@ def _cheapest(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32]
     would take longer than all the rest, so it stops where the better one ended.
     """
     n = len(indptr) - 1
-    tree = compiled("ldl").elimination_tree
+    tree = compiled("tree").elimination_tree
     no_fill = len(indices) - n
     natural = np.arange(n, dtype=np.int32)
-    if tree(*_upper(indptr, indices, natural)[:2], no_fill) is not None:
+    if tree(*_upper(indptr, indices, natural), no_fill) is not None:
         inwards = _from_both_ends(indptr, indices)
         for name, permutation in (("both ends", inwards), ("natural", natural)):
             upper = _upper(indptr, indices, permutation)
-            if tree(*upper[:2], no_fill) is not None:
+            if tree(*upper, no_fill) is not None:
                 return name, permutation, upper
     best, most = None, np.iinfo(np.int64).max
     for method in ("metis", "amd"):
         permutation = order(indptr, indices, method)
         upper = _upper(indptr, indices, permutation)
-        found = tree(*upper[:2], most)
+        found = tree(*upper, most)
         if found is not None:
             best, most = (method, permutation, upper), int(found[1].sum()) - 1
     assert best is not None
@@ -154,8 +177,8 @@ def _from_both_ends(indptr: Indices, indices: Indices) -> NDArray[np.int32]:
     columns, turns = [], []
     for side, order_of_side in enumerate((forwards, forwards[::-1].copy())):
         half = (n + 1 - side) // 2
-        tree = compiled("ldl").elimination_tree(*_upper(indptr, indices, order_of_side)[:2])
-        first = compiled("ldl").supernodes(*tree)[0]
+        tree = compiled("tree").elimination_tree(*_upper(indptr, indices, order_of_side))
+        first = compiled("tree").supernodes(*tree)[0]
         width = np.diff(np.append(first[first < half], half))  # up to the middle
         columns.append(order_of_side[:half])
         turns.append(np.repeat(2 * np.arange(len(width), dtype=np.int32) + side, width))
@@ -163,8 +186,6 @@ def _from_both_ends(indptr: Indices, indices: Indices) -> NDArray[np.int32]:
 
 
 def _upper(indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> Upper:
-    """Return the upper triangle of the permuted matrix by columns: starts, rows, slots."""
-    upper: Upper = compiled("ldl").permuted_upper(
-        np.asarray(indptr, dtype=np.int64), np.asarray(indices, dtype=np.int32), permutation
-    )
+    """Return the upper triangle of the permuted matrix by columns: starts and rows."""
+    upper: Upper = compiled("tree").permuted_upper(indptr, indices, permutation)
     return upper

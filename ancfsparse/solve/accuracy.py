@@ -79,6 +79,7 @@ def solve_accurately(
     solver: Method | str,
     max_energy_gain: float,
     progress: bool,
+    threads: int = 1,
 ) -> tuple[States, RunStats]:
     """March with errors per step that shrink until the motion as a whole is accurate enough.
 
@@ -94,7 +95,7 @@ def solve_accurately(
         Times asked for, the first one 0 [s].
     accuracy : float
         Largest error of the position of a node at these times [m].
-    integrator, solver, max_energy_gain, progress
+    integrator, solver, max_energy_gain, progress, threads
         As in `simulate`.
 
     Returns
@@ -119,7 +120,7 @@ def solve_accurately(
             f"accuracy = {accuracy:.3g} m is below what double precision can hold in a scene of "
             f"{size:.3g} m, about {NOISE * size:.2g} m: ask for more than that"
         )
-    total = RunStats(runs=0)
+    total = RunStats(runs=0, threads=threads)
     before: States | None = None
     local, shrink, error, stuck = FIRST * accuracy * math.sqrt(accuracy / size), LEAST, np.inf, 0
     begin = time.perf_counter()
@@ -133,6 +134,7 @@ def solve_accurately(
                 _first_step(system, float(t[-1]), local),
                 t,
                 max_energy_gain,
+                threads,
             )
             try:
                 states = stepper.run()

@@ -8,13 +8,17 @@ from pathlib import Path
 
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import element_kind
+from ancfsparse.kernels.layout import MANY_BLOCKS
 from ancfsparse.nonlinear import Method, QuasiNewton
-from ancfsparse.scene import Connect, Mesh, Scene
+from ancfsparse.scene import Beam, Connect, Mesh, Scene
 
-# Vectors over all coordinates that a run keeps: states, loads, predictor, secant pairs.
+# Vectors over all coordinates that a run keeps: loads, last and present state, residuals, one saved
+# state, the numbering and the pivots of the factor.
 VECTORS = 24
-# Bytes for an entry of the matrix: values of mass, matrix and their maps; and of its factor.
-MATRIX_ENTRY, FACTOR_ENTRY = 36, 12
+# Bytes for an entry of the matrix, value and row; and of its factor, value and its share of a row.
+MATRIX_ENTRY, FACTOR_ENTRY = 12, 9
+# Secant pairs: two terms of two vectors each.
+PAIR = 4
 GIGABYTE = 1e9
 
 
@@ -25,8 +29,8 @@ class Memory:
     Attributes
     ----------
     kernels, matrix, factor, vectors, states : float
-        Element arrays; matrix and its pattern; its factor or dense inverse; vectors of the
-        solvers; saved states [bytes].
+        Element arrays; matrix and its pattern; its factor, with secant pairs, or dense inverse;
+        vectors of the solvers; saved states [bytes].
     """
 
     kernels: float
@@ -65,8 +69,10 @@ def estimate(
     for body in scene.beams:
         kind = element_kind(body.element, scene.dim, **body.options)
         n, n_out, n_c = kind.n_coordinates, kind.n_out("tangent"), len(kind.node_coordinates)
-        # During set-up the maps of the tangent are there twice, once by element, once by lane.
-        kernels += 4.0 * body.n_elements * (n + 2 * n_out + 1)
+        # The blocks of a long beam share their tables, see `Layout.compressed`.
+        shared = isinstance(body, Beam) and body.n_elements >= MANY_BLOCKS * kind.lanes
+        kernels += 16.0 * body.n_elements / kind.lanes
+        kernels += 0.0 if shared else 4.0 * body.n_elements * (n + n_out)
         entries += len(body.row_nodes) * n_c * (n_c + 1) / 2 + body.n_elements * n_c**2
         coordinates += scene.dim * body.n_nodes + (n_c - scene.dim) * len(body.row_nodes)
         n_rows, n_elements = n_rows + len(body.row_nodes), n_elements + body.n_elements
@@ -76,6 +82,8 @@ def estimate(
         factor = 8.0 * coordinates**2
     else:
         factor = FACTOR_ENTRY * entries * _fill(scene, n_nodes)
+    if isinstance(solver, QuasiNewton) and solver.memory != "full":
+        factor += 8.0 * PAIR * int(solver.memory) * coordinates
     columns = coordinates if kept_nodes is None else 4.0 * scene.dim * kept_nodes
     return Memory(
         kernels,

@@ -22,6 +22,7 @@ from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.choose import choose
 from ancfsparse.solve.start import check_constraints, regularize, starting_state
+from ancfsparse.solve.threads import divide
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -34,9 +35,11 @@ def prepare(
     solver: Method | str,
     tolerance: str | float,
     max_energy_gain: float,
+    threads: int = 1,
 ) -> tuple[Any, Any, SparseSeed, str]:
     """Return the compiled march and nonlinear loop, the seed, and why this method."""
-    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    pattern = system.pattern
+    seed = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
     straight = system.constraints.linear
     method, why = choose(solver, seed.n, seed.solve_flops, straight=straight)
     scale = integrator.scale * dt**2
@@ -58,6 +61,7 @@ def prepare(
         tolerance_of(tolerance, scale, force_scale, rounding(system) / EPSILON),
         Costs.of(system.operations("residual"), system.operations("tangent"), seed),
     )
+    divide(system, threads, march, iteration, inverse)
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
         why += ", first inverse from finite differences"
     return march, iteration, seed, why

@@ -34,6 +34,7 @@ from ancfsparse.solve.explicit import (
 from ancfsparse.solve.memory import check_fits, estimate
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
 from ancfsparse.solve.setup import count, failure, prepare
+from ancfsparse.solve.threads import check_threads, usable
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -59,6 +60,7 @@ def simulate(
     solver: Method | str = "auto",
     tolerance: str | float = "default",
     max_energy_gain: float = 0.01,
+    threads: int = 1,
     save_every: int = 1,
     save_nodes: Sequence[Node] | None = None,
     output: str | Path | None = None,
@@ -98,6 +100,10 @@ def simulate(
         Share of the largest energy exchanged so far between motion, strain, gravity and loads by
         which the energy may exceed what was given, before the run is stopped [-]; ``inf`` never
         stops it.
+    threads : int, optional
+        Threads that share the work of large systems, from 40 000 free coordinates on; smaller ones
+        run on one.  Runs with the same number repeat bit for bit.  More than the machine has gain
+        nothing.
     save_every : int, optional
         Steps from one saved state to the next; the last state is saved in any case.
     save_nodes : sequence of Node, optional
@@ -146,6 +152,7 @@ def simulate(
             f"CentralDifference() or RungeKuttaNystrom(order), got {integrator!r}"
         )
     check_gain(max_energy_gain)
+    check_threads(threads)
     check_nodes(save_nodes)
     check_output(output)
     begin = time.perf_counter()
@@ -161,14 +168,16 @@ def simulate(
         "solver": repr(solver),
         "tolerance": tolerance,
         "max_energy_gain": max_energy_gain,
+        "threads": threads,
         "save_every": save_every,
     }
     record = Record(system, rows, save_nodes, output, settings)
+    threads = 1 if isinstance(integrator, Explicit) else usable(system, threads)
     if accuracy is not None:
         implicit = check_accuracy(system, accuracy, tolerance, integrator)
         times = dt * np.append(np.arange(0, n_steps, save_every), n_steps)
         states, stats = solve_accurately(
-            system, times, accuracy, implicit, solver, max_energy_gain, progress
+            system, times, accuracy, implicit, solver, max_energy_gain, progress, threads
         )
         with record.open() as recorder:
             recorder.append(states.t, states.q, states.v, states.a, states.lam)
@@ -182,9 +191,10 @@ def simulate(
         nodes = integrator.tableau.c[1:]
     else:
         march, iteration, seed, why = prepare(
-            system, dt, integrator, solver, tolerance, max_energy_gain
+            system, dt, integrator, solver, tolerance, max_energy_gain, threads
         )
-    stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
+    seconds = {"set-up": time.perf_counter() - begin}
+    stats = RunStats(solver=why, seconds=seconds, threads=threads)
     with record.open() as recorder:
         outcome = _march(
             system,

@@ -81,7 +81,7 @@ class Stepper:
         First step [s].
     t : (k,) float
         Times asked for, the first one 0 [s].
-    max_energy_gain : float
+    max_energy_gain, threads
         As in `simulate`.
     """
 
@@ -94,13 +94,14 @@ class Stepper:
         dt: float,
         t: Vector,
         max_energy_gain: float,
+        threads: int = 1,
     ) -> None:
         begin = time.perf_counter()
         self.system, self.integrator = system, integrator
         self.local_error, self.dt, self.max_energy_gain = local_error, dt, max_energy_gain
         self.seed: SparseSeed
         self.march, self.iteration, self.seed, why = prepare(
-            system, dt, integrator, solver, "default", max_energy_gain
+            system, dt, integrator, solver, "default", max_energy_gain, threads
         )
         # The iteration of a step leaves a small share of the step's error.
         bound = ITERATION_SHARE * local_error

@@ -28,6 +28,7 @@ def scaling(
     peers: Annotated[bool, typer.Option("--peers", help="Run Exudyn beside ours.")] = False,
     rounds: Annotated[int, typer.Option(help="Runs of each solver, in turn.")] = 3,
     cap: Annotated[float, typer.Option(help="Leave out runs expected to take longer [s].")] = 60.0,
+    threads: Annotated[int, typer.Option(help="If more than 1, auto on so many threads too.")] = 1,
     output: OutputOption = Path("results"),
 ) -> None:
     """Measure cost per element and step, and memory, against size, and the roofline."""
@@ -36,8 +37,9 @@ def scaling(
     check_count("largest-net", largest_net, 2)
     check_count("rounds", rounds)
     check_positive("cap", cap, "s")
+    check_count("threads", threads)
     result = run_scaling(
-        largest, steps, largest_net if nets else 0, peers, rounds, cap, progress=True
+        largest, steps, largest_net if nets else 0, peers, rounds, cap, True, threads
     )
     typer.echo(scaling_report.as_text(result))
     written = scaling_report.write(result, output)

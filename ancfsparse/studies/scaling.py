@@ -29,6 +29,8 @@ TITLES = {
 
 # A scene this much larger takes as much longer with the solver that grows fastest.
 GROWTH = {"chain": 1.0, "net": 1.5}
+# Chains whose cost per element the longest one is compared with: in the caches, and not.
+GROWTH_FROM = (1000, 100_000)
 # Fits leave out sizes where fixed costs show.
 FIT_FROM = 500
 
@@ -138,6 +140,16 @@ class Scaling:
             out[f"{title}: iterations of auto per step"] = slope(steps)
         return {key: value for key, value in out.items() if not np.isnan(value)}
 
+    def growth(self) -> dict[str, float]:
+        """Divide the cost per element of the longest chain at rest by that of shorter ones."""
+        rows = self.done(("chain", "rest"), "auto")
+        return {
+            f"{rows[-1].job.elements:,} over {row.job.elements:,} elements": rows[-1].microseconds
+            / row.microseconds
+            for row in rows[:-1]
+            if row.job.elements in GROWTH_FROM
+        }
+
     def record(self) -> dict[str, Any]:
         """Return one JSON object."""
         return {
@@ -146,6 +158,7 @@ class Scaling:
             "counts": self.counts,
             "ratios": [ratios(group) for group in self.by_size()],
             "slopes": self.slopes(),
+            "growth": self.growth(),
             "roofline": self.roofline.record(),
         }
 
@@ -171,7 +184,8 @@ def ratios(group: Sequence[Row]) -> dict[str, Any]:
     -------
     dict
         ``scene``, ``size``, and where both sides have a result ``auto / best fixed``,
-        ``Newton / auto`` and ``<peer> / auto``: times of the rounds in turn, the median of ratios.
+        ``Newton / auto`` and ``<peer> / auto``, and what threads gain: times of the rounds in turn,
+        the median of ratios.
     """
     done = {row.job.solver: row for row in group if not row.note}
     out: dict[str, Any] = {"scene": TITLES[group[0].scene], "size": group[0].job.size}
@@ -189,6 +203,9 @@ def ratios(group: Sequence[Row]) -> dict[str, Any]:
     for name in ("Newton", *(peer.name for peer in PEERS)):
         if name in done:
             out[f"{name} / auto"] = over(done[name])
+    for row in done.values():
+        if row.job.threads > 1:
+            out[f"gain of {row.job.threads} threads"] = 1.0 / over(row)
     return out
 
 
@@ -200,6 +217,7 @@ def scaling(
     rounds: int = 3,
     cap: float = 60.0,
     progress: bool = False,
+    threads: int = 1,
 ) -> Scaling:
     """Run all solvers on chains and nets of growing size.
 
@@ -222,6 +240,8 @@ def scaling(
         A run that is expected to take longer than this [s], from the size before, is left out.
     progress : bool, optional
         Whether to draw a progress bar.
+    threads : int, optional
+        If more than one, auto is also run on so many threads.
     """
     settings: dict[str, Any] = {"dt_s": DT, "steps": steps, "rounds": rounds, "cap_s": cap}
     if peers:
@@ -238,6 +258,8 @@ def scaling(
         for job in bar:
             bar.set_description(f"{job.case} {job.size}, {job.motion}")
             group = [Row(replace(job, solver=name)) for name in names]
+            if threads > 1:
+                group.append(Row(replace(job, solver=on_threads(threads), threads=threads)))
             for row in group:
                 row.record = _leave_out(row, before.get((row.scene, row.job.solver)), cap)
             _race([row for row in group if not row.note], rounds)
@@ -249,6 +271,11 @@ def scaling(
         for job in plan
     ]
     return Scaling(rows, table, roofline(max(_chains(largest))), settings)
+
+
+def on_threads(threads: int) -> str:
+    """Name auto on several threads."""
+    return f"auto, {threads} threads"
 
 
 def _chains(largest: int) -> list[int]:

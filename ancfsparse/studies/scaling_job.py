@@ -15,13 +15,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from statistics import median
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, cast
 
 from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.problems import chain, net
 from ancfsparse.results import RunStats
-from ancfsparse.scene import Scene
+from ancfsparse.scene import Beam, Scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve import simulate
 from ancfsparse.studies.exudyn_scene import SETTINGS as PEERS
@@ -54,11 +54,13 @@ class Job:
     motion : str
         As in `problems.chain`.
     solver : str
-        A name in `SOLVERS`, or of a setting of Exudyn.
+        A name in `SOLVERS`, or of a setting of Exudyn, or that of auto on several threads.
     steps : int
         Time steps.
     dt : float
         Their length [s].
+    threads : int
+        How many may share the work.
     """
 
     case: str
@@ -67,6 +69,7 @@ class Job:
     solver: str
     steps: int
     dt: float
+    threads: int = 1
 
     def scene(self) -> Scene:
         """Build the scene."""
@@ -113,13 +116,16 @@ def _ours(job: Job) -> dict[str, Any]:
     while not runs or time.perf_counter() - first < SHORT:
         begin = time.perf_counter()
         scene = job.scene()
+        end = cast(Beam, scene.beams[0]).end  # chains and nets are made of beams
         built = time.perf_counter() - begin
         stats = simulate(
             scene,
             job.steps * job.dt,
             job.dt,
-            solver=SOLVERS[job.solver],
+            solver=SOLVERS["auto" if job.threads > 1 else job.solver],
+            threads=job.threads,
             save_every=job.steps,
+            save_nodes=[end],
         ).stats
         runs.append(stats)
         set_ups.append(built + stats.seconds["set-up"])

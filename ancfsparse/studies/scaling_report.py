@@ -55,6 +55,10 @@ def as_text(result: Scaling) -> str:
             lines.append("  " + ", ".join(compared))
     lines += ["", "Powers of the number of elements, from 500 on"]
     lines += [f"  {key:<58}{value:>6.2f}" for key, value in result.slopes().items()]
+    growth = result.growth()
+    if growth:
+        lines += ["", "Cost per element and step of auto on chains falling from rest"]
+        lines += [f"  {key:<58}{value:>6.2f}" for key, value in growth.items()]
     return "\n".join([*lines, "", str(result.roofline)])
 
 

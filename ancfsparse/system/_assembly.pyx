@@ -18,8 +18,21 @@ cdef extern from "kernel_abi.h":
         ptrdiff_t, const int32_t *, const int32_t *, const int32_t *,
         const double *, const double *, const double *, double *) noexcept nogil
 
+cdef extern from "parallel.h":
+    const int MOST_PARTS "ANCF_MOST_PARTS"
+    void in_parts "ancf_in_parts" (
+        ptrdiff_t, void (*)(void *, ptrdiff_t) noexcept nogil, void *) noexcept nogil
+
+cdef extern from "simd.h":
+    const int LANES "ANCF_LANES"
+
 cdef extern from "vectors.h":
-    double vec_dot(const double *, const double *, ptrdiff_t) noexcept nogil
+    double vec_dot_parts(ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
+    void vec_scale_parts(
+        ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
+    void vec_sum_parts(
+        ptrdiff_t, double *, double, const double *, double, const double *,
+        ptrdiff_t) noexcept nogil
 
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_system:
@@ -36,26 +49,58 @@ cdef extern from "solver_abi.h":
                             double *) noexcept nogil
 
 
+cdef enum Kernel:
+    ENERGY
+    FORCE
+    INERTIA
+    RESIDUAL
+    TANGENT
+    MASS
+    DAMPING
+    MATERIAL
+    N_KERNELS
+
+
+KERNELS = ("energy", "force", "inertia", "residual", "tangent", "mass", "damping", "material")
+# Places of the energies of a block: all in one.
+cdef int32_t[16] NOWHERE
+memset(NOWHERE, 0, sizeof(NOWHERE))
+
+
+# Entries of a matrix up to which that of the masses is kept, not made again each time: 2 MB.
+cdef ptrdiff_t FEW_VALUES = 250_000
+
+
 cdef struct Group:
-    ptrdiff_t n_blocks
+    ptrdiff_t n_blocks, n, n_matrix  # numbers per element in a vector and in the matrix
     const int32_t *gather
     const int32_t *matrix_scatter
-    const int32_t *energy_scatter
+    const int32_t *table_of  # NULL if every block has tables of its own
+    const int32_t *base
+    const int32_t *matrix_base
     const int32_t *set_of
     const double *parameters
-    ancf_kernel energy, force, inertia, residual, tangent, mass
-    # Damping: the same kernels with viscosities for stiffnesses and damped masses for masses.
+    ancf_kernel[N_KERNELS] kernels
+    # Damping: viscosities for stiffnesses and damped masses for masses.
     bint strains_damped, masses_damped
     const int32_t *damping_set_of
     const double *damping_parameters
-    ancf_kernel damping, material
+
+
+cdef struct Run:
+    # Blocks of one group that one thread takes one after another.
+    int32_t group, begin, end
 
 
 cdef struct Flat:
     bint damped  # whether any group is
     ptrdiff_t n_free, n_all, n_multipliers, n_values, n_groups, n_terms, n_loads, n_moments, dim
     Group *groups
-    const double *mass_values
+    const double *mass_values  # of the matrix; NULL where they would be too many
+    # Runs of each part, and then those that share places with several parts.
+    ptrdiff_t n_parts
+    const int32_t *run_start
+    const Run *runs
     # Constraints: one entry for each term; places in q, and slots in the values of the matrix.
     const int32_t *term_row
     const int32_t *term_i
@@ -94,6 +139,17 @@ cdef const double *reals(array) except? NULL:
     return &view[0] if view.shape[0] > 0 else NULL
 
 
+cdef struct Call:
+    # What the threads work on together: kernels to add to `out`, or a range of numbers.
+    const Flat *flat
+    Kernel kernel
+    bint damped  # with the parameters of damping
+    ptrdiff_t n
+    const double *q
+    const double *a
+    double *out
+
+
 cdef class Assembly:
     """Evaluate a system given as flat arrays.
 
@@ -110,16 +166,17 @@ cdef class Assembly:
 
     cdef ancf_system interface
     cdef Flat flat
-    cdef object owners, mass_values
+    cdef object runs, mass_values
+    cdef tuple owners
+    cdef readonly object groups
     cdef readonly object capsule
 
     def __cinit__(self, ptrdiff_t n_free, ptrdiff_t n_all, ptrdiff_t n_values,
                   ptrdiff_t n_amplitudes, groups, constraints, loads, moments):
         cdef Flat *flat = &self.flat
         cdef Group *group
-        cdef double[::1] mass
         # The structures below point into these arrays.
-        self.owners = (groups, constraints, loads, moments)
+        self.groups, self.owners = groups, (constraints, loads, moments)
         flat.n_free, flat.n_all, flat.n_values = n_free, n_all, n_values
         flat.n_multipliers = len(constraints["offset"])
         flat.n_groups, flat.n_terms = len(groups), len(constraints["row"])
@@ -141,28 +198,30 @@ cdef class Assembly:
             raise MemoryError
         for index, arrays in enumerate(groups):
             group = &flat.groups[index]
-            group.n_blocks = len(arrays["gather"])
-            group.gather = integers(arrays["gather"])
-            group.matrix_scatter = integers(arrays["matrix_scatter"])
-            group.energy_scatter = integers(arrays["energy_scatter"])
-            group.set_of = integers(arrays["set_of"])
-            group.parameters = reals(arrays["parameters"])
-            kernels = arrays["kernels"]
-            group.energy = pointer(kernels["energy"])
-            group.force = pointer(kernels["force"])
-            group.inertia = pointer(kernels["inertia"])
-            group.residual = pointer(kernels["residual"])
-            group.tangent = pointer(kernels["tangent"])
-            group.mass = pointer(kernels["mass"])
+            layout = arrays["layout"]
+            group.n_blocks, group.n = len(layout.set_of), layout.gather.shape[1]
+            group.n_matrix = layout.scatter.shape[1]
+            group.gather = integers(layout.gather)
+            group.matrix_scatter = integers(layout.scatter)
+            group.table_of = integers(layout.table_of)
+            group.base = integers(layout.base)
+            group.matrix_base = integers(layout.scatter_base)
+            group.set_of = integers(layout.set_of)
+            group.parameters = reals(layout.parameters)
+            for number, name in enumerate(KERNELS):
+                group.kernels[number] = pointer(arrays["kernels"][name])
             group.strains_damped = arrays["strains_damped"]
             group.masses_damped = arrays["masses_damped"]
             if group.strains_damped or group.masses_damped:
                 group.damping_set_of = integers(arrays["damping_set_of"])
                 group.damping_parameters = reals(arrays["damping_parameters"])
-                group.damping = pointer(kernels["damping"])
-                group.material = pointer(kernels["material"])
                 flat.damped = True
+        self.divide([0, len(groups), len(groups)],
+                    [(k, 0, len(arrays["layout"].set_of)) for k, arrays in enumerate(groups)])
 
+        if n_values <= FEW_VALUES:
+            self.mass_values = self.mass
+            flat.mass_values = reals(self.mass_values)
         self.interface.context = flat
         self.interface.n_free, self.interface.n_all = n_free, n_all
         self.interface.n_multipliers = flat.n_multipliers
@@ -174,17 +233,29 @@ cdef class Assembly:
         self.interface.load_work = load_work
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
 
-        # One more place than values: kernels throw the entries of fixed coordinates into it.
-        self.mass_values = np.zeros(n_values + 1)
-        mass = self.mass_values
-        for index in range(flat.n_groups):
-            group = &flat.groups[index]
-            group.mass(group.n_blocks, group.gather, group.matrix_scatter, group.set_of,
-                       group.parameters, NULL, NULL, &mass[0])
-        flat.mass_values = &mass[0]
-
     def __dealloc__(self):
         free(self.flat.groups)
+
+    def divide(self, run_start, runs):
+        """Share the work among threads.
+
+        Parameters
+        ----------
+        run_start : (n_parts + 2,) int
+            Where the runs of each part start, those that come after all parts, and the end.
+        runs : (n_runs, 3) int
+            Group, first block and end of each run.  Runs of different parts have no place in common.
+        """
+        self.runs = [np.array(run_start, dtype=np.int32),
+                     np.array(runs, dtype=np.int32).reshape(-1, 3)]
+        self.flat.n_parts = len(run_start) - 2
+        self.flat.run_start = integers(self.runs[0])
+        self.flat.runs = <const Run *>integers(self.runs[1])
+
+    @property
+    def threads(self):
+        """Number of threads that work on the elements."""
+        return self.flat.n_parts
 
     def set_regularization(self, double value):
         """Set epsilon of the constraint block, in the units of the scaled matrix [1/kg]."""
@@ -193,7 +264,11 @@ cdef class Assembly:
     @property
     def mass(self):
         """Values of the mass matrix on the pattern, lower triangle [kg, kg m, kg m^2]."""
-        return self.mass_values[: self.flat.n_values].copy()
+        # One more place than values: kernels throw the entries of fixed coordinates into it.
+        values = np.zeros(self.flat.n_values + 1)
+        cdef double[::1] view = values
+        add(&self.flat, MASS, &view[0], &view[0], &view[0])
+        return values[: self.flat.n_values]
 
     def residual(self, const double[::1] q, const double[::1] v, const double[::1] a,
                  const double[::1] lam, const double[::1] dead_load, const double[::1] amplitudes):
@@ -225,12 +300,7 @@ cdef class Assembly:
         """Return the elastic force ``Q(q)``, shape (n_all,) [N, N m]."""
         out = np.zeros(self.flat.n_all)
         cdef double[::1] view = out
-        cdef Group *group
-        cdef ptrdiff_t index
-        for index in range(self.flat.n_groups):
-            group = &self.flat.groups[index]
-            group.force(group.n_blocks, group.gather, group.gather, group.set_of,
-                        group.parameters, &q[0], NULL, &view[0])
+        add(&self.flat, FORCE, &q[0], &q[0], &view[0])
         return out
 
     def inertia(self, const double[::1] a):
@@ -249,14 +319,7 @@ cdef class Assembly:
 
     def strain_energy(self, const double[::1] q):
         """Return the strain energy [J]."""
-        cdef double energy = 0.0
-        cdef Group *group
-        cdef ptrdiff_t index
-        for index in range(self.flat.n_groups):
-            group = &self.flat.groups[index]
-            group.energy(group.n_blocks, group.gather, group.energy_scatter, group.set_of,
-                         group.parameters, &q[0], NULL, &energy)
-        return energy
+        return strain_energy(&self.flat, &q[0])
 
 
 cdef ancf_kernel pointer(capsule) except NULL:
@@ -267,32 +330,100 @@ cdef inline const double *first(const double[::1] values) noexcept nogil:
     return &values[0] if values.shape[0] > 0 else NULL
 
 
+cdef void add_run(const Flat *self, const Run *run, Kernel kernel, bint damped, const double *q,
+                  const double *a, double *out) noexcept nogil:
+    """Let a kernel add what the elements of a run give, with the parameters of damping if wished."""
+    cdef const Group *group = &self.groups[run.group]
+    cdef ancf_kernel call = group.kernels[<int>kernel]
+    cdef bint to_matrix = kernel == TANGENT or kernel == MASS or kernel == MATERIAL
+    cdef bint to_masses = kernel == INERTIA or kernel == MASS
+    cdef const int32_t *set_of = group.damping_set_of if damped else group.set_of
+    cdef const double *parameters = group.damping_parameters if damped else group.parameters
+    cdef ptrdiff_t n_in = group.n * LANES, n_out = n_in, b, table
+    cdef const int32_t *scatter = group.gather
+    cdef const int32_t *base = group.base
+    if damped and not (group.masses_damped if to_masses else group.strains_damped):
+        return
+    if to_matrix:
+        scatter, base, n_out = group.matrix_scatter, group.matrix_base, group.n_matrix * LANES
+    if kernel == ENERGY:
+        scatter, n_out = &NOWHERE[0], 0
+    if group.table_of == NULL and kernel != ENERGY:
+        call(run.end - run.begin, group.gather + run.begin * n_in, scatter + run.begin * n_out,
+             set_of + run.begin, parameters, q, a, out)
+        return
+    for b in range(run.begin, run.end):
+        table = b if group.table_of == NULL else group.table_of[b]
+        call(1, group.gather + table * n_in,
+             scatter + table * n_out, set_of + b, parameters,
+             q if group.table_of == NULL else q + group.base[b],
+             a if group.table_of == NULL else a + group.base[b],
+             out if group.table_of == NULL or kernel == ENERGY else out + base[b])
+
+
+cdef void add_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef const Call *call = <const Call *>context
+    cdef const Flat *flat = call.flat
+    cdef ptrdiff_t k
+    for k in range(flat.run_start[part], flat.run_start[part + 1]):
+        add_run(flat, &flat.runs[k], call.kernel, call.damped, call.q, call.a, call.out)
+
+
+cdef void add(const Flat *self, Kernel kernel, const double *q, const double *a, double *out,
+              bint damped=False) noexcept nogil:
+    """Add what all elements give; runs that share places with several parts come last."""
+    cdef Call call
+    call.flat, call.kernel, call.q, call.a, call.out = self, kernel, q, a, out
+    call.damped = damped
+    in_parts(self.n_parts, add_part, &call)
+    add_part(&call, self.n_parts)
+
+
 cdef void add_damping(const Flat *self, const double *q, const double *v,
                       double *out) noexcept nogil:
-    cdef ptrdiff_t k
-    cdef Group *group
-    for k in range(self.n_groups):
-        group = &self.groups[k]
-        if group.strains_damped:
-            group.damping(group.n_blocks, group.gather, group.gather, group.damping_set_of,
-                          group.damping_parameters, q, v, out)
-        if group.masses_damped:
-            group.inertia(group.n_blocks, group.gather, group.gather, group.damping_set_of,
-                          group.damping_parameters, NULL, v, out)
+    add(self, DAMPING, q, v, out, True)
+    add(self, INERTIA, v, v, out, True)
 
 
-cdef void add_damping_matrix(const Flat *self, const double *q, double *values) noexcept nogil:
-    """The derivative of damping by the velocities; that by the coordinates is left to iteration."""
+cdef void inertia(void *context, const double *a, double *out) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    clear(self, self.n_all, out)
+    add(self, INERTIA, a, a, out)
+
+
+cdef void energy_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef const Call *call = <const Call *>context
+    cdef double energy = 0.0
     cdef ptrdiff_t k
-    cdef Group *group
-    for k in range(self.n_groups):
-        group = &self.groups[k]
-        if group.strains_damped:
-            group.material(group.n_blocks, group.gather, group.matrix_scatter, group.damping_set_of,
-                           group.damping_parameters, q, NULL, values)
-        if group.masses_damped:
-            group.mass(group.n_blocks, group.gather, group.matrix_scatter, group.damping_set_of,
-                       group.damping_parameters, NULL, NULL, values)
+    for k in range(call.flat.run_start[part], call.flat.run_start[part + 1]):
+        add_run(call.flat, &call.flat.runs[k], ENERGY, False, call.q, call.q, &energy)
+    call.out[part] = energy
+
+
+cdef double strain_energy(const Flat *self, const double *q) noexcept nogil:
+    cdef double[MOST_PARTS + 1] of_part
+    cdef double energy = 0.0
+    cdef ptrdiff_t part
+    cdef Call call
+    call.flat, call.q, call.out = self, q, &of_part[0]
+    in_parts(self.n_parts, energy_part, &call)
+    energy_part(&call, self.n_parts)
+    for part in range(self.n_parts + 1):
+        energy += of_part[part]
+    return energy
+
+
+cdef void clear_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef const Call *call = <const Call *>context
+    cdef ptrdiff_t begin = call.n * part // call.flat.n_parts
+    cdef ptrdiff_t end = call.n * (part + 1) // call.flat.n_parts
+    memset(call.out + begin, 0, (end - begin) * sizeof(double))
+
+
+cdef void clear(const Flat *self, ptrdiff_t n, double *out) noexcept nogil:
+    cdef Call call
+    call.flat, call.n, call.out = self, n, out
+    in_parts(self.n_parts, clear_part, &call)
 
 
 cdef void residual(void *context, const double *q, const double *v, const double *a,
@@ -300,15 +431,12 @@ cdef void residual(void *context, const double *q, const double *v, const double
                    double *phi) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
     cdef ptrdiff_t k, i, j
-    cdef Group *group
-    cdef ancf_kernel add
     cdef double c
-    for k in range(self.n_all):
-        r[k] = -dead_load[k]
-    for k in range(self.n_groups):
-        group = &self.groups[k]
-        add = group.force if a == NULL else group.residual
-        add(group.n_blocks, group.gather, group.gather, group.set_of, group.parameters, q, a, r)
+    vec_scale_parts(self.n_parts, r, -1.0, dead_load, self.n_all)
+    if a == NULL:
+        add(self, FORCE, q, q, r)
+    else:
+        add(self, RESIDUAL, q, a, r)
     if self.damped:
         add_damping(self, q, v, r)
     for k in range(self.n_loads):
@@ -332,30 +460,34 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
                  const double *q, const double *v, const double *lam, const double *amplitudes,
                  double *values) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
-    cdef ptrdiff_t k, i, j, n = self.n_values
-    cdef Group *group
+    cdef ptrdiff_t k, i, j, n = self.n_values + 1  # the bin too
     cdef double c
-    cdef bint damped = self.damped and damping_factor != 0.0
     # What `values` is counted in until the mass is added.
     cdef double unit = stiffness_factor if stiffness_factor != 0.0 else damping_factor
-    memset(values, 0, (n + 1) * sizeof(double))
-    if damped:
-        add_damping_matrix(self, q, values)
-        for k in range(n):
-            values[k] *= damping_factor / unit
+    clear(self, n, values)
+    if self.damped and damping_factor != 0.0:
+        # The derivative of damping by the coordinates is left to iteration.
+        add(self, MATERIAL, q, q, values, True)
+        add(self, MASS, q, q, values, True)
+        vec_scale_parts(self.n_parts, values, damping_factor / unit, values, n)
     if stiffness_factor != 0.0:
-        for k in range(self.n_groups):
-            group = &self.groups[k]
-            group.tangent(group.n_blocks, group.gather, group.matrix_scatter, group.set_of,
-                          group.parameters, q, NULL, values)
+        add(self, TANGENT, q, q, values)
         if self.n_moments > 0:
             add_moment_stiffness(self, q, amplitudes, values)
         for k in range(self.n_terms):
             if self.term_j[k] >= 0:
                 c = self.coefficient[k] * lam[self.term_row[k]]
                 values[self.slot_ij[k]] += 2.0 * c if self.term_i[k] == self.term_j[k] else c
-    for k in range(n):
-        values[k] = mass_factor * self.mass_values[k] + unit * values[k]
+    if self.mass_values != NULL:
+        vec_sum_parts(self.n_parts, values, unit, values, mass_factor,
+                      self.mass_values, self.n_values)
+    elif mass_factor == 0.0:
+        vec_scale_parts(self.n_parts, values, unit, values, n)
+    else:
+        vec_scale_parts(self.n_parts, values, unit / mass_factor, values, n)
+        add(self, MASS, q, q, values)
+        if mass_factor != 1.0:
+            vec_scale_parts(self.n_parts, values, mass_factor, values, n)
     for k in range(self.n_terms):
         i, j, c = self.term_i[k], self.term_j[k], self.coefficient[k]
         if j < 0:
@@ -367,30 +499,13 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
         values[self.slot_diagonal[k]] -= self.regularization
 
 
-cdef void inertia(void *context, const double *a, double *out) noexcept nogil:
-    cdef const Flat *self = <const Flat *>context
-    cdef ptrdiff_t k
-    cdef Group *group
-    memset(out, 0, self.n_all * sizeof(double))
-    for k in range(self.n_groups):
-        group = &self.groups[k]
-        group.inertia(group.n_blocks, group.gather, group.gather, group.set_of, group.parameters,
-                      NULL, a, out)
-
-
 cdef void energies(void *context, const double *q, const double *v, double *scratch,
                    double *out) noexcept nogil:
     """Kinetic and strain energy."""
     cdef const Flat *self = <const Flat *>context
-    cdef ptrdiff_t k
-    cdef Group *group
     inertia(context, v, scratch)
-    out[1] = 0.0
-    for k in range(self.n_groups):
-        group = &self.groups[k]
-        group.energy(group.n_blocks, group.gather, group.energy_scatter, group.set_of,
-                     group.parameters, q, NULL, out + 1)
-    out[0] = 0.5 * vec_dot(v, scratch, self.n_all)
+    out[0] = 0.5 * vec_dot_parts(self.n_parts, v, scratch, self.n_all)
+    out[1] = strain_energy(self, q)
 
 
 cdef double load_work(void *context, const double *q0, const double *amplitudes0,

@@ -277,11 +277,7 @@ class System:
             del slots
             groups.append(
                 {
-                    "gather": layout.gather,
-                    "matrix_scatter": layout.scatter,
-                    "energy_scatter": np.zeros((len(layout.gather), kind.lanes), dtype=np.int32),
-                    "set_of": layout.set_of,
-                    "parameters": layout.parameters,
+                    "layout": layout.compressed(),
                     "kernels": kind.kernels,
                     **_damping(beam, kind, self.elements(beam)),
                 }

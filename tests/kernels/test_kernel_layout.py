@@ -146,3 +146,38 @@ def test_packing_is_linear_and_quick(rng):
 def test_tables_that_do_not_fit_are_refused(places, base, words):
     with pytest.raises(InputError, match=words):
         pack(element_kind("l2t2", 2), places, np.zeros((2, 8), dtype=int), base)
+
+
+def expanded(layout, name, base):
+    """The tables of every block as `pack` made them."""
+    tables = getattr(layout, name)
+    if not len(layout.table_of):
+        return tables
+    return tables[layout.table_of] + getattr(layout, base)[:, None, None]
+
+
+def test_blocks_of_a_chain_share_tables():
+    kind = element_kind("l2t2", 2)
+    n = 300 * kind.lanes + 1
+    places = 4 * np.arange(n)[:, None] + np.arange(8)
+    places[0, :2] = 4 * n + 4 + np.arange(2)  # held, and so at the end
+    scatter = 26 * np.arange(n)[:, None] + np.arange(36)
+    scatter[0, 5] = 26 * n + 36  # the bin
+    layout = pack(kind, places, scatter, np.full((n, 4), 2.0))
+    packed = layout.compressed()
+    assert len(packed.gather) == len(packed.scatter) == 3  # the first, the last and the others
+    assert packed.nbytes < 0.1 * layout.nbytes
+    whole = pack(kind, places, scatter, np.full((n, 4), 2.0))
+    np.testing.assert_array_equal(expanded(packed, "gather", "base"), whole.gather)
+    np.testing.assert_array_equal(expanded(packed, "scatter", "scatter_base"), whole.scatter)
+
+
+def test_blocks_that_differ_keep_their_tables(rng):
+    kind = element_kind("l2t2", 2)
+    n = 300 * kind.lanes
+    places, scatter = rng.integers(0, 10**6, (n, 8)), rng.integers(0, 10**6, (n, 36))
+    whole = pack(kind, places, scatter, np.full((n, 4), 2.0))
+    same = pack(kind, places, scatter, np.full((n, 4), 2.0)).compressed()
+    assert len(same.table_of) == 0
+    np.testing.assert_array_equal(same.gather, whole.gather)
+    np.testing.assert_array_equal(same.scatter, whole.scatter)

@@ -10,7 +10,7 @@ from ancfsparse.cli import main
 from ancfsparse.studies import roofline as module
 from ancfsparse.studies import scaling_job
 from ancfsparse.studies.roofline import Loop, Roofline, roofline, triad
-from ancfsparse.studies.scaling import Row, Scaling, ratios, slope
+from ancfsparse.studies.scaling import Row, Scaling, ratios, scaling, slope
 from ancfsparse.studies.scaling_job import SOLVERS, Job, Worker
 from ancfsparse.studies.scaling_report import as_text, chart
 
@@ -46,6 +46,25 @@ def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     assert len(data["rows"]) == len(table)
     assert data["roofline"]["loops"][0]["share_of_triad"] == 0.25
     assert (tmp_path / "scaling.png").stat().st_size > 10_000
+
+
+def test_what_threads_gain_is_told():
+    group = rows(10**6, {"auto": [3.0, 4.0, 3.0]})
+    job = Job("chain", 10**6, "rest", "auto, 2 threads", 10, 5e-4, 2)
+    group.append(Row(job, [2.0, 2.0, 2.0], group[0].record))
+    assert ratios(group)["gain of 2 threads"] == pytest.approx(1.5)
+    small = rows(1000, {"auto": [1e-3, 1e-3, 1e-3]})
+    result = Scaling(small + group, [], QUICK, {})
+    assert result.growth() == {"1,000,000 over 1,000 elements": pytest.approx(3.0)}
+
+
+def test_threads_run_beside_auto(monkeypatch):
+    monkeypatch.setattr("ancfsparse.studies.scaling.roofline", lambda n: QUICK)
+    result = scaling(10, 2, 0, rounds=1, threads=2)
+    found = [row for row in result.rows if row.job.threads == 2]
+    assert [row.job.solver for row in found] == ["auto, 2 threads"] * 2
+    assert not any(row.note for row in found)
+    assert "auto, 2 threads" in as_text(result)
 
 
 def test_a_process_answers_with_results_and_with_notes():

@@ -1,0 +1,145 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""What a factor L D L^T looks like before there are numbers: elimination tree, supernodes, parts.
+
+All of it is made once for a pattern.
+"""
+from libc.stdint cimport INT64_MAX, int32_t, int64_t
+
+import numpy as np
+
+
+def permuted_upper(const int64_t[::1] indptr, const int32_t[::1] indices,
+                   const int32_t[::1] permutation):
+    """Return the upper triangle by columns of a permuted matrix: starts and rows, diagonal included.
+
+    Parameters
+    ----------
+    indptr, indices : (n + 1,) int64 and (nnz,) int32
+        Lower triangle by columns.
+    permutation : (n,) int32
+        Unknown that comes to each place.
+    """
+    cdef ptrdiff_t n = permutation.shape[0], j
+    cdef int64_t p, to
+    cdef int32_t row, column
+    starts, places = np.zeros(n + 2, dtype=np.int64), np.empty(n, dtype=np.int32)
+    rows = np.empty(indices.shape[0], dtype=np.int32)
+    cdef int64_t[::1] start = starts
+    cdef int32_t[::1] place = places, out_row = rows
+    for j in range(n):
+        place[permutation[j]] = <int32_t>j
+    # Count the columns two places on, so that filling moves every count to its own start.
+    for j in range(n):
+        for p in range(indptr[j], indptr[j + 1]):
+            start[max(place[indices[p]], place[j]) + 2] += 1
+    for j in range(n):
+        start[j + 2] += start[j + 1]
+    for j in range(n):
+        for p in range(indptr[j], indptr[j + 1]):
+            row, column = place[indices[p]], place[j]
+            if row > column:
+                row, column = column, row
+            to = start[column + 1]
+            start[column + 1] += 1
+            out_row[to] = row
+    return starts[:n + 1], rows
+
+
+def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_row,
+                     int64_t most=INT64_MAX):
+    """Return the elimination tree and the length below the diagonal of each column of L, ``(n,)``.
+
+    Row k of L has an entry in every column that a walk from the entries of column k of the upper
+    triangle up the tree meets below k.  With more than ``most`` entries in all the walk is broken
+    off and None returned.
+    """
+    cdef ptrdiff_t n = upper_start.shape[0] - 1, k, i
+    cdef int64_t total = 0
+    cdef int64_t p
+    parents, flags = np.full(n, -1, dtype=np.int32), np.zeros(n, dtype=np.int32)
+    lengths = np.zeros(n, dtype=np.int32)
+    cdef int32_t[::1] parent = parents, flag = flags, length = lengths
+    for k in range(n):
+        flag[k] = <int32_t>k
+        for p in range(upper_start[k], upper_start[k + 1]):
+            i = upper_row[p]
+            while flag[i] != k:
+                if parent[i] == -1:
+                    parent[i] = <int32_t>k
+                length[i] += 1
+                total += 1
+                flag[i] = <int32_t>k
+                i = parent[i]
+        if total > most:
+            return None
+    return parents, lengths
+
+
+def supernodes(parent, column_length, breaks=()):
+    """Return first columns (and n), supernode of each column, their tree, and starts of their rows.
+
+    A column joins the one before if it is its parent and its pattern is that of the one before
+    without itself.
+
+    Parameters
+    ----------
+    parent, column_length : (n,) int32
+        As `elimination_tree` returns them.
+    breaks : sequence of int, optional
+        Columns that start a supernode in any case.
+    """
+    n = len(parent)
+    starts = np.ones(n, dtype=bool)
+    starts[1:] = (parent[:-1] != np.arange(1, n)) | (column_length[:-1] != column_length[1:] + 1)
+    starts[[column for column in breaks if column < n]] = True
+    first = np.append(np.flatnonzero(starts), n).astype(np.int32)
+    super_of = np.cumsum(starts, dtype=np.int32)
+    super_of -= np.int32(1)
+    last = first[1:] - 1
+    up = parent[last]
+    super_parent = np.where(up >= 0, super_of[np.maximum(up, 0)], -1).astype(np.int32)
+    row_start = np.zeros(len(last) + 1, dtype=np.int64)
+    np.cumsum(column_length[last], out=row_start[1:])
+    return first, super_of, super_parent, row_start
+
+
+def supernode_rows(const int64_t[::1] upper_start, const int32_t[::1] upper_row,
+                   const int32_t[::1] first, const int32_t[::1] super_of,
+                   const int32_t[::1] parent, const int64_t[::1] row_start):
+    """Return the rows below each supernode, ascending, one supernode after another, int32."""
+    cdef ptrdiff_t n = super_of.shape[0], n_super = parent.shape[0], k, s
+    cdef int64_t p
+    # One more entry than needed, so that a pointer to the first always exists.
+    rows = np.zeros(row_start[n_super] + 1, dtype=np.int32)
+    filled, flags = np.array(row_start), np.full(n_super, -1, dtype=np.int32)
+    cdef int32_t[::1] row = rows, flag = flags
+    cdef int64_t[::1] end = filled
+    for k in range(n):
+        flag[super_of[k]] = <int32_t>k
+        for p in range(upper_start[k], upper_start[k + 1]):
+            s = super_of[upper_row[p]]
+            while flag[s] != k:
+                flag[s] = <int32_t>k
+                row[end[s]] = <int32_t>k
+                end[s] += 1
+                s = parent[s]
+    return rows
+
+
+def subtree_sums(const int32_t[::1] parent, const int64_t[::1] work):
+    """Return for each supernode the work in the whole subtree below and with it, int64."""
+    cdef ptrdiff_t s
+    totals = np.array(work)
+    cdef int64_t[::1] total = totals
+    for s in range(parent.shape[0]):  # children come before their parents
+        if parent[s] >= 0:
+            total[parent[s]] += total[s]
+    return totals
+
+
+def inherit(const int32_t[::1] parent, int32_t[::1] owner):
+    """Give every supernode below one with an owner (not -1) that owner too, in place."""
+    cdef ptrdiff_t s
+    for s in range(parent.shape[0] - 1, -1, -1):
+        if owner[s] == -1 and parent[s] >= 0:
+            owner[s] = owner[parent[s]]

@@ -1,0 +1,58 @@
+"""How many threads a run may use, and what of it is divided among them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ancfsparse.errors import InputError, check_count
+from ancfsparse.system import System
+from ancfsparse.system.sharing import share
+
+# As in kernels/parallel.h.
+MOST = 256
+# Free coordinates from which a second thread is woken: that takes some ten microseconds, several
+# times in each iteration, as long as a few thousand coordinates.
+SMALLEST = 40_000
+
+
+def check_threads(threads: object) -> int:
+    """Return the number of threads; refuse what is none.
+
+    Raises
+    ------
+    InputError
+        If it is not a whole number from 1 to 256.
+    """
+    wish = check_count("threads", threads)
+    if wish > MOST:
+        raise InputError(
+            f"threads must be at most {MOST}, got {wish}: more than the machine has gain nothing"
+        )
+    return wish
+
+
+def usable(system: System, threads: int, smallest: int = SMALLEST) -> int:
+    """Return how many threads pay for a system: all of them or one."""
+    return threads if system.n_free >= smallest else 1
+
+
+def divide(system: System, threads: int, *loops: Any) -> None:
+    """Let the parts of a solver use threads.
+
+    Parameters
+    ----------
+    system : System
+        Its elements are dealt out, if too many would not meet at the borders.
+    threads : int
+        As `usable` returns it.
+    *loops : compiled objects
+        March, inverse and nonlinear loop, for their passes over vectors.
+    """
+    if threads == 1:
+        return
+    layouts = [group["layout"] for group in system.assembly.groups]
+    dealt = share(layouts, system.n_free, system.n_all, threads)
+    if dealt is not None:
+        system.assembly.divide(*dealt)
+    for loop in loops:
+        loop.set_threads(threads)

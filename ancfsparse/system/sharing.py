@@ -1,0 +1,83 @@
+"""Division of the elements among threads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.kernels.layout import Layout
+
+Integers = NDArray[np.int32]
+
+# Share of the work in blocks that cannot be given to one thread, from which nothing is divided.
+MOST_COMMON = 0.2
+
+
+def share(
+    layouts: Sequence[Layout], n_free: int, n_all: int, threads: int
+) -> tuple[Integers, Integers] | None:
+    """Deal the blocks of elements out to threads that write to no place in common.
+
+    Blocks are dealt out in the order of their first place, so each thread gets a stretch of the
+    coordinates; those at the border, which touch what an earlier thread has, are left to the end.
+
+    Parameters
+    ----------
+    layouts : sequence of Layout
+        The elements.
+    n_free, n_all : int
+        Free coordinates, all coordinates.
+    threads : int
+        Number of parts, at least 2.
+
+    Returns
+    -------
+    run_start : (threads + 2,) int32
+        Where the runs of each part start, those that come after all parts, and the end.
+    runs : (n_runs, 3) int32
+        Group, first block and end of each run of blocks.
+        None in place of both where too many blocks would be left to the end.
+    """
+    places = [_places(layout, n_free) for layout in layouts]
+    sizes = [len(table) for table in places]
+    work = np.concatenate(
+        [np.full(n, layout.scatter[0].size) for n, layout in zip(sizes, layouts, strict=True)]
+    )
+    order = np.argsort(np.concatenate([table.min(axis=1) for table in places]), kind="stable")
+    part = np.empty(len(order), dtype=np.int32)
+    done = np.cumsum(work[order])
+    part[order] = np.minimum((done - work[order]) * threads // done[-1], threads - 1)
+    ends = np.cumsum(sizes)[:-1]
+    taken = np.zeros(n_all, dtype=bool)
+    for thread in range(threads):
+        by_others = taken.copy()
+        for table, of_block in zip(places, np.split(part, ends), strict=True):  # split: views
+            mine = np.flatnonzero(of_block == thread)
+            common = by_others[table[mine]].any(axis=1)
+            of_block[mine[common]] = threads
+            taken[table[mine[~common]]] = True
+    if work[part == threads].sum() > MOST_COMMON * work.sum():
+        return None
+    runs, owners = [], []
+    for group, owner in enumerate(np.split(part, ends)):
+        first = np.flatnonzero(np.diff(owner, prepend=-1))
+        last = np.append(first[1:], len(owner))
+        runs.append(np.stack([np.full(len(first), group), first, last], axis=1))
+        owners.append(owner[first])
+    owner = np.concatenate(owners)
+    by_owner = np.argsort(owner, kind="stable")
+    run_start = np.searchsorted(owner[by_owner], np.arange(threads + 2))
+    return run_start.astype(np.int32), np.concatenate(runs)[by_owner].astype(np.int32)
+
+
+def _places(layout: Layout, n_free: int) -> Integers:
+    """Return the coordinates of each block, (n_blocks, n lanes); all fixed ones as one place.
+
+    Kernels throw what belongs to fixed coordinates into one place of the matrix.
+    """
+    table = layout.gather.reshape(len(layout.gather), -1)
+    if len(layout.table_of):
+        table = table[layout.table_of] + layout.base[:, None]
+    return np.minimum(table, np.int32(n_free))
