@@ -26,6 +26,7 @@ cdef extern from "solver_abi.h":
         void (*correct)(void *, const double *) noexcept nogil
         void (*residual)(void *, double *) noexcept nogil
         void (*matrix)(void *, double *) noexcept nogil
+        const double *q
 
     ctypedef struct ancf_nonlinear:
         void *context
@@ -97,6 +98,7 @@ cdef class March:
         self.interface.n_values = motion.system.n_values
         self.interface.restart, self.interface.correct = restart, correct
         self.interface.residual, self.interface.matrix = residual, matrix
+        self.interface.q = motion.q
         self.capsule = PyCapsule_New(&self.interface, "ancf_equations", NULL)
 
     @property

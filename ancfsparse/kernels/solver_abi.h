@@ -1,7 +1,7 @@
 /* How the compiled parts of the solver call each other.
  *
  *   time loop ──▶ nonlinear loop ──▶ equations (of one step, owned by the time loop) ──▶ system
- *                      └──▶ inverse (quasi-Newton) ──▶ seed (sparse factor)
+ *                      └──▶ inverse (quasi-Newton, perhaps co-rotated by a frame) ──▶ seed (sparse factor)
  *
  * Each part hands out one of these structures in a PyCapsule whose name is the structure's name.
  * The unknowns are x = (free coordinates, multipliers); matrices are the lower triangle of
@@ -41,7 +41,19 @@ typedef struct {
     void (*correct)(void *context, const double *s);  /* x += s */
     void (*residual)(void *context, double *r);       /* scaled residual at x */
     void (*matrix)(void *context, double *values);    /* scaled iteration matrix at x */
+    /* A positive definite neighbour of it, for seeds where it is indefinite; NULL if there is none */
+    void (*material)(void *context, double *values);
+    const double *q; /* all coordinates at x, fixed ones last; NULL if nothing turns with them */
 } ancf_equations;
+
+typedef struct {
+    void *context;
+    ptrdiff_t n;
+    void (*hold)(void *context, const double *q); /* q is the state the seed is for: R = 1 */
+    void (*turn)(void *context, const double *q); /* R leads from that state to q */
+    void (*forward)(void *context, const double *x, double *y);  /* y = R x; y may be x */
+    void (*backward)(void *context, const double *x, double *y); /* y = R^T x; y may be x */
+} ancf_frame;
 
 typedef struct {
     void *context;

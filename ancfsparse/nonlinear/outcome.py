@@ -10,6 +10,7 @@ class Outcome(IntEnum):
     TOO_MANY = 1
     DIVERGED = 2
     NOT_FINITE = 3
+    INDEFINITE = 4
 
     @property
     def sentence(self) -> str:
@@ -19,4 +20,5 @@ class Outcome(IntEnum):
             Outcome.TOO_MANY: "did not converge within the allowed iterations",
             Outcome.DIVERGED: "diverged: the residual grew ten thousandfold",
             Outcome.NOT_FINITE: "left the range of numbers (infinite or undefined residual)",
+            Outcome.INDEFINITE: "did not converge on a seed whose pivots had a wrong sign",
         }[self]

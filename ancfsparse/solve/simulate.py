@@ -14,7 +14,7 @@ from tqdm import tqdm
 from ancfsparse.errors import InputError, StepFailure, check_count, check_positive
 from ancfsparse.integrators import Newmark
 from ancfsparse.integrators.march import make_march
-from ancfsparse.nonlinear import Method, Outcome, QuasiNewton
+from ancfsparse.nonlinear import Method, Outcome, QuasiNewton, may_turn
 from ancfsparse.nonlinear.iteration import (
     EPSILON,
     Costs,
@@ -22,7 +22,7 @@ from ancfsparse.nonlinear.iteration import (
     make_iteration,
     tolerance_of,
 )
-from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.scene import Node, Scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.choose import choose
@@ -30,11 +30,14 @@ from ancfsparse.solve.memory import check_fits, estimate
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
 from ancfsparse.solve.start import check_constraints, initial_acceleration, regularize
 from ancfsparse.system import System
+from ancfsparse.system.rotation import frame_of
 
 Vector = NDArray[np.float64]
 
 # Past this a double cannot count the steps exactly.
 MOST_STEPS = 2.0**53
+
+RUNGS = {1: "new seed", 2: "damped Newton"}
 
 # Steps between two looks at the clock, and rows of loads that are tabulated at once: at most
 # CHUNK, and of large systems so many that about so many coordinates move.
@@ -132,11 +135,11 @@ def simulate(
         outcome = _march(
             system, march, iteration, seed, n_steps, dt, save_every, recorder, stats, progress
         )
-        count(stats, iteration)
+        count(stats, iteration, dt)
         recorder.finish(stats)
     path = record.trajectory()
     if outcome != Outcome.CONVERGED:
-        raise failure(system, march, outcome, stats.steps + 1, dt, path)
+        raise failure(system, march, iteration, outcome, stats.steps + 1, dt, path)
     return path
 
 
@@ -226,6 +229,7 @@ def prepare(
     force_scale = system.force_scale(system.q0)
     weights = np.concatenate([system.mass_diagonal, np.zeros(system.n_multipliers)])
     inverse = make_inverse(method, seed, weights, 100.0 * EPSILON * scale * force_scale)
+    frame = frame_of(system) if may_turn(method) else None
     iteration = make_iteration(
         march,
         seed,
@@ -233,14 +237,15 @@ def prepare(
         system.pattern.indptr,
         method,
         tolerance_of(tolerance, scale, force_scale, float(np.max(np.abs(system.q0)))),
-        Costs.of(system.operations("residual"), system.operations("tangent"), seed),
+        Costs.of(system.operations("residual"), system.operations("tangent"), seed, frame),
+        frame,
     )
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
         why += ", first inverse from finite differences"
     return march, iteration, seed, why
 
 
-def count(stats: RunStats, iteration: Any) -> None:
+def count(stats: RunStats, iteration: Any, dt: float) -> None:
     """Copy counts and times of the compiled loop."""
     counts = iteration.counts
     stats.iterations = counts["iterations"]
@@ -248,16 +253,28 @@ def count(stats: RunStats, iteration: Any) -> None:
     stats.residual_evaluations = counts["residual_evaluations"]
     stats.factorizations = counts["factorizations"]
     stats.indefinite = counts["indefinite"]
+    stats.material_seeds = counts["material_seeds"]
+    stats.rotating_seeds = counts["rotating_seeds"]
     stats.solves = counts["solves"]
     stats.skipped_pairs = counts["skipped_pairs"]
     stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]
+    stats.events = [
+        Event(step, step * dt, RUNGS[rung], Outcome(cause).name.lower().replace("_", " "), rate)
+        for step, rung, cause, rate in iteration.events
+    ]
     parts = iteration.seconds
     if parts:
         stats.seconds |= parts | {"rest": stats.march_seconds - sum(parts.values())}
 
 
 def failure(
-    system: System, march: Any, outcome: Outcome, step: int, dt: float, path: Trajectory
+    system: System,
+    march: Any,
+    iteration: Any,
+    outcome: Outcome,
+    step: int,
+    dt: float,
+    path: Trajectory,
 ) -> StepFailure:
     """Name the place where the last iterate is furthest from balance."""
     r, phi = march.unbalanced
@@ -267,4 +284,6 @@ def failure(
         worst = int(np.argmax(np.abs(phi)))
         where, size = system.constraints.labels[worst], float(phi[worst])
     reason = f"it {outcome.sentence}, also with a new seed and with damped Newton"
+    if np.isfinite(iteration.contraction):
+        reason += f", where the residual last changed by a factor of {iteration.contraction:.3g}"
     return StepFailure(reason, step * dt, step, dt, size, where, path)
