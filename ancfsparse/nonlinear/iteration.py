@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError, check_positive
-from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton, may_turn
+from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton, seed_frame_of
 from ancfsparse.seeds import SparseSeed
 
 EPSILON = float(np.finfo(float).eps)
@@ -155,9 +155,10 @@ def make_iteration(
     method, tolerance, costs
         How it is solved.
     frame : compiled object with a ``capsule`` "ancf_frame", optional
-        Rotations of the body, needed where `methods.may_turn`.
+        Rotations of the body, needed unless `methods.seed_frame_of` says fixed.
     """
-    turns = may_turn(method)
+    wish = seed_frame_of(method)
+    turns = wish != "fixed"
     full = isinstance(method, QuasiNewton) and method.memory == "full"
     carry = full or (isinstance(method, QuasiNewton) and method.carry)
     davidon = isinstance(method, QuasiNewton) and method.update == "davidon"
@@ -167,8 +168,8 @@ def make_iteration(
         compiled("corotated").Corotated(inverse, frame) if turns else inverse,
         frame if turns else None,
         column_start,
-        rotating=turns and method.seed_frame == "rotating",
-        compares_frames=turns and method.seed_frame == "auto",
+        rotating=wish == "rotating",
+        compares_frames=wish == "auto",
         newton=isinstance(method, Newton),
         learns=isinstance(method, QuasiNewton),
         carry=carry,

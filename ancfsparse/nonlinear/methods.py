@@ -103,10 +103,10 @@ class QuasiNewton:
 Method = Newton | ModifiedNewton | QuasiNewton
 
 
-def may_turn(method: Method) -> bool:
-    """Return whether seeds of a method may be turned with the body, so that a frame is needed."""
-    if isinstance(method, Newton) or method.seed_frame == "fixed":
-        return False
-    if isinstance(method, QuasiNewton) and method.memory == "full":
-        return method.seed_frame == "rotating"
-    return True
+def seed_frame_of(method: Method) -> str:
+    """Return which frame the seeds of a method have: "auto", "fixed" or "rotating"."""
+    if isinstance(method, Newton):
+        return "fixed"
+    if isinstance(method, QuasiNewton) and method.memory == "full" and method.seed_frame == "auto":
+        return "fixed"
+    return method.seed_frame

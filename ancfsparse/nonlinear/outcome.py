@@ -10,7 +10,8 @@ class Outcome(IntEnum):
     TOO_MANY = 1
     DIVERGED = 2
     NOT_FINITE = 3
-    INDEFINITE = 4
+    GAINED_ENERGY = 4  # found by the time loop
+    INDEFINITE = 5  # the cause of an event: one of the first three, on a factor with a wrong sign
 
     @property
     def sentence(self) -> str:
@@ -19,6 +20,7 @@ class Outcome(IntEnum):
             Outcome.CONVERGED: "converged",
             Outcome.TOO_MANY: "did not converge within the allowed iterations",
             Outcome.DIVERGED: "diverged: the residual grew ten thousandfold",
+            Outcome.GAINED_ENERGY: "gained energy that nothing had given",
             Outcome.NOT_FINITE: "left the range of numbers (infinite or undefined residual)",
             Outcome.INDEFINITE: "did not converge on a seed whose pivots had a wrong sign",
         }[self]
