@@ -28,6 +28,7 @@ cdef extern from "solver_abi.h":
                          const double *, const double *, double *, double *) noexcept nogil
         void (*matrix)(void *, double, double, double, const double *, const double *,
                        const double *, const double *, double *) noexcept nogil
+        void (*material)(void *, double, double, const double *, double *) noexcept nogil
         void (*inertia)(void *, const double *, double *) noexcept nogil
         void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
         double (*load_work)(void *, const double *, const double *, const double *, const double *,
@@ -46,6 +47,8 @@ cdef extern from "solver_abi.h":
         void (*correct)(void *, const double *) noexcept nogil
         void (*residual)(void *, double *) noexcept nogil
         void (*matrix)(void *, double *) noexcept nogil
+        void (*material)(void *, double *) noexcept nogil
+        const double *q
 
     ctypedef struct ancf_nonlinear:
         void *context
@@ -172,6 +175,9 @@ cdef class March:
         self.interface.n_values = motion.system.n_values
         self.interface.restart, self.interface.correct = restart, correct
         self.interface.residual, self.interface.matrix = residual, matrix
+        if motion.system.material != NULL:
+            self.interface.material = material
+        self.interface.q = motion.q
         self.capsule = PyCapsule_New(&self.interface, "ancf_equations", NULL)
         motion.watch.limit, motion.watch.noise = largest_gain, noise
         ancf_watch_start(&motion.watch, motion.system, motion.dead_load, motion.q0, motion.v0,
@@ -405,6 +411,11 @@ cdef void matrix(void *context, double *values) noexcept nogil:
     cdef Motion *self = <Motion *>context
     self.system.matrix(self.system.context, 1.0, self.weights.scale, self.weights.v_new, self.q,
                        self.v, self.lam, self.amplitudes, values)
+
+
+cdef void material(void *context, double *values) noexcept nogil:
+    cdef Motion *self = <Motion *>context
+    self.system.material(self.system.context, 1.0, self.weights.scale, self.q, values)
 
 
 cdef void accept_part(void *context, ptrdiff_t part) noexcept nogil:

@@ -1,7 +1,7 @@
 /* How the compiled parts of the solver call each other.
  *
  *   time loop ──▶ nonlinear loop ──▶ equations (of one step, owned by the time loop) ──▶ system
- *                      └──▶ inverse (quasi-Newton) ──▶ seed (sparse factor)
+ *                      └──▶ inverse (quasi-Newton, perhaps co-rotated by a frame) ──▶ seed (sparse factor)
  *
  * Each part hands out one of these structures in a PyCapsule whose name is the structure's name.
  * The unknowns are x = (free coordinates, multipliers); matrices are the lower triangle of
@@ -28,6 +28,10 @@ typedef struct {
     void (*matrix)(void *context, double mass_factor, double stiffness_factor,
                    double damping_factor, const double *q, const double *v, const double *lam,
                    const double *amplitudes, double *values);
+    /* The same without what can make it indefinite: only the part of the stiffness that the stress
+     * leaves out, J^T D J, and no curvature of constraints or loads.  May be NULL. */
+    void (*material)(void *context, double mass_factor, double stiffness_factor, const double *q,
+                     double *values);
     void (*inertia)(void *context, const double *a, double *out); /* out[n_all] = M a */
     /* out = kinetic and strain energy; scratch[n_all] is overwritten */
     void (*energies)(void *context, const double *q, const double *v, double *scratch, double *out);
@@ -51,7 +55,19 @@ typedef struct {
     void (*correct)(void *context, const double *s);  /* x += s */
     void (*residual)(void *context, double *r);       /* scaled residual at x */
     void (*matrix)(void *context, double *values);    /* scaled iteration matrix at x */
+    /* A positive definite neighbour of it, for seeds where it is indefinite; NULL if there is none */
+    void (*material)(void *context, double *values);
+    const double *q; /* all coordinates at x, fixed ones last; NULL if nothing turns with them */
 } ancf_equations;
+
+typedef struct {
+    void *context;
+    ptrdiff_t n;
+    void (*hold)(void *context, const double *q); /* q is the state the seed is for: R = 1 */
+    void (*turn)(void *context, const double *q); /* R leads from that state to q */
+    void (*forward)(void *context, const double *x, double *y);  /* y = R x; y may be x */
+    void (*backward)(void *context, const double *x, double *y); /* y = R^T x; y may be x */
+} ancf_frame;
 
 typedef struct {
     void *context;

@@ -1,11 +1,12 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """One loop for Newton, modified Newton and quasi-Newton, with the rules for new seeds and recovery.
 
-It sees equations as four functions (restart, correct, residual, matrix) and knows no mechanics.
+It sees equations as a few functions (restart, correct, residual, matrix) and knows no mechanics.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from libc.math cimport NAN, fabs, fmax, fmin, isfinite, log, sqrt
 from libc.stdint cimport int64_t
-from libc.math cimport fabs, fmax, fmin, isfinite, log, sqrt
+from libc.stdlib cimport calloc, free
 
 import numpy as np
 
@@ -40,6 +41,14 @@ cdef extern from "solver_abi.h":
         void (*correct)(void *, const double *) noexcept nogil
         void (*residual)(void *, double *) noexcept nogil
         void (*matrix)(void *, double *) noexcept nogil
+        void (*material)(void *, double *) noexcept nogil
+        const double *q
+
+    ctypedef struct ancf_frame:
+        void *context
+        ptrdiff_t n
+        void (*hold)(void *, const double *) noexcept nogil
+        void (*turn)(void *, const double *) noexcept nogil
 
     ctypedef struct ancf_inverse:
         void *context
@@ -59,12 +68,22 @@ cdef enum:
     TOO_MANY = 1
     DIVERGED = 2
     NOT_FINITE = 3
+    INDEFINITE = 5  # the cause of one of these, where the factor had a wrong sign
+
+cdef enum Rung:
+    NEW_SEED = 1
+    DAMPED_NEWTON = 2
+
+cdef enum:
+    MOST_EVENTS = 1000
+    TRIAL = 12  # seeds after which the frame that cost more is tried again
 
 cdef ptrdiff_t TIMED_FROM = 1000  # unknowns: a look at the clock costs 20 ns, a few in each iteration
 cdef double GROWTH = 1e4  # residual beside the predictor's: past this an attempt is given up
 cdef double STALE = 1.2  # a contraction that was not measured again is trusted less in each step
-cdef double BELIEF = 10.0  # times the tolerance: residual over diagonal that a small correction may leave
+cdef double BELIEF = 5.0  # times the tolerance: residual over diagonal that a small correction may leave
 cdef double SLOW = 0.9  # a contraction from which waiting never pays
+cdef double MARGIN = 0.98  # of the mean cost that a change of frame must undercut
 
 
 cdef struct Counts:
@@ -72,6 +91,8 @@ cdef struct Counts:
     ptrdiff_t reseeds_between, reseeds_inside  # why a quasi-Newton run factored again
     ptrdiff_t recoveries_reseed, recoveries_newton  # steps saved by that rung of the ladder
     ptrdiff_t indefinite  # factors with a pivot of the wrong sign
+    ptrdiff_t material_seeds  # those replaced by a factor of the material part, with right signs
+    ptrdiff_t rotating_seeds  # taken to be turned with the body
     ptrdiff_t last_corrections  # by the residual that ended a step, see finish
 
 
@@ -79,19 +100,34 @@ cdef struct Seconds:
     double force, tangent, factor, solve
 
 
+cdef struct Event:
+    ptrdiff_t step
+    int rung, cause
+    double contraction
+
+
 cdef struct Loop:
     const ancf_equations *equations
     const ancf_seed *seed
     const ancf_inverse *inverse
+    const ancf_frame *frame  # NULL if seeds do not turn
     ptrdiff_t n, parts
     bint newton, learns, carry, polishes, economical, by_correction
     int max_iterations
     double force_tolerance, constraint_tolerance, correction_tolerance, noise
-    double cost_iteration, cost_seed
-    bint seeded, reseed_due
+    double cost_iteration, cost_rotation, cost_seed
+    double patience  # iterations above the mean that a step may take before a new seed is due
+    bint seeded, reseed_due, indefinite
+    bint rotating, compares_frames
+    double frame_cost[2]  # of a step with a fixed and with a rotating seed, 0 if not known
+    ptrdiff_t seeds_since_trial
     double rate  # contraction of the corrections, carried from step to step
     double cost_since  # since the last seed, its own cost included
     ptrdiff_t steps_since
+    ptrdiff_t step
+    double contraction  # of the residual, the last one seen
+    ptrdiff_t n_events
+    Event *events
     double *r
     double *r_new
     double *s
@@ -113,19 +149,26 @@ cdef class Iteration:
     cdef object owners, arrays
     cdef readonly object capsule
 
-    def __cinit__(self, equations, seed, inverse, const int64_t[::1] column_start, *, bint newton,
+    def __cinit__(self, equations, seed, inverse, frame, const int64_t[::1] column_start, *,
+                  bint rotating, bint compares_frames, bint newton,
                   bint learns, bint carry, bint polishes, bint economical,
                   bint by_correction, int max_iterations, double force_tolerance,
                   double constraint_tolerance, double correction_tolerance, double noise,
-                  double cost_iteration, double cost_seed):
+                  double cost_iteration, double cost_rotation, double cost_seed,
+                  double patience):
         cdef Loop *loop = &self.loop
         cdef double[:, ::1] vectors
         cdef double[::1] values
-        self.owners = (equations, seed, inverse, column_start)
+        self.owners = (equations, seed, inverse, frame, column_start)
         loop.equations = <const ancf_equations *>PyCapsule_GetPointer(
             equations.capsule, "ancf_equations")
         loop.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         loop.inverse = <const ancf_inverse *>PyCapsule_GetPointer(inverse.capsule, "ancf_inverse")
+        if frame is not None:
+            loop.frame = <const ancf_frame *>PyCapsule_GetPointer(frame.capsule, "ancf_frame")
+            if loop.equations.q == NULL:
+                raise ValueError("a frame needs equations that show their coordinates")
+        loop.rotating, loop.compares_frames = rotating, compares_frames
         loop.n, loop.parts = loop.equations.n, 1
         loop.newton, loop.learns, loop.carry, loop.polishes = newton, learns, carry, polishes
         loop.economical = economical
@@ -133,6 +176,10 @@ cdef class Iteration:
         loop.force_tolerance, loop.constraint_tolerance = force_tolerance, constraint_tolerance
         loop.correction_tolerance, loop.noise = correction_tolerance, noise
         loop.cost_iteration, loop.cost_seed = cost_iteration, cost_seed
+        loop.cost_rotation, loop.patience = cost_rotation, patience
+        loop.events = <Event *>calloc(MOST_EVENTS, sizeof(Event))
+        if loop.events == NULL:
+            raise MemoryError
         loop.rate = SLOW
         loop.timed = loop.n >= TIMED_FROM
         # The pair and the product are done with whenever a matrix is assembled: they share its room.
@@ -143,6 +190,9 @@ cdef class Iteration:
         loop.values, loop.column_start = &values[0], &column_start[0]
         self.interface.context, self.interface.solve = loop, solve
         self.capsule = PyCapsule_New(&self.interface, "ancf_nonlinear", NULL)
+
+    def __dealloc__(self):
+        free(self.loop.events)
 
     @property
     def seconds(self):
@@ -158,9 +208,30 @@ cdef class Iteration:
         """Set the number of threads for passes over vectors."""
         self.loop.parts = threads
 
+    @property
+    def events(self):
+        """Rungs of the ladder that were climbed, the first thousand.
+
+        Each as ``(step, rung, cause, contraction)``: number of the step from 1; 1 for a new seed,
+        2 for damped Newton; why the attempt before failed (`nonlinear.outcome`); the contraction of
+        the residual it ended with.
+        """
+        cdef ptrdiff_t k
+        found = []
+        for k in range(min(self.loop.n_events, MOST_EVENTS)):
+            event = self.loop.events[k]
+            found.append((event.step, event.rung, event.cause, event.contraction))
+        return found
+
+    @property
+    def contraction(self):
+        """Last ratio of two residuals in the last attempt; not a number if there was none."""
+        return self.loop.contraction
+
     def mark_seeded(self):
         """Tell that the inverse was filled from outside (a finite-difference matrix)."""
         assemble(&self.loop)
+        hold(&self.loop)
         self.loop.seeded = True
 
     def set_tolerance(self, double correction, double constraint):
@@ -230,30 +301,91 @@ cdef inline double rms(const Loop *self, const double *x, ptrdiff_t n) noexcept 
 
 
 cdef void assemble(Loop *self) noexcept nogil:
-    cdef ptrdiff_t i
     cdef double start = clock(self)
     self.equations.matrix(self.equations.context, self.values)
     self.seconds.tangent += clock(self) - start
+    keep_diagonal(self)
+
+
+cdef void keep_diagonal(Loop *self) noexcept nogil:
+    cdef ptrdiff_t i
     for i in range(self.n):  # each column starts with its diagonal
         self.diagonal[i] = self.values[self.column_start[i]]
 
 
-cdef void renew_seed(Loop *self) noexcept nogil:
-    """Factor the matrix at the current iterate; a wrong sign of a pivot is counted."""
-    cdef ptrdiff_t bad
-    cdef double start
-    assemble(self)
-    start = clock(self)
-    bad = self.seed.factor(self.seed.context, self.values)
+cdef void hold(Loop *self) noexcept nogil:
+    """Make the current iterate the state that the seed is turned from."""
+    if self.frame != NULL:
+        self.frame.hold(self.frame.context, self.equations.q)
+
+
+cdef bint factor(Loop *self) noexcept nogil:
+    """Factor the values; return whether all pivots have the signs they must have."""
+    cdef double start = clock(self)
+    cdef ptrdiff_t bad = self.seed.factor(self.seed.context, self.values)
     self.seconds.factor += clock(self) - start
     self.counts.factorizations += 1
-    if bad != 0:
-        self.counts.indefinite += 1
+    self.counts.indefinite += bad != 0
+    return bad == 0
+
+
+cdef inline double iteration_cost(const Loop *self) noexcept nogil:
+    return self.cost_iteration + (self.cost_rotation if self.rotating else 0.0)
+
+
+cdef void compare_frames(Loop *self, double unfinished) noexcept nogil:
+    """Choose whether the next seed turns: what cost less per step, and now and then the other.
+
+    ``unfinished`` is what the step under way has cost so far.
+    """
+    cdef ptrdiff_t steps = self.steps_since + (unfinished > 0.0)
+    cdef bint other = not self.rotating
+    cdef double mean
+    if steps == 0:
+        return
+    mean = (self.cost_since + unfinished) / steps
+    if self.frame_cost[self.rotating] > 0.0:
+        mean = 0.5 * (self.frame_cost[self.rotating] + mean)
+    self.frame_cost[self.rotating] = mean
+    self.seeds_since_trial += 1
+    if self.seeds_since_trial >= TRIAL or self.frame_cost[other] < MARGIN * mean:
+        self.rotating = other
+        self.seeds_since_trial = 0
+
+
+cdef void renew_seed(Loop *self, bint newton, double unfinished) noexcept nogil:
+    """Factor the matrix at the current iterate; a wrong sign of a pivot is counted.
+
+    A seed that is kept is better definite: then the material part of the stiffness takes the place
+    of an indefinite tangent.  Newton's own corrections are right whatever the signs.
+    """
+    cdef double start
+    assemble(self)
+    self.indefinite = not factor(self)
+    if self.indefinite and not newton and self.equations.material != NULL:
+        start = clock(self)
+        self.equations.material(self.equations.context, self.values)
+        self.seconds.tangent += clock(self) - start
+        keep_diagonal(self)
+        self.indefinite = not factor(self)
+        self.counts.material_seeds += not self.indefinite
+    if self.compares_frames and self.seeded and not newton:
+        compare_frames(self, unfinished)
+    self.counts.rotating_seeds += self.rotating and not newton
+    hold(self)
     self.counts.solves += self.inverse.reseed(self.inverse.context)
     self.seeded, self.reseed_due = True, False
     if not self.newton:
         self.rate = SLOW
     self.cost_since, self.steps_since = self.cost_seed, 0
+
+
+cdef void start_from_seed(Loop *self) noexcept nogil:
+    """Turn the seed to the predictor; drop pairs that are not carried from step to step."""
+    if self.rotating:
+        self.frame.turn(self.frame.context, self.equations.q)
+    if not self.carry:
+        self.inverse.forget(self.inverse.context)
 
 
 cdef bint residual_is_small(Loop *self, const double *r) noexcept nogil:
@@ -266,8 +398,8 @@ cdef bint waiting_costs_more(Loop *self, double progress, double remaining) noex
     """Whether a new seed now is cheaper than the corrections still needed at this contraction."""
     if progress >= SLOW:
         return True
-    return (log(remaining) / -log(progress) * self.cost_iteration
-            > self.cost_seed + 2.0 * self.cost_iteration)
+    return (log(remaining) / -log(progress) * iteration_cost(self)
+            > self.cost_seed + 2.0 * iteration_cost(self))
 
 
 cdef bint residual_agrees(const Loop *self, const double *r) noexcept nogil:
@@ -304,7 +436,6 @@ cdef void finish(Loop *self, double size) noexcept nogil:
 cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil:
     """Iterate from the predictor; return CONVERGED or the reason why not."""
     cdef const ancf_equations *eq = self.equations
-    cdef const ancf_inverse *inverse = self.inverse
     cdef double *s = self.s
     cdef double *z = self.z
     cdef double *swap
@@ -312,6 +443,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
     cdef int it, halvings
     cdef bint small, learns = not newton and self.learns
     cdef double size, last_size = 0.0, norm, norm_new, start, theta, last_theta = 0.0, remaining
+    self.contraction = NAN
     evaluate(self, self.r)
     norm = start = rms(self, self.r, n)
     if not isfinite(norm):
@@ -319,9 +451,9 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
     if residual_is_small(self, self.r) and not self.by_correction:
         return CONVERGED
     if newton or not self.seeded or self.reseed_due:
-        renew_seed(self)
-    elif not self.carry:
-        inverse.forget(inverse.context)
+        renew_seed(self, newton, 0.0)
+    else:
+        start_from_seed(self)
     multiply(self, self.r)
     for it in range(self.max_iterations):
         scaled(self.parts, s, -1.0, z, n)
@@ -362,7 +494,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
             self.rate = SLOW
         if norm_new > GROWTH * start and it > 0 and not damped:
             return DIVERGED
-        theta = norm_new / norm
+        theta = self.contraction = norm_new / norm
         if not newton:
             combined(self.parts, self.y, 1.0, self.r_new, -1.0, self.r, n)
         swap = self.r
@@ -370,7 +502,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
         self.r_new = swap
         norm = norm_new
         if newton:
-            renew_seed(self)
+            renew_seed(self, newton, 0.0)
             multiply(self, self.r)
             continue
         if self.economical and (it > 0 or theta > 0.7):
@@ -381,7 +513,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
             if remaining > 1.0 and waiting_costs_more(
                     self, sqrt(theta * last_theta) if it > 0 else theta, remaining):
                 self.counts.reseeds_inside += 1
-                renew_seed(self)
+                renew_seed(self, newton, used[0] * iteration_cost(self))
                 multiply(self, self.r)
                 last_theta = theta
                 continue
@@ -390,20 +522,35 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
     return TOO_MANY
 
 
+cdef void record(Loop *self, Rung rung, int cause) noexcept nogil:
+    cdef Event *event
+    if self.n_events < MOST_EVENTS:
+        event = &self.events[self.n_events]
+        event.step, event.rung = self.step, rung
+        event.cause = INDEFINITE if self.indefinite else cause
+        event.contraction = self.contraction
+    self.n_events += 1
+
+
 cdef int solve(void *context) noexcept nogil:
     """Walk the ladder: the chosen method, the same with a new seed, damped Newton."""
     cdef Loop *self = <Loop *>context
     cdef const ancf_equations *eq = self.equations
     cdef int used = 0
-    cdef int outcome = attempt(self, self.newton, False, &used)
+    cdef int outcome
     cdef double cost
+    self.step += 1
+    outcome = attempt(self, self.newton, False, &used)
     if outcome != CONVERGED and not self.newton:
+        record(self, NEW_SEED, outcome)
         eq.restart(eq.context)
         self.reseed_due = True
+        self.cost_since += used * iteration_cost(self)
         used = 0
         outcome = attempt(self, False, False, &used)
         self.counts.recoveries_reseed += outcome == CONVERGED
     if outcome != CONVERGED:
+        record(self, DAMPED_NEWTON, outcome)
         eq.restart(eq.context)
         used = 0
         outcome = attempt(self, True, True, &used)
@@ -412,10 +559,15 @@ cdef int solve(void *context) noexcept nogil:
     if outcome != CONVERGED:
         return outcome
     if self.economical and not self.newton:
-        cost = used * self.cost_iteration
-        if self.steps_since > 0 and cost > self.cost_since / self.steps_since:
-            self.reseed_due = True
-            self.counts.reseeds_between += 1
-        self.cost_since += cost
-        self.steps_since += 1
+        count_cost(self, used * iteration_cost(self))
     return CONVERGED
+
+
+cdef void count_cost(Loop *self, double cost) noexcept nogil:
+    """Take in the cost of a step; say whether steps now cost more than the mean since the seed."""
+    if self.steps_since > 0 and (cost - self.patience * iteration_cost(self)
+                                 > self.cost_since / self.steps_since):
+        self.reseed_due = True
+        self.counts.reseeds_between += 1
+    self.cost_since += cost
+    self.steps_since += 1

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError, check_positive
-from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton, seed_frame_of
 from ancfsparse.seeds import SparseSeed
 
 EPSILON = float(np.finfo(float).eps)
@@ -80,18 +80,25 @@ def tolerance_of(wish: str | float, scale: float, force_scale: float, size: floa
 
 @dataclass(frozen=True)
 class Costs:
-    """Modelled cost of one iteration and of one new seed, in the same arbitrary unit.
+    """Modelled cost of an iteration, of a new seed, and of turning the seed in an iteration.
+
+    All are in the same arbitrary unit.
 
     Counts, not clocks, so that runs repeat bit for bit.
     """
 
     iteration: float
     seed: float
+    rotation: float = 0.0
 
     @classmethod
-    def of(cls, residual: int, tangent: int, seed: SparseSeed) -> Costs:
+    def of(cls, residual: int, tangent: int, seed: SparseSeed, frame: Any = None) -> Costs:
         """Weigh operation counts: kernels run in SIMD lanes, sweeps and factors do not."""
-        return cls(0.1 * residual + 0.5 * seed.solve_flops, 0.1 * tangent + 1.0 * seed.factor_flops)
+        return cls(
+            0.1 * residual + 0.5 * seed.solve_flops,
+            0.1 * tangent + 1.0 * seed.factor_flops,
+            0.0 if frame is None else 0.5 * frame.operations,
+        )
 
 
 def make_inverse(
@@ -135,6 +142,7 @@ def make_iteration(
     method: Method,
     tolerance: Tolerance,
     costs: Costs,
+    frame: Any = None,
 ) -> Any:
     """Build the compiled loop; a finite-difference seed is taken at the present iterate.
 
@@ -146,15 +154,22 @@ def make_iteration(
         Where the diagonal entries stand among the values of the matrix.
     method, tolerance, costs
         How it is solved.
+    frame : compiled object with a ``capsule`` "ancf_frame", optional
+        Rotations of the body, needed unless `methods.seed_frame_of` says fixed.
     """
+    wish = seed_frame_of(method)
+    turns = wish != "fixed"
     full = isinstance(method, QuasiNewton) and method.memory == "full"
     carry = full or (isinstance(method, QuasiNewton) and method.carry)
     davidon = isinstance(method, QuasiNewton) and method.update == "davidon"
     loop = compiled("iteration").Iteration(
         equations,
         seed,
-        inverse,
+        compiled("corotated").Corotated(inverse, frame) if turns else inverse,
+        frame if turns else None,
         column_start,
+        rotating=wish == "rotating",
+        compares_frames=wish == "auto",
         newton=isinstance(method, Newton),
         learns=isinstance(method, QuasiNewton),
         carry=carry,
@@ -168,7 +183,10 @@ def make_iteration(
         correction_tolerance=tolerance.correction,
         noise=tolerance.noise,
         cost_iteration=costs.iteration,
+        cost_rotation=costs.rotation,
         cost_seed=costs.seed,
+        # Iterations are whole numbers and a mean is not; and pairs are lost with their seed.
+        patience=1.0 if isinstance(method, QuasiNewton) else 0.0,
     )
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
         inverse.matrix = np.linalg.inv(finite_difference(equations))

@@ -8,6 +8,7 @@ from ancfsparse.errors import InputError, check_choice, check_count
 
 UPDATES = ("broyden", "davidon", "dfp", "bfgs")
 SEEDS = ("tangent", "finite-difference")
+SEED_FRAMES = ("auto", "fixed", "rotating")
 
 
 @dataclass(frozen=True)
@@ -35,13 +36,18 @@ class ModifiedNewton:
     ----------
     max_iterations : int, optional
         Corrections allowed in a step before the recovery ladder is entered.
+    seed_frame : {"auto", "fixed", "rotating"}, optional
+        Whether the factor stays as it was taken or is turned with the nodes of the body, or is
+        tried both ways and used in the way that costs fewer operations per step.
     """
 
     max_iterations: int = 25
+    seed_frame: str = "auto"
 
     def __post_init__(self) -> None:
         """Check the numbers."""
         check_count("max_iterations", self.max_iterations)
+        check_choice("seed_frame", self.seed_frame, SEED_FRAMES)
 
 
 @dataclass(frozen=True)
@@ -57,13 +63,17 @@ class QuasiNewton:
         ``"full"``: a dense inverse that is never forgotten, the paper's form, for up to a few
         thousand coordinates.  A number: that many secant pairs on a sparse seed.
     carry : bool, optional
-        With a number: whether pairs outlive their step.  They save iterations, and on chains and
-        nets cost more than they save.
+        With a number: whether pairs outlive their step.  They save iterations and seeds, and on
+        long chains and nets cost more than they save.
     seed : {"tangent", "finite-difference"}, optional
         The first inverse: from the generated tangent, or from finite differences of the residual
         as in the paper (``memory="full"`` only).
     max_iterations : int, optional
         Corrections allowed in a step before the recovery ladder is entered.
+    seed_frame : {"auto", "fixed", "rotating"}, optional
+        Whether seed and pairs stay as they were taken or are turned with the nodes of the body.
+        ``"auto"`` tries both and takes what costs fewer operations per step; a dense inverse,
+        which learns the rotation by itself, it leaves fixed.
     """
 
     update: str = "davidon"
@@ -71,9 +81,11 @@ class QuasiNewton:
     carry: bool = False
     seed: str = "tangent"
     max_iterations: int = 25
+    seed_frame: str = "auto"
 
     def __post_init__(self) -> None:
         """Check names and numbers."""
+        check_choice("seed_frame", self.seed_frame, SEED_FRAMES)
         check_choice("update", self.update, UPDATES)
         check_choice("seed", self.seed, SEEDS)
         check_count("max_iterations", self.max_iterations)
@@ -89,3 +101,12 @@ class QuasiNewton:
 
 
 Method = Newton | ModifiedNewton | QuasiNewton
+
+
+def seed_frame_of(method: Method) -> str:
+    """Return which frame the seeds of a method have: "auto", "fixed" or "rotating"."""
+    if isinstance(method, Newton):
+        return "fixed"
+    if isinstance(method, QuasiNewton) and method.memory == "full" and method.seed_frame == "auto":
+        return "fixed"
+    return method.seed_frame

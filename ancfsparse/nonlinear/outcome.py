@@ -14,6 +14,7 @@ class Outcome(IntEnum):
     GAINED_ENERGY = 4
     TOO_INACCURATE = 5
     MAY_GROW = 6
+    INDEFINITE = 7  # the cause of an event: one of the first three, on a factor with a wrong sign
 
     @property
     def sentence(self) -> str:
@@ -26,4 +27,5 @@ class Outcome(IntEnum):
             Outcome.TOO_INACCURATE: "had a larger error than it may have",
             Outcome.MAY_GROW: "was more accurate than it has to be",
             Outcome.NOT_FINITE: "left the range of numbers (infinite or undefined residual)",
+            Outcome.INDEFINITE: "did not converge on a seed whose pivots had a wrong sign",
         }[self]

@@ -8,12 +8,13 @@ from ancfsparse.results.energy import Energy
 from ancfsparse.results.equilibrium import Equilibrium
 from ancfsparse.results.files import load
 from ancfsparse.results.source import SolvedSystem
-from ancfsparse.results.stats import RunStats
+from ancfsparse.results.stats import Event, RunStats
 from ancfsparse.results.trajectory import Trajectory
 
 __all__ = [
     "Energy",
     "Equilibrium",
+    "Event",
     "RunStats",
     "SolvedSystem",
     "Trajectory",

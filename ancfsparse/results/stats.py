@@ -4,6 +4,32 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
+
+
+class Event(NamedTuple):
+    """A step that its method could not solve, and what was tried next.
+
+    Attributes
+    ----------
+    step : int
+        Number of the step, from 1.
+    time : float
+        Time at its end [s].
+    rung : str
+        What was tried next: ``"new seed"`` or ``"damped Newton"``.
+    cause : str
+        Why the attempt before had failed: ``"too many"`` iterations, ``"diverged"``,
+        ``"not finite"``, or ``"indefinite"``: any of these on a factor with a wrong sign.
+    contraction : float
+        Last ratio of two residuals in that attempt; not a number if there was none.
+    """
+
+    step: int
+    time: float
+    rung: str
+    cause: str
+    contraction: float
 
 
 @dataclass
@@ -29,12 +55,18 @@ class RunStats:
         Sparse factorizations.
     indefinite : int
         Those with a pivot of the wrong sign: compression beyond what the mass carries.
+    material_seeds : int
+        Indefinite ones that a factor with the material part of the stiffness alone replaced.
+    rotating_seeds : int
+        Seeds that were turned with the body.
     solves : int
         Solutions with a factor or a dense inverse.
     skipped_pairs : int
         Secant pairs an update refused.
     recoveries : int
         Steps that needed a new seed or damped Newton to converge.
+    events : list of Event
+        What was tried in them, at most the first thousand.
     rejected_steps : int
         Steps that were solved and taken back because they were not accurate enough.
     runs : int
@@ -59,15 +91,22 @@ class RunStats:
     residual_evaluations: int = 0
     factorizations: int = 0
     indefinite: int = 0
+    material_seeds: int = 0
+    rotating_seeds: int = 0
     solves: int = 0
     skipped_pairs: int = 0
     recoveries: int = 0
+    events: list[Event] = field(default_factory=list)
     rejected_steps: int = 0
     runs: int = 1
     error: float = math.nan
     seconds: dict[str, float] = field(default_factory=dict)
     solver: str = ""
     threads: int = 1
+
+    def __post_init__(self) -> None:
+        """Make events of what a file gave."""
+        self.events = [Event(*event) for event in self.events]
 
     @property
     def iterations_per_step(self) -> float:

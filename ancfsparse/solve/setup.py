@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import StepFailure
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.march import make_march
-from ancfsparse.nonlinear import Method, Outcome, QuasiNewton
+from ancfsparse.nonlinear import Method, Outcome, QuasiNewton, seed_frame_of
 from ancfsparse.nonlinear.iteration import (
     EPSILON,
     Costs,
@@ -18,14 +18,18 @@ from ancfsparse.nonlinear.iteration import (
     make_iteration,
     tolerance_of,
 )
-from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.choose import choose
 from ancfsparse.solve.start import check_constraints, regularize, starting_state
 from ancfsparse.solve.threads import divide
 from ancfsparse.system import System
+from ancfsparse.system.rotation import frame_of
 
 Vector = NDArray[np.float64]
+
+# Rungs of the ladder as the compiled loop numbers them.
+RUNGS = {1: "new seed", 2: "damped Newton"}
 
 
 def prepare(
@@ -51,6 +55,7 @@ def prepare(
     march = make_march(system, dt, integrator, start, max_energy_gain, noise)
     march.prepare(system.loads.amplitudes(np.array([dt])))
     weights = np.concatenate([system.mass_diagonal, np.zeros(system.n_multipliers)])
+    frame = None if seed_frame_of(method) == "fixed" else frame_of(system)
     inverse = make_inverse(method, seed, weights, 100.0 * EPSILON * scale * force_scale)
     iteration = make_iteration(
         march,
@@ -59,7 +64,8 @@ def prepare(
         system.pattern.indptr,
         method,
         tolerance_of(tolerance, scale, force_scale, rounding(system) / EPSILON),
-        Costs.of(system.operations("residual"), system.operations("tangent"), seed),
+        Costs.of(system.operations("residual"), system.operations("tangent"), seed, frame),
+        frame,
     )
     divide(system, threads, march, iteration, inverse)
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
@@ -80,6 +86,8 @@ def count(stats: RunStats, iteration: Any) -> None:
     stats.residual_evaluations = counts["residual_evaluations"]
     stats.factorizations = counts["factorizations"]
     stats.indefinite = counts["indefinite"]
+    stats.material_seeds = counts["material_seeds"]
+    stats.rotating_seeds = counts["rotating_seeds"]
     stats.solves = counts["solves"]
     stats.skipped_pairs = counts["skipped_pairs"]
     stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]
@@ -88,9 +96,18 @@ def count(stats: RunStats, iteration: Any) -> None:
         stats.seconds |= parts | {"rest": stats.march_seconds - sum(parts.values())}
 
 
+def events(iteration: Any, dt: float) -> list[Event]:
+    """Return what was tried to save steps of a length."""
+    return [
+        Event(step, step * dt, RUNGS[rung], Outcome(cause).name.lower().replace("_", " "), rate)
+        for step, rung, cause, rate in iteration.events
+    ]
+
+
 def failure(
     system: System,
     march: Any,
+    iteration: Any,
     outcome: Outcome,
     step: int,
     time: float,
@@ -110,4 +127,6 @@ def failure(
         if outcome == Outcome.TOO_INACCURATE
         else "also with a new seed and with damped Newton"
     )
+    if np.isfinite(iteration.contraction):
+        reason += f", where the residual last changed by a factor of {iteration.contraction:.3g}"
     return StepFailure(reason, time, step, dt, size, where, path)

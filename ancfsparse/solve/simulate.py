@@ -33,7 +33,7 @@ from ancfsparse.solve.explicit import (
 )
 from ancfsparse.solve.memory import check_fits, estimate
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
-from ancfsparse.solve.setup import count, failure, prepare
+from ancfsparse.solve.setup import count, events, failure, prepare
 from ancfsparse.solve.threads import check_threads, usable
 from ancfsparse.system import System
 
@@ -44,6 +44,8 @@ SAVED = 200
 
 # Past this a double cannot count the steps exactly.
 MOST_STEPS = 2.0**53
+
+RUNGS = {1: "new seed", 2: "damped Newton"}
 
 # Steps between two looks at the clock, and rows of loads that are tabulated at once: at most
 # CHUNK, and of large systems so many that about so many coordinates move.
@@ -213,6 +215,7 @@ def simulate(
             count_forces(stats, integrator)
         else:
             count(stats, iteration)
+            stats.events = events(iteration, dt)
         recorder.finish(stats)
     path = record.trajectory()
     if outcome != Outcome.CONVERGED and isinstance(integrator, Explicit):
@@ -222,7 +225,8 @@ def simulate(
         reached = stats.steps * dt
         raise EnergyGain(gain, exchanged, max_energy_gain, reached, stats.steps, dt, path)
     if outcome != Outcome.CONVERGED:
-        raise failure(system, march, outcome, stats.steps + 1, (stats.steps + 1) * dt, dt, path)
+        step = stats.steps + 1
+        raise failure(system, march, iteration, outcome, step, step * dt, dt, path)
     return path
 
 

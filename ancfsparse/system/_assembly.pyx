@@ -43,6 +43,7 @@ cdef extern from "solver_abi.h":
                          const double *, const double *, double *, double *) noexcept nogil
         void (*matrix)(void *, double, double, double, const double *, const double *,
                        const double *, const double *, double *) noexcept nogil
+        void (*material)(void *, double, double, const double *, double *) noexcept nogil
         void (*inertia)(void *, const double *, double *) noexcept nogil
         void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
         double (*load_work)(void *, const double *, const double *, const double *, const double *,
@@ -229,6 +230,7 @@ cdef class Assembly:
         self.interface.n_amplitudes = n_amplitudes
         self.interface.damped = flat.damped
         self.interface.residual, self.interface.matrix = residual, matrix
+        self.interface.material = material
         self.interface.inertia, self.interface.energies = inertia, energies
         self.interface.load_work = load_work
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
@@ -287,6 +289,13 @@ cdef class Assembly:
         cdef double[::1] view = values
         matrix(&self.flat, mass_factor, stiffness_factor, damping_factor, &q[0],
                NULL if v is None else &v[0], first(lam), first(amplitudes), &view[0])
+        return values[: self.flat.n_values]
+
+    def material(self, double mass_factor, double stiffness_factor, const double[::1] q):
+        """Return the matrix ``(n_values,)`` with the material part of the stiffness alone."""
+        values = np.empty(self.flat.n_values + 1)
+        cdef double[::1] view = values
+        material(&self.flat, mass_factor, stiffness_factor, &q[0], &view[0])
         return values[: self.flat.n_values]
 
     def load_work(self, const double[::1] q0, const double[::1] amplitudes0, const double[::1] q1,
@@ -460,7 +469,7 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
                  const double *q, const double *v, const double *lam, const double *amplitudes,
                  double *values) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
-    cdef ptrdiff_t k, i, j, n = self.n_values + 1  # the bin too
+    cdef ptrdiff_t k, n = self.n_values + 1  # the bin too
     cdef double c
     # What `values` is counted in until the mass is added.
     cdef double unit = stiffness_factor if stiffness_factor != 0.0 else damping_factor
@@ -478,6 +487,23 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
             if self.term_j[k] >= 0:
                 c = self.coefficient[k] * lam[self.term_row[k]]
                 values[self.slot_ij[k]] += 2.0 * c if self.term_i[k] == self.term_j[k] else c
+    add_masses(self, mass_factor, unit, q, values)
+    add_constraint_rows(self, q, values)
+
+
+cdef void material(void *context, double mass_factor, double stiffness_factor, const double *q,
+                   double *values) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    clear(self, self.n_values + 1, values)
+    add(self, MATERIAL, q, q, values)
+    add_masses(self, mass_factor, stiffness_factor, q, values)
+    add_constraint_rows(self, q, values)
+
+
+cdef void add_masses(const Flat *self, double mass_factor, double unit, const double *q,
+                     double *values) noexcept nogil:
+    """Multiply what there is by its unit, and add the masses."""
+    cdef ptrdiff_t n = self.n_values + 1  # the bin too
     if self.mass_values != NULL:
         vec_sum_parts(self.n_parts, values, unit, values, mass_factor,
                       self.mass_values, self.n_values)
@@ -488,6 +514,12 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
         add(self, MASS, q, q, values)
         if mass_factor != 1.0:
             vec_scale_parts(self.n_parts, values, mass_factor, values, n)
+
+
+cdef void add_constraint_rows(const Flat *self, const double *q, double *values) noexcept nogil:
+    """Add phi_q and the small negative diagonal below it."""
+    cdef ptrdiff_t k, i, j
+    cdef double c
     for k in range(self.n_terms):
         i, j, c = self.term_i[k], self.term_j[k], self.coefficient[k]
         if j < 0:

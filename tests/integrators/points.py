@@ -37,6 +37,7 @@ class _Interface(ct.Structure):
         ("damped", ct.c_int),
         ("residual", _RESIDUAL),
         ("matrix", _MATRIX),
+        ("material", ct.c_void_p),
         ("inertia", _INERTIA),
         ("energies", _ENERGIES),
         ("load_work", _WORK),
@@ -72,7 +73,7 @@ class Point:
         self.indptr = np.searchsorted(self._column, np.arange(n + 1))
         self.interface = _Interface(
             None, 2, 2, self.n_multipliers, len(row), 0, 0,
-            _RESIDUAL(self._residual), _MATRIX(self._matrix), _INERTIA(self._inertia),
+            _RESIDUAL(self._residual), _MATRIX(self._matrix), None, _INERTIA(self._inertia),
             _ENERGIES(self._energies), _WORK(lambda *_: 0.0),
         )  # fmt: skip
         self.capsule = _new_capsule(ct.addressof(self.interface), b"ancf_system", None)

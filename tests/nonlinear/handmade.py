@@ -29,6 +29,8 @@ class _Interface(ct.Structure):
         ("correct", _PASS),
         ("residual", _PASS),
         ("matrix", _PASS),
+        ("material", _PASS),
+        ("q", ct.c_void_p),
     ]
 
 
@@ -43,9 +45,11 @@ class Equations:
         Predictor.
     n_multipliers : int
         How many of the unknowns, the last ones, are multipliers.
+    material : callable, optional
+        x to a definite neighbour of J.
     """
 
-    def __init__(self, residual, jacobian, start, n_multipliers=0):
+    def __init__(self, residual, jacobian, start, n_multipliers=0, material=None):
         self.start = np.array(start, dtype=float)
         self.x = self.start.copy()
         self.trace = []  # the names of the calls, in order
@@ -76,9 +80,15 @@ class Equations:
             with np.errstate(all="ignore"):
                 values[:] = jacobian(self.x)[self.row, self.column]
 
+        def write_material(_, values):
+            self.trace.append("material")
+            values = np.ctypeslib.as_array(values, (len(self.row),))
+            values[:] = material(self.x)[self.row, self.column]
+
         self.interface = _Interface(
             None, n, self.n_coordinates, len(self.row),
             _DO(restart), _PASS(correct), _PASS(write_residual), _PASS(write_matrix),
+            _PASS() if material is None else _PASS(write_material), None,
         )  # fmt: skip
         self.capsule = _new_capsule(ct.addressof(self.interface), _NAME, None)
         self.seed = SparseSeed(self.indptr, self.row.astype(np.int32), self.n_coordinates)
@@ -101,12 +111,16 @@ class Equations:
             "correction_tolerance": 1e-10,
             "noise": 1e-16,
             "cost_iteration": 1.0,
+            "cost_rotation": 0.0,
             "cost_seed": 10.0,
+            "patience": 0.0,
+            "rotating": False,
+            "compares_frames": False,
         }
         if inverse is None:
             inverse = compiled("inverse").Limited(self.seed, "broyden", 0)
         return compiled("iteration").Iteration(
-            self, self.seed, inverse, self.indptr, **(settings | options)
+            self, self.seed, inverse, None, self.indptr, **(settings | options)
         )
 
     def dense(self, rule):

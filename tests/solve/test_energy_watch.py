@@ -37,8 +37,9 @@ def test_the_watch_can_be_widened_and_switched_off():
     stopped = []
     for share in (0.001, 0.5, math.inf):
         scene, _ = pendulum("thin")
+        solver = ancf.ModifiedNewton(seed_frame="fixed")  # how fast the gain grows depends on it
         with pytest.raises(ancf.StepFailure) as caught:
-            ancf.simulate(scene, 10.0, 2e-3, max_energy_gain=share)
+            ancf.simulate(scene, 10.0, 2e-3, max_energy_gain=share, solver=solver)
         stopped.append(caught.value.step)
         assert isinstance(caught.value, EnergyGain) == (share < 1.0)
     assert stopped[0] < stopped[1] < stopped[2]
