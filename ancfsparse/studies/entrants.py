@@ -1,0 +1,130 @@
+"""What of ours runs against the clock: a table of integrators and one of solvers.
+
+A new integrator is one line in `INTEGRATORS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ancfsparse.errors import StepFailure
+from ancfsparse.integrators import Newmark
+from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.solve import simulate
+from ancfsparse.studies.models import INSTANTS, MODELS
+from ancfsparse.studies.race import OURS, FailedError, Sample, Task
+
+# Parts of a second of the simulated two in which a step is said, so that every instant is met.
+DTS = (2e-2, 1e-2, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5, 3.125e-5)
+
+SOLVERS: dict[str, Method | str] = {
+    "Davidon": QuasiNewton("davidon"),
+    "BFGS": QuasiNewton("bfgs"),
+    "modified Newton": ModifiedNewton(),
+    "Newton": Newton(),
+}
+"""How the equations of an implicit step are solved."""
+
+
+@dataclass(frozen=True)
+class Integrator:
+    """A row of the table.
+
+    Attributes
+    ----------
+    name : str
+        For tables and charts.
+    make : callable
+        Returns what `simulate` takes as ``integrator``.
+    dts : tuple of float
+        Time steps [s], largest first, each a whole part of half a second.
+    solvers : tuple of str
+        Keys of `SOLVERS`; empty for an explicit method, which has no equations to solve.
+    colour : str
+        Its colour in charts.
+    """
+
+    name: str
+    make: Callable[[], Any]
+    dts: tuple[float, ...] = DTS
+    solvers: tuple[str, ...] = tuple(SOLVERS)
+    colour: str = "#0072b2"
+
+
+INTEGRATORS = (
+    Integrator("Newmark(0)", lambda: Newmark(0.0)),
+    Integrator("Newmark(0.05)", lambda: Newmark(0.05), colour="#56b4e9"),
+)
+"""Ours; adding one is one line."""
+
+
+def entrants(
+    model: str,
+    elements: int,
+    t_end: float,
+    integrators: Sequence[Integrator] = INTEGRATORS,
+    solvers: Sequence[str] = tuple(SOLVERS),
+) -> list[Task]:
+    """Return a task for every integrator, every step and every solver.
+
+    Parameters
+    ----------
+    model : str
+        Key of `MODELS`.
+    elements : int
+        Their number.
+    t_end : float
+        Simulated time [s].
+    integrators : sequence of Integrator, optional
+        Rows to run.
+    solvers : sequence of str, optional
+        Which of `SOLVERS`.
+    """
+    return [
+        task(model, elements, t_end, integrator, dt, solver)
+        for integrator in integrators
+        for solver in ([s for s in solvers if s in integrator.solvers] or [""])
+        for dt in integrator.dts
+        if dt <= t_end / INSTANTS
+    ]
+
+
+def task(
+    model: str,
+    elements: int,
+    t_end: float,
+    integrator: Integrator,
+    dt: float,
+    solver: str,
+    tolerance: str | float = "default",
+) -> Task:
+    """Return one run of ours, timed by its compiled march alone."""
+    scene, rod = MODELS[model].problem(elements)
+
+    def run() -> Sample:
+        try:
+            path = simulate(
+                scene,
+                t_end,
+                dt,
+                integrator=integrator.make(),
+                solver=SOLVERS.get(solver, "auto"),
+                tolerance=tolerance,
+                save_every=round(t_end / INSTANTS / dt),
+                save_nodes=[rod.end],
+            )
+        except StepFailure as failure:
+            raise FailedError(f"no convergence at t = {failure.time:.2g} s") from failure
+        stats = path.stats
+        counts = {
+            "steps": stats.steps,
+            "residuals": stats.residual_evaluations,
+            "iterations": stats.iterations,
+            "factorizations": stats.factorizations,
+            "solves": stats.solves,
+        }
+        return Sample(stats.march_seconds, path.position(rod.end)[1:], counts)
+
+    return Task(OURS, integrator.name, solver, model, elements, "dt", dt, run)

@@ -1,0 +1,314 @@
+"""The study of the whole error as text, CSV, JSON and a chart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, ScalarFormatter
+
+from ancfsparse.studies import paper
+from ancfsparse.studies.charts import failures, mark_failures, save, write_json, write_notes
+from ancfsparse.studies.error_budget_report import COLOURS
+from ancfsparse.studies.race import OURS, Point, front
+from ancfsparse.studies.scaling_report import write_csv
+from ancfsparse.studies.total_error import MESHES, TotalError, element_forces
+
+PEERS = {"Exudyn": ("#555555", "s"), "PyElastica": ("#a0522d", "^")}
+"""Colour and marker by peer."""
+
+Size = Callable[[Point], float]
+
+
+def as_text(result: TotalError) -> str:
+    """Set the front, the paper's choices and what they say for a terminal."""
+    settings = result.settings
+    lines = [
+        f"Whole error against cost, {settings['t_end_s']:g} s, {settings['instruction_set']}; "
+        f"{settings['seconds']}",
+        f"error: {settings['error']}",
+        "",
+        *(
+            f"  {name:<14} converged to {each.uncertainty:.1e} m"
+            for name, each in result.references.items()
+        ),
+        "",
+        "The front: no run of ours has a smaller error at no more seconds",
+        f"  {'':<14}{'elements':>9}{'dt [s]':>10}{'error [m]':>12}{'ms':>9}{'element forces':>16}",
+        *(_line(p) for p in result.front()),
+        "",
+        "The paper's choice",
+        *(_line(p) for p in result.paper_choices()),
+    ]
+    theirs = [p for p in result.points if p.task.program != OURS and p.finished]
+    if theirs:
+        lines += ["", "Peers", *(_line(p) for p in theirs)]
+    failed = failures(result.points)
+    lines += ["", "Without result", *(f"  {each}" for each in failed)] if failed else []
+    return "\n".join([*lines, "", *findings(result), *result.missing])
+
+
+def _line(p: Point) -> str:
+    name = p.task.model if p.task.program == OURS else p.task.program
+    return (
+        f"  {name:<14}{p.task.elements:>9}{p.task.value:>10.3g}{p.error:>12.1e}"
+        f"{1e3 * p.seconds:>9.2f}{element_forces(p):>16,.0f}"
+    )
+
+
+def as_markdown(result: TotalError) -> str:
+    """Set the front and the findings for a page."""
+    lines = ["| error [m] | element | elements | dt [s] | ms |", "|---:|---|---:|---:|---:|"]
+    for p in reversed(result.front()):
+        lines.append(
+            f"| {p.error:.1e} | {p.task.model} | {p.task.elements} | {p.task.value:g} | "
+            f"{1e3 * p.seconds:.2f} |"
+        )
+    return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
+
+
+def findings(result: TotalError) -> list[str]:
+    """Say what the front says about the paper's choices, the thick element, steps and models."""
+    said = [_about_choice(result, p) for p in result.paper_choices()]
+    said += [_about_steps(result, p) for p in result.paper_choices()]
+    said += _about_thick(result)
+    low, high = result.model_spread()
+    if not math.isnan(low):
+        said.append(
+            f"Models that are converged differ by {low:.0e} to {high:.0e} m: below that the choice "
+            "of the model decides, not the mesh."
+        )
+    return said + _about_peers(result)
+
+
+def _about_choice(result: TotalError, p: Point) -> str:
+    better = [q for q in result.front() if q.error <= p.error]
+    name = f"{p.task.model}, the paper's choice: {p.error:.1e} m in {1e3 * p.seconds:.1f} ms"
+    if p in better:
+        return f"{name}, on the front."
+    cheapest = min(better, key=lambda q: q.seconds)
+    return (
+        f"{name}; {_say(cheapest)} is as good in {1e3 * cheapest.seconds:.2f} ms, "
+        f"{p.seconds / cheapest.seconds:.0f} times faster."
+    )
+
+
+def _say(p: Point) -> str:
+    return f"{p.task.model} with {p.task.elements} elements and dt = {p.task.value:g} s"
+
+
+def _about_steps(result: TotalError, p: Point) -> str:
+    largest = result.largest_step(p.task.model, p.task.elements)
+    name = f"{p.task.model}, {p.task.elements} elements"
+    if largest is None or largest.task.value <= p.task.value:
+        return f"{name}: no step larger than dt = {p.task.value:g} s leaves the error as it is."
+    return (
+        f"{name}: the mesh leaves {largest.error:.1e} m, and dt = {largest.task.value:g} s, "
+        f"{largest.task.value / p.task.value:.0f} times the paper's, adds no more than a tenth."
+    )
+
+
+def _about_thick(result: TotalError) -> list[str]:
+    found = {m: result.at(m, paper.ELEMENTS, paper.DT) for m in ("Thin", "Thick", "Thick, nodal")}
+    thin, thick, nodal = found.values()
+    if thin is None or thick is None:
+        return []
+    ratio = thick.error / thin.error
+    if ratio < 2.0:
+        return [f"Thick on {paper.ELEMENTS} elements does not lock: {thick.error:.1e} m."]
+    said = (
+        f"Thick on {paper.ELEMENTS} elements locks: its error is {thick.error:.1e} m, {ratio:.0f} "
+        "times that of as many Thin ones"
+    )
+    needed = result.elements_for("Thick", thin.error)
+    said += (
+        f", and {needed} of them are needed to do what {paper.ELEMENTS} Thin ones do"
+        if needed
+        else ", and no number that was run does what the Thin ones do"
+    )
+    if nodal is not None:
+        said += f"; nodal section strains bring it to {nodal.error:.1e} m"
+    return [said + "."]
+
+
+def _about_peers(result: TotalError) -> list[str]:
+    said = []
+    for program in PEERS:
+        theirs = [p for p in result.points if p.task.program == program and p.finished]
+        if not theirs:
+            continue
+        best = front(theirs)[-1]
+        ours = min(
+            (p for p in result.ours() if p.error <= best.error),
+            key=lambda p: p.seconds,
+            default=None,
+        )
+        first = (
+            f"{program}'s most accurate run, {best.task.elements} elements, is off by "
+            f"{best.error:.1e} m after {best.seconds:.2g} s"
+        )
+        if ours is None:
+            said.append(f"{first}, which no run of ours reaches.")
+        else:
+            said.append(
+                f"{first}; {_say(ours)} is as good in {1e3 * ours.seconds:.1f} ms, "
+                f"{best.seconds / ours.seconds:.0f} times faster."
+            )
+    return said
+
+
+def headline(result: TotalError) -> str:
+    """Say how far the paper's thin choice is from the front, and why."""
+    thin = [p for p in result.paper_choices() if p.task.model == "Thin"]
+    if not thin:
+        return "Whole error against cost"
+    (p,) = thin
+    as_good = min(q.seconds for q in result.front() if q.error <= p.error)
+    as_cheap = min(q.error for q in result.front() if q.seconds <= p.seconds)
+    return (
+        f"The paper's choice with Thin elements costs {p.seconds / as_good:.0f} times the cheapest "
+        f"run as good;\nfor its time the error can be {p.error / as_cheap:.0f} times smaller"
+    )
+
+
+def write(result: TotalError, folder: Path) -> list[Path]:
+    """Write total-error.csv, .json and .png.
+
+    Parameters
+    ----------
+    result : TotalError
+        A finished study.
+    folder : Path
+        Where to; made if missing.
+
+    Returns
+    -------
+    list of Path
+        The files.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"total-error.{kind}" for kind in ("csv", "json", "png")]
+    write_csv([p.record() for p in result.points], paths[0])
+    write_json({**result.record(), "findings": findings(result)}, paths[1])
+    save(chart(result), paths[2])
+    return paths
+
+
+def chart(result: TotalError) -> Figure:
+    """Draw cost against error with its front, in seconds and counts, and error by mesh and step."""
+    figure = Figure(figsize=(13.0, 10.4), layout="constrained")
+    seconds, counts, mesh, step = figure.subplots(2, 2).ravel()
+    shown: dict[str, object] = {}
+    notes: list[str] = []
+    _cloud(seconds, result, lambda p: p.seconds, "seconds", shown)
+    mark_failures(seconds, result.points, _colour, notes)
+    low, high = result.model_spread()
+    seconds.set_title(_front_title(result), fontsize="small")
+    _cloud(counts, result, element_forces, "forces of elements evaluated", shown)
+    counts.set_title("The same without a clock: forces of elements that were evaluated",
+                     fontsize="small")  # fmt: skip
+    _by_mesh(mesh, result)
+    _by_step(step, result)
+    for ax in (seconds, counts, mesh, step):
+        ax.grid(alpha=0.3, which="major")
+    for ax in (seconds, counts):
+        if not math.isnan(low):
+            shown["distance between models"] = ax.axvspan(low, high, color="#dddddd", zorder=0)
+    figure.legend(shown.values(), shown, loc="outside lower center", ncols=6, frameon=False)
+    figure.suptitle(headline(result))
+    write_notes(figure, notes)
+    return figure
+
+
+def _colour(p: Point) -> str:
+    return COLOURS[p.task.model] if p.task.program == OURS else PEERS[p.task.program][0]
+
+
+def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str, object]) -> None:
+    """Draw all runs, the front of ours through them, the paper's choices and the peers."""
+    for model in result.references:
+        points = result.ours(model)
+        areas = [6.0 + 0.6 * p.task.elements for p in points]
+        shown[model] = ax.scatter(
+            [p.error for p in points], [size(p) for p in points], areas, color=COLOURS[model],
+            alpha=0.45, linewidths=0,
+        )  # fmt: skip
+    best: list[Point] = []
+    for p in sorted(result.ours(), key=size):
+        if not best or p.error < best[-1].error:
+            best.append(p)
+    (shown["front"],) = ax.step(
+        [p.error for p in best], [size(p) for p in best], "k-", where="pre", linewidth=1.5
+    )
+    for p in best[:: max(1, len(best) // 6)]:
+        ax.annotate(
+            f"{p.task.elements}, {p.task.value:g} s", (p.error, size(p)), fontsize=7,
+            xytext=(-6, -4), textcoords="offset points", ha="right", va="top",
+        )  # fmt: skip
+    for p in result.paper_choices():
+        (shown["the paper's choice"],) = ax.plot(
+            p.error, size(p), "*", color=_colour(p), markersize=17, markeredgecolor="black"
+        )
+    for program, (colour, marker) in PEERS.items():
+        theirs = [p for p in result.points if p.task.program == program and p.finished]
+        if theirs:
+            shown[program] = ax.scatter(
+                [p.error for p in theirs], [size(p) for p in theirs], 40, color=colour,
+                marker=marker,
+            )  # fmt: skip
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlabel("tip error, mesh and time together [m]; labels: elements, step")
+    ax.set_ylabel(unit)
+
+
+def _front_title(result: TotalError) -> str:
+    """Name the models on the front."""
+    names = dict.fromkeys(p.task.model for p in result.front())
+    off = [model for model in result.references if model not in names]
+    said = "On the front: " + ", ".join(names)
+    return said + (f"; never: {', '.join(off)}" if off else "")
+
+
+def _by_mesh(ax: Axes, result: TotalError) -> None:
+    """Draw error against elements at the paper's step."""
+    for model in result.references:
+        curve = [p for n in MESHES if (p := result.at(model, n, paper.DT)) is not None]
+        ax.plot([p.task.elements for p in curve], [p.error for p in curve], "o-",
+                color=COLOURS[model], markersize=4)  # fmt: skip
+    ax.axvline(paper.ELEMENTS, color="black", linewidth=0.8, linestyle=":")
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.xaxis.set_major_locator(FixedLocator(list(MESHES)))
+    ax.xaxis.set_major_formatter(ScalarFormatter())
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.set_xlabel("elements")
+    ax.set_ylabel(f"tip error at dt = {paper.DT:g} s [m]")
+    about = _about_thick(result)
+    ax.set_title(about[0].replace(": its", ":\nits", 1).replace(", and", ",\nand", 1) if about
+                 else "Error by mesh", fontsize="small")  # fmt: skip
+
+
+def _by_step(ax: Axes, result: TotalError) -> None:
+    """Draw error against step, on the paper's mesh and on a fine one."""
+    meshes = sorted({p.task.elements for p in result.ours()})
+    fine = meshes[-1]
+    for model in result.references:
+        for n, style in ((paper.ELEMENTS, "o-"), (fine, "s--")):
+            curve = [p for p in result.ours(model) if p.task.elements == n]
+            ax.plot([p.task.value for p in curve], [p.error for p in curve], style,
+                    color=COLOURS[model], markersize=4)  # fmt: skip
+    ax.axvline(paper.DT, color="black", linewidth=0.8, linestyle=":")
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.set_xlabel(f"time step [s]; solid: {paper.ELEMENTS} elements, dashed: {fine}")
+    ax.set_ylabel("tip error [m]")
+    thin = result.at("Thin", paper.ELEMENTS, paper.DT)
+    ax.set_title(
+        _about_steps(result, thin).replace(", and", ",\nand", 1) if thin else "Error by step",
+        fontsize="small",
+    )
