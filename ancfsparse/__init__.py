@@ -3,18 +3,21 @@
 A `Scene` says what there is, `simulate` and `solve_static` answer how it moves and rests.
 """
 
-from ancfsparse.errors import AncfError, EquilibriumFailure, InputError, StepFailure
-from ancfsparse.integrators import Newmark
+from ancfsparse.errors import AncfError, EnergyGain, EquilibriumFailure, InputError, StepFailure
+from ancfsparse.integrators import HHT, GeneralizedAlpha, Newmark
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Circle, Material, Rectangle, Scene, Section
 from ancfsparse.solve import simulate, solve_static
 
 __all__ = [
+    "HHT",
     "AncfError",
     "Circle",
+    "EnergyGain",
     "Equilibrium",
     "EquilibriumFailure",
+    "GeneralizedAlpha",
     "InputError",
     "Material",
     "ModifiedNewton",

@@ -82,6 +82,49 @@ class StepFailure(AncfError, RuntimeError):
         return message
 
 
+class EnergyGain(StepFailure):
+    """A run was stopped because it gained energy that nothing had given it.
+
+    Parameters
+    ----------
+    gain, exchanged : float
+        Energy above what was given, and the largest energy that had been exchanged between motion,
+        strain, gravity and loads [J].
+    limit : float
+        Share of it that was allowed.
+    time, step, dt, trajectory
+        As in `StepFailure`.
+    """
+
+    def __init__(
+        self,
+        gain: float,
+        exchanged: float,
+        limit: float,
+        time: float,
+        step: int,
+        dt: float,
+        trajectory: Any = None,
+    ) -> None:
+        super().__init__("it gained energy", time, step, dt, gain, "the whole scene", trajectory)
+        self.args = (gain, exchanged, limit, time, step, dt, trajectory)
+        self.gain = gain
+        self.exchanged = exchanged
+        self.limit = limit
+
+    def __str__(self) -> str:
+        """Compose the message a reader meets."""
+        share = self.gain / self.exchanged if self.exchanged > 0.0 else math.inf
+        return (
+            f"stopped after step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): the "
+            f"motion has {self.gain:.3g} J more than it was given, {100 * share:.3g} % of the "
+            f"largest energy exchanged so far (allowed: {100 * self.limit:.3g} %). Try "
+            "integrator=GeneralizedAlpha(0.8), which damps what the time step cannot follow, a "
+            "smaller dt, or max_energy_gain=inf to go on all the same. "
+            "The states up to here are in the attribute `trajectory` of this error."
+        )
+
+
 class EquilibriumFailure(AncfError, RuntimeError):
     """No static equilibrium was found.
 

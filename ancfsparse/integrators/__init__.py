@@ -3,6 +3,6 @@
 This room knows time and no elements.
 """
 
-from ancfsparse.integrators.newmark import Newmark
+from ancfsparse.integrators.implicit import HHT, GeneralizedAlpha, Implicit, Newmark
 
-__all__ = ["Newmark"]
+__all__ = ["HHT", "GeneralizedAlpha", "Implicit", "Newmark"]

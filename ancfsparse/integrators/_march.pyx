@@ -1,23 +1,32 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""The time loop: Newmark's formulas in the paper's incremental form (equations 4 to 10).
+"""The time loop of Newmark's family in the paper's incremental form (equations 4 to 10).
 
-The dynamic rows are multiplied by beta dt^2 and the multipliers divided by it, so the matrix of a
-step, ``[M + beta dt^2 K, phi_q^T; phi_q, 0]``, does not degrade as dt goes to zero.
+The dynamic rows are multiplied by beta dt^2 (over the mass ratio of generalised-alpha) and the
+multipliers divided by it, so the matrix of a step, ``[M + scale K, phi_q^T; phi_q, 0]``, does not
+degrade as dt goes to zero.  `integrators.implicit` has the formulas.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from libc.math cimport fabs, fmax, isinf
 from libc.string cimport memcpy
 
 import numpy as np
 
 
+cdef extern from "vectors.h":
+    double vec_dot(const double *, const double *, ptrdiff_t) noexcept nogil
+
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_system:
         void *context
-        ptrdiff_t n_free, n_all, n_multipliers, n_values
+        ptrdiff_t n_free, n_all, n_multipliers, n_values, n_amplitudes
+        int damped
         void (*residual)(void *, const double *, const double *, const double *, const double *,
-                         const double *, double *, double *) noexcept nogil
-        void (*matrix)(void *, double, double, const double *, const double *, const double *,
-                       double *) noexcept nogil
+                         const double *, const double *, double *, double *) noexcept nogil
+        void (*matrix)(void *, double, double, double, const double *, const double *,
+                       const double *, const double *, double *) noexcept nogil
+        void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
+        double (*load_work)(void *, const double *, const double *, const double *, const double *,
+                            double *) noexcept nogil
 
     ctypedef struct ancf_equations:
         void *context
@@ -32,18 +41,42 @@ cdef extern from "solver_abi.h":
         int (*solve)(void *) noexcept nogil
 
 
+cdef enum:
+    GAINED_ENERGY = 4
+
+cdef ptrdiff_t WATCH_EVERY = 16  # steps: an energy costs about one of the 40 residuals they take
+
+
+cdef struct Weights:
+    # Where the predictor puts a coordinate, beside q0 + dt v0, and how the velocity follows.
+    double q_b, q_a, v_b, v_a, v_new
+    double scale  # metres that a unit of new acceleration moves a coordinate by [s2]
+    double b_b, b_a, b_new
+
+
+cdef struct Watch:
+    double limit  # share of the energy that was exchanged so far; infinite for no watch
+    double noise, start, strain, potential, work, exchanged, gain
+
+
 cdef struct Motion:
     const ancf_system *system
     ptrdiff_t n_free, n_all, m
-    double dt, gamma, scale
+    bint shifted  # whether b is not the true acceleration
+    double dt
+    Weights weights
+    Watch watch
     # Last accepted state, and the iterate of the step under way.
     double *q0
     double *v0
     double *a0
+    double *b0
     double *lam0
     double *q
+    double *v  # only if forces depend on it
     double *a
     double *lam
+    double *amplitudes0
     const double *dead_load
     const double *amplitudes
     double *r
@@ -58,14 +91,21 @@ cdef class March:
     system : object with a ``capsule`` "ancf_system"
     dt : float
         Time step [s].
-    beta, gamma : float
-        Newmark's parameters.
-    q, v, a : (n_all,) float
-        State at the start: free coordinates first, then fixed ones, which never move.
+    integrator : Implicit
+        The weights.
+    q, v, a, b : (n_all,) float
+        State at the start: free coordinates first, then fixed ones, which never move; ``b`` is
+        the integrator's own acceleration.
     lam : (m,) float
         Multipliers at the start.
     dead_load : (n_all,) float
         Constant applied force.
+    amplitudes : (n_amplitudes,) float
+        Changing loads at the start.
+    largest_gain : float
+        Share of the energy exchanged so far by which the energy may exceed what was given.
+    noise : float
+        Energy that rounding makes [J].
     """
 
     cdef ancf_equations interface
@@ -73,42 +113,72 @@ cdef class March:
     cdef object owner, arrays, loads  # the loads are pointed into until the next ones come
     cdef readonly object capsule
 
-    def __cinit__(self, system, double dt, double beta, double gamma, q, v, a, lam, dead_load):
+    def __cinit__(self, system, double dt, integrator, q, v, a, b, lam, dead_load, amplitudes,
+                  double largest_gain, double noise):
         cdef Motion *motion = &self.motion
-        cdef double[::1] view
-        cdef double *start[10]
         self.owner = system
         motion.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
         motion.n_free, motion.n_all = motion.system.n_free, motion.system.n_all
         motion.m = motion.system.n_multipliers
-        motion.dt, motion.gamma, motion.scale = dt, gamma, beta * dt * dt
-        # Never empty, so that a pointer to the first multiplier always exists.
+        motion.shifted = integrator.shift != 0.0
+        # Never empty, so that a pointer to the first multiplier or amplitude always exists.
         lam = np.append(lam, 0.0)
-        self.arrays = [np.array(x, dtype=float) for x in (
-            q, v, a, lam, q, a, lam, dead_load, np.zeros(len(q)), np.zeros(len(lam)))]
-        for k, array in enumerate(self.arrays):
-            view = array
-            start[k] = &view[0]
-        motion.q0, motion.v0, motion.a0, motion.lam0 = start[0], start[1], start[2], start[3]
-        motion.q, motion.a, motion.lam = start[4], start[5], start[6]
-        motion.dead_load, motion.r, motion.phi = start[7], start[8], start[9]
+        self.arrays = {
+            name: np.array(x, dtype=float) for name, x in {
+                "q0": q, "v0": v, "a0": a, "lam0": lam, "q": q, "a": a, "lam": lam,
+                "dead_load": dead_load, "r": np.zeros(len(q)), "phi": np.zeros(len(lam)),
+                "amplitudes0": np.append(amplitudes, 0.0)}.items()}
+        own = self.arrays
+        own["b0"] = np.array(b, dtype=float) if motion.shifted else own["a0"]
+        if motion.system.damped:
+            own["v"] = np.array(v, dtype=float)
+            motion.v = first(own["v"])
+        motion.q0, motion.v0, motion.a0 = first(own["q0"]), first(own["v0"]), first(own["a0"])
+        motion.b0, motion.lam0 = first(own["b0"]), first(own["lam0"])
+        motion.q, motion.a, motion.lam = first(own["q"]), first(own["a"]), first(own["lam"])
+        motion.dead_load, motion.r = first(own["dead_load"]), first(own["r"])
+        motion.phi, motion.amplitudes0 = first(own["phi"]), first(own["amplitudes0"])
+        self.set_step(dt, integrator)
         self.interface.context = motion
         self.interface.n, self.interface.n_coordinates = motion.n_free + motion.m, motion.n_free
         self.interface.n_values = motion.system.n_values
         self.interface.restart, self.interface.correct = restart, correct
         self.interface.residual, self.interface.matrix = residual, matrix
         self.capsule = PyCapsule_New(&self.interface, "ancf_equations", NULL)
+        motion.watch.limit, motion.watch.noise = largest_gain, noise
+        start_watch(motion)
+
+    cdef set_step(self, double dt, integrator):
+        """Work out the weights of the formulas."""
+        cdef Weights *w = &self.motion.weights
+        cdef double m = integrator.alpha_m, f = integrator.alpha_f
+        cdef double beta = integrator.beta, gamma = integrator.gamma
+        self.motion.dt = dt
+        # b1 = b_new a1 + b_a a0 + b_b b0, put into Newmark's formulas with a1 = a0 + change.
+        w.b_new, w.b_a, w.b_b = (1.0 - f) / (1.0 - m), f / (1.0 - m), -m / (1.0 - m)
+        w.q_b, w.q_a = dt * dt * (0.5 - beta + beta * w.b_b), dt * dt * beta * (w.b_a + w.b_new)
+        w.v_b, w.v_a = dt * (1.0 - gamma + gamma * w.b_b), dt * gamma * w.b_a
+        w.v_new, w.scale = dt * gamma * w.b_new, dt * dt * beta * w.b_new
 
     @property
     def state(self):
         """Last accepted ``(q, v, a, lam)`` as copies."""
-        q, v, a, lam = (array.copy() for array in self.arrays[:4])
+        own = self.arrays
+        q, v, a, lam = (own[name].copy() for name in ("q0", "v0", "a0", "lam0"))
         return q, v, a, lam[: self.motion.m]
 
     @property
     def unbalanced(self):
         """Residual ``(n_all,)`` [N, N m] and constraints ``(m,)`` [m] of the last iterate."""
-        return self.arrays[8].copy(), self.arrays[9][: self.motion.m].copy()
+        cdef Motion *motion = &self.motion
+        motion.system.residual(motion.system.context, motion.q, motion.v, motion.a, motion.lam,
+                               motion.dead_load, motion.amplitudes, motion.r, motion.phi)
+        return self.arrays["r"].copy(), self.arrays["phi"][: self.motion.m].copy()
+
+    @property
+    def energy_gain(self):
+        """Energy above what was given, and the largest energy exchanged, at the last look [J]."""
+        return self.motion.watch.gain, self.motion.watch.exchanged
 
     def prepare(self, const double[:, ::1] amplitudes):
         """Set the loads of the next step and put its predictor in place."""
@@ -149,23 +219,19 @@ cdef class March:
         cdef const ancf_nonlinear *solver = <const ancf_nonlinear *>PyCapsule_GetPointer(
             nonlinear.capsule, "ancf_nonlinear")
         cdef Motion *motion = &self.motion
-        cdef ptrdiff_t k, i, row
+        cdef ptrdiff_t k, row
         cdef int outcome = 0
         self.loads = amplitudes
-        cdef double keep = motion.dt * (1.0 - motion.gamma), gain = motion.dt * motion.gamma
         with nogil:
             for k in range(n_steps):
                 motion.amplitudes = &amplitudes[k, 0] if amplitudes.shape[1] > 0 else NULL
-                restart(&self.motion)
+                restart(motion)
                 outcome = solver.solve(solver.context)
                 if outcome != 0:
+                    if gains_energy(motion):  # the likely cause
+                        outcome = GAINED_ENERGY
                     break
-                for i in range(motion.n_free):
-                    motion.v0[i] += keep * motion.a0[i] + gain * motion.a[i]
-                    motion.q0[i] = motion.q[i]
-                    motion.a0[i] = motion.a[i]
-                for i in range(motion.m):
-                    motion.lam0[i] = motion.lam[i]
+                accept(motion)
                 if (steps_done + k + 1) % save_every == 0:
                     row = (steps_done + k + 1) // save_every
                     memcpy(&q_out[row, 0], motion.q0, motion.n_all * sizeof(double))
@@ -173,31 +239,47 @@ cdef class March:
                     memcpy(&a_out[row, 0], motion.a0, motion.n_all * sizeof(double))
                     if motion.m > 0:
                         memcpy(&lam_out[row, 0], motion.lam0, motion.m * sizeof(double))
+                if (k + 1) % WATCH_EVERY == 0 or k + 1 == n_steps:
+                    if gains_energy(motion):
+                        outcome = GAINED_ENERGY
+                        k += 1
+                        break
             else:
                 k = n_steps
         return k, outcome
 
 
+cdef double *first(array) except NULL:
+    cdef double[::1] view = array
+    return &view[0]
+
+
 cdef void restart(void *context) noexcept nogil:
     """The predictor: the acceleration and the multipliers of the last step (equation 4)."""
     cdef Motion *self = <Motion *>context
+    cdef const Weights *w = &self.weights
     cdef ptrdiff_t i
-    cdef double half = 0.5 * self.dt * self.dt
     for i in range(self.n_free):
-        self.q[i] = self.q0[i] + self.dt * self.v0[i] + half * self.a0[i]
+        self.q[i] = self.q0[i] + self.dt * self.v0[i] + w.q_b * self.b0[i] + w.q_a * self.a0[i]
         self.a[i] = self.a0[i]
+    if self.system.damped:
+        for i in range(self.n_free):
+            self.v[i] = self.v0[i] + w.v_b * self.b0[i] + (w.v_a + w.v_new) * self.a0[i]
     for i in range(self.m):
         self.lam[i] = self.lam0[i]
 
 
 cdef void correct(void *context, const double *s) noexcept nogil:
-    """Equation 10; the velocity follows once, when the step is accepted."""
+    """Equation 10; where no force depends on it, the velocity follows when the step is accepted."""
     cdef Motion *self = <Motion *>context
     cdef ptrdiff_t i
-    cdef double factor = 1.0 / self.scale
+    cdef double factor = 1.0 / self.weights.scale, rate = self.weights.v_new * factor
     for i in range(self.n_free):
         self.q[i] += s[i]
         self.a[i] += factor * s[i]
+    if self.system.damped:
+        for i in range(self.n_free):
+            self.v[i] += rate * s[i]
     for i in range(self.m):
         self.lam[i] += factor * s[self.n_free + i]
 
@@ -205,15 +287,57 @@ cdef void correct(void *context, const double *s) noexcept nogil:
 cdef void residual(void *context, double *r) noexcept nogil:
     cdef Motion *self = <Motion *>context
     cdef ptrdiff_t i
-    self.system.residual(self.system.context, self.q, self.a, self.lam,
+    self.system.residual(self.system.context, self.q, self.v, self.a, self.lam,
                          self.dead_load, self.amplitudes, self.r, self.phi)
     for i in range(self.n_free):
-        r[i] = self.scale * self.r[i]
+        r[i] = self.weights.scale * self.r[i]
     for i in range(self.m):
         r[self.n_free + i] = self.phi[i]
 
 
 cdef void matrix(void *context, double *values) noexcept nogil:
     cdef Motion *self = <Motion *>context
-    self.system.matrix(self.system.context, 1.0, self.scale, self.q, self.lam,
-                       self.amplitudes, values)
+    self.system.matrix(self.system.context, 1.0, self.weights.scale, self.weights.v_new, self.q,
+                       self.v, self.lam, self.amplitudes, values)
+
+
+cdef void accept(Motion *self) noexcept nogil:
+    cdef const Weights *w = &self.weights
+    cdef ptrdiff_t i
+    if self.system.n_amplitudes > 0:
+        self.watch.work += self.system.load_work(
+            self.system.context, self.q0, self.amplitudes0, self.q, self.amplitudes, self.r)
+        memcpy(self.amplitudes0, self.amplitudes, self.system.n_amplitudes * sizeof(double))
+    for i in range(self.n_free):
+        self.v0[i] += w.v_b * self.b0[i] + w.v_a * self.a0[i] + w.v_new * self.a[i]
+        self.q0[i] = self.q[i]
+    if self.shifted:
+        for i in range(self.n_free):
+            self.b0[i] = w.b_b * self.b0[i] + w.b_a * self.a0[i] + w.b_new * self.a[i]
+    for i in range(self.n_free):
+        self.a0[i] = self.a[i]
+    for i in range(self.m):
+        self.lam0[i] = self.lam[i]
+
+
+cdef void start_watch(Motion *self) noexcept nogil:
+    cdef double parts[2]
+    self.system.energies(self.system.context, self.q0, self.v0, self.r, parts)
+    self.watch.strain = parts[1]
+    self.watch.potential = -vec_dot(self.dead_load, self.q0, self.n_all)
+    self.watch.start = parts[0] + parts[1] + self.watch.potential
+
+
+cdef bint gains_energy(Motion *self) noexcept nogil:
+    """Whether the energy is further above what was given than a share of what was exchanged."""
+    cdef Watch *w = &self.watch
+    cdef double parts[2]
+    cdef double potential
+    if isinf(w.limit):
+        return False
+    self.system.energies(self.system.context, self.q0, self.v0, self.r, parts)
+    potential = -vec_dot(self.dead_load, self.q0, self.n_all)
+    w.exchanged = fmax(fmax(fmax(w.exchanged, parts[0]), fabs(parts[1] - w.strain)),
+                       fmax(fabs(potential - w.potential), fabs(w.work)))
+    w.gain = parts[0] + parts[1] + potential - w.start - w.work
+    return not w.gain <= w.limit * w.exchanged + w.noise  # a NaN ends here too

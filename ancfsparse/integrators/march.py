@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.integrators.newmark import Newmark
+from ancfsparse.integrators.implicit import Implicit
 
 Vector = NDArray[np.float64]
 
@@ -17,33 +18,67 @@ class Mechanics(Protocol):
     """What the time loop needs of a system; see ``ancf_system`` in kernels/solver_abi.h."""
 
     capsule: object
-    q0: Vector
-    v0: Vector
     dead_load: Vector
 
 
-def make_march(system: Mechanics, dt: float, integrator: Newmark, a: Vector, lam: Vector) -> Any:
-    """Build the compiled march from the system's initial state.
+@dataclass(frozen=True)
+class Start:
+    """Where a motion starts, made consistent for an integrator (`solve.start`).
+
+    Attributes
+    ----------
+    q, v, a, b : (n_all,) float
+        Coordinates [m, 1], velocities, true accelerations, the integrator's own accelerations.
+    lam : (m,) float
+        Multipliers [N].
+    amplitudes : (n_amplitudes,) float
+        Changing loads [N, N m].
+    """
+
+    q: Vector
+    v: Vector
+    a: Vector
+    b: Vector
+    lam: Vector
+    amplitudes: Vector
+
+
+def make_march(
+    system: Mechanics,
+    dt: float,
+    integrator: Implicit,
+    start: Start,
+    largest_gain: float,
+    noise: float,
+) -> Any:
+    """Build the compiled march.
 
     Parameters
     ----------
     system : System
-        At its initial state.
+        What moves.
     dt : float
         Time step [s].
-    integrator : Newmark
-        Coefficients.
-    a, lam : (n_all,) and (m,) float
-        Initial accelerations [m/s2, 1/s2] and multipliers [N].
+    integrator : Implicit
+        Weights of the formulas.
+    start : Start
+        The first state.
+    largest_gain : float
+        Share of the energy exchanged so far by which the energy may exceed what was given.
+    noise : float
+        Energy that rounding makes [J].
     """
     return compiled("march").March(
         system,
         dt,
-        integrator.beta,
-        integrator.gamma,
-        system.q0,
-        system.v0,
-        a,
-        lam,
+        integrator,
+        start.q,
+        start.v,
+        start.a,
+        start.b,
+        start.lam,
         system.dead_load,
+        start.amplitudes,
+        largest_gain,
+        noise,
     )

@@ -6,8 +6,8 @@
  * Each part hands out one of these structures in a PyCapsule whose name is the structure's name.
  * The unknowns are x = (free coordinates, multipliers); matrices are the lower triangle of
  *
- *   [ mass_factor M + stiffness_factor d(Q - f + phi_q^T lam)/dq    phi_q^T ]
- *   [ phi_q                                                       -epsilon ]
+ *   [ mass_factor M + damping_factor C + stiffness_factor d(Q - f + phi_q^T lam)/dq    phi_q^T ]
+ *   [ phi_q                                                                          -epsilon ]
  *
  * as one array of values on a pattern that is fixed before the first step.
  */
@@ -18,12 +18,20 @@
 
 typedef struct {
     void *context;
-    ptrdiff_t n_free, n_all, n_multipliers, n_values;
-    /* r[n_all] = M a + Q(q) - f(amplitudes) + phi_q^T lam,  phi[n_multipliers] = phi(q) */
-    void (*residual)(void *context, const double *q, const double *a, const double *lam,
-                     const double *dead_load, const double *amplitudes, double *r, double *phi);
-    void (*matrix)(void *context, double mass_factor, double stiffness_factor, const double *q,
-                   const double *lam, const double *amplitudes, double *values);
+    ptrdiff_t n_free, n_all, n_multipliers, n_values, n_amplitudes;
+    int damped; /* whether forces depend on v; where not, v may be NULL */
+    /* r[n_all] = M a + Q(q, v) - f(amplitudes) + phi_q^T lam,  phi[n_multipliers] = phi(q) */
+    void (*residual)(void *context, const double *q, const double *v, const double *a,
+                     const double *lam, const double *dead_load, const double *amplitudes,
+                     double *r, double *phi);
+    void (*matrix)(void *context, double mass_factor, double stiffness_factor,
+                   double damping_factor, const double *q, const double *v, const double *lam,
+                   const double *amplitudes, double *values);
+    /* out = kinetic and strain energy; scratch[n_all] is overwritten */
+    void (*energies)(void *context, const double *q, const double *v, double *scratch, double *out);
+    /* Work of the changing loads between two states, by the trapezoidal rule. */
+    double (*load_work)(void *context, const double *q0, const double *amplitudes0,
+                        const double *q1, const double *amplitudes1, double *scratch);
 } ancf_system;
 
 typedef struct {

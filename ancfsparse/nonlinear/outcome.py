@@ -10,6 +10,7 @@ class Outcome(IntEnum):
     TOO_MANY = 1
     DIVERGED = 2
     NOT_FINITE = 3
+    GAINED_ENERGY = 4  # found by the time loop
 
     @property
     def sentence(self) -> str:
@@ -18,5 +19,6 @@ class Outcome(IntEnum):
             Outcome.CONVERGED: "converged",
             Outcome.TOO_MANY: "did not converge within the allowed iterations",
             Outcome.DIVERGED: "diverged: the residual grew ten thousandfold",
+            Outcome.GAINED_ENERGY: "gained energy that nothing had given",
             Outcome.NOT_FINITE: "left the range of numbers (infinite or undefined residual)",
         }[self]

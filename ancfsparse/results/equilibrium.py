@@ -110,5 +110,5 @@ class Equilibrium:
         """
         state = self.q[None, :]
         rest = np.zeros_like(state)
-        force = self.system.reaction(node, state, rest, self.lam[None, :], np.zeros(1))
+        force = self.system.reaction(node, state, rest, rest, self.lam[None, :], np.zeros(1))
         return np.asarray(force[0])

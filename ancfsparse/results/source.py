@@ -39,7 +39,7 @@ class SolvedSystem(Protocol):
         """Give the power of all applied forces but gravity, (k,) [W]."""
         ...
 
-    def reaction(self, node: Node, q: Array, a: Array, lam: Array, t: Array) -> Array:
+    def reaction(self, node: Node, q: Array, v: Array, a: Array, lam: Array, t: Array) -> Array:
         """Give the force of the joints at a node on the beam, (k, dim) [N]."""
         ...
 

@@ -137,4 +137,4 @@ class Trajectory:
         ndarray, shape (k, dim)
             Forces [N].
         """
-        return self.system.reaction(node, self.q, self.a, self.lam, self.t)
+        return self.system.reaction(node, self.q, self.v, self.a, self.lam, self.t)

@@ -11,8 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ancfsparse.errors import InputError, StepFailure, check_count, check_positive
-from ancfsparse.integrators import Newmark
+from ancfsparse.errors import (
+    EnergyGain,
+    InputError,
+    StepFailure,
+    check_count,
+    check_finite,
+    check_positive,
+)
+from ancfsparse.integrators import Implicit, Newmark
 from ancfsparse.integrators.march import make_march
 from ancfsparse.nonlinear import Method, Outcome, QuasiNewton
 from ancfsparse.nonlinear.iteration import (
@@ -28,7 +35,7 @@ from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.choose import choose
 from ancfsparse.solve.memory import check_fits, estimate
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
-from ancfsparse.solve.start import check_constraints, initial_acceleration, regularize
+from ancfsparse.solve.start import check_constraints, regularize, starting_state
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -46,9 +53,10 @@ def simulate(
     t_end: float,
     dt: float,
     *,
-    integrator: Newmark = Newmark(),
+    integrator: Implicit = Newmark(),
     solver: Method | str = "auto",
     tolerance: str | float = "default",
+    max_energy_gain: float = 0.01,
     save_every: int = 1,
     save_nodes: Sequence[Node] | None = None,
     output: str | Path | None = None,
@@ -68,7 +76,7 @@ def simulate(
         End time [s], a whole number of steps.
     dt : float
         Time step [s].
-    integrator : Newmark, optional
+    integrator : Newmark, HHT or GeneralizedAlpha, optional
         The trapezoidal rule by default.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
@@ -78,6 +86,10 @@ def simulate(
         the iteration of a step may leave, as estimated from its corrections, usually right within
         a factor of 10 (Davidon 50), and never below rounding, about 1e-15 |q| / dt^2;
         ``"default"`` is 1e-3.
+    max_energy_gain : float, optional
+        Share of the largest energy exchanged so far between motion, strain, gravity and loads by
+        which the energy may exceed what was given, before the run is stopped [-]; ``inf`` never
+        stops it.
     save_every : int, optional
         Steps from one saved state to the next; the last state is saved in any case.
     save_nodes : sequence of Node, optional
@@ -99,17 +111,23 @@ def simulate(
         If something said cannot be meant, or the run cannot fit in memory.
     StepFailure
         If a step cannot be solved; it carries the trajectory so far.
+    EnergyGain
+        If the motion gains energy that nothing has given it, as the trapezoidal rule lets it where
+        steps are large; it carries the trajectory too.
 
     Notes
     -----
     A step that does not converge is tried again with a new seed, then with damped Newton; both are
-    counted in ``stats.recoveries``.  No step is accepted unconverged.  A run is not stopped for
-    gaining energy, as the trapezoidal rule can with large steps: look at ``energy.drift``.
+    counted in ``stats.recoveries``.  No step is accepted unconverged.
     """
     n_steps = count_steps(t_end, dt)
     check_count("save_every", save_every)
-    if not isinstance(integrator, Newmark):
-        raise InputError(f"integrator must be Newmark(alpha), got {integrator!r}")
+    if not isinstance(integrator, Implicit):
+        raise InputError(
+            "integrator must be Newmark(alpha), HHT(alpha) or GeneralizedAlpha(rho_inf), got "
+            f"{integrator!r}"
+        )
+    check_gain(max_energy_gain)
     check_nodes(save_nodes)
     check_output(output)
     begin = time.perf_counter()
@@ -123,10 +141,13 @@ def simulate(
         "integrator": repr(integrator),
         "solver": repr(solver),
         "tolerance": tolerance,
+        "max_energy_gain": max_energy_gain,
         "save_every": save_every,
     }
     record = Record(system, rows, save_nodes, output, settings)
-    march, iteration, seed, why = prepare(system, dt, integrator, solver, tolerance)
+    march, iteration, seed, why = prepare(
+        system, dt, integrator, solver, tolerance, max_energy_gain
+    )
     stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
     with record.open() as recorder:
         outcome = _march(
@@ -135,6 +156,10 @@ def simulate(
         count(stats, iteration)
         recorder.finish(stats)
     path = record.trajectory()
+    if outcome == Outcome.GAINED_ENERGY:
+        gain, exchanged = march.energy_gain
+        reached = stats.steps * dt
+        raise EnergyGain(gain, exchanged, max_energy_gain, reached, stats.steps, dt, path)
     if outcome != Outcome.CONVERGED:
         raise failure(system, march, outcome, stats.steps + 1, dt, path)
     return path
@@ -157,7 +182,8 @@ def _march(
     room = buffer_rows(system.n_all, min(n_steps, chunk) // save_every + 1)
     buffer = [np.empty((room + 1, system.n_all)) for _ in range(3)]
     buffer.append(np.empty((room + 1, system.n_multipliers)))
-    recorder.append(np.zeros(1), *(x[None] for x in march.state))
+    q, _, a, lam = march.state  # whose velocity is that of the integrator
+    recorder.append(np.zeros(1), q[None], system.v0[None], a[None], lam[None])
     outcome = Outcome.CONVERGED
     with tqdm(total=n_steps, unit="step", disable=not progress, leave=False) as bar:
         while stats.steps < n_steps and outcome == Outcome.CONVERGED:
@@ -179,6 +205,14 @@ def _march(
     if stats.steps % save_every:  # the last state is kept whatever its number
         recorder.append(np.array([dt * stats.steps]), *(x[None] for x in march.state))
     return outcome
+
+
+def check_gain(share: float) -> None:
+    """Refuse what is not a share of energy; infinity is one."""
+    if share != np.inf and check_finite("max_energy_gain", share) < 0.0:
+        raise InputError(
+            f"max_energy_gain must not be negative, got {share:g}: 0.01 is one percent"
+        )
 
 
 def count_steps(t_end: float, dt: float) -> int:
@@ -208,22 +242,23 @@ def count_steps(t_end: float, dt: float) -> int:
 def prepare(
     system: System,
     dt: float,
-    integrator: Newmark,
+    integrator: Implicit,
     solver: Method | str,
     tolerance: str | float,
+    max_energy_gain: float,
 ) -> tuple[Any, Any, SparseSeed, str]:
     """Return the compiled march and nonlinear loop, the seed, and why this method."""
     seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
     straight = system.constraints.linear
     method, why = choose(solver, seed.n, seed.solve_flops, straight=straight)
-    scale = integrator.beta * dt**2
+    scale = integrator.scale * dt**2
     regularize(system, scale)
     check_constraints(system)
-    a, lam = initial_acceleration(system, seed)
-    amplitudes = system.loads.amplitudes(np.array([dt]))
-    march = make_march(system, dt, integrator, a, lam)
-    march.prepare(amplitudes)
-    force_scale = system.force_scale(system.q0)
+    start = starting_state(system, seed, integrator, dt)
+    force_scale, size = system.force_scale(system.q0), float(np.max(np.abs(system.q0)))
+    noise = 100.0 * EPSILON * force_scale * size
+    march = make_march(system, dt, integrator, start, max_energy_gain, noise)
+    march.prepare(system.loads.amplitudes(np.array([dt])))
     weights = np.concatenate([system.mass_diagonal, np.zeros(system.n_multipliers)])
     inverse = make_inverse(method, seed, weights, 100.0 * EPSILON * scale * force_scale)
     iteration = make_iteration(
@@ -232,7 +267,7 @@ def prepare(
         inverse,
         system.pattern.indptr,
         method,
-        tolerance_of(tolerance, scale, force_scale, float(np.max(np.abs(system.q0)))),
+        tolerance_of(tolerance, scale, force_scale, size),
         Costs.of(system.operations("residual"), system.operations("tangent"), seed),
     )
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":

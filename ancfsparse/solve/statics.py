@@ -120,9 +120,8 @@ def _equilibrium(
 def _residual(
     system: System, q: Vector, lam: Vector, load: float, amplitudes: Vector
 ) -> tuple[Vector, Vector]:
-    r, phi = system.assembly.residual(
-        q, np.zeros(system.n_all), lam, load * system.dead_load, amplitudes
-    )
+    rest = np.zeros(system.n_all)
+    r, phi = system.assembly.residual(q, rest, rest, lam, load * system.dead_load, amplitudes)
     return np.asarray(r), np.asarray(phi)
 
 

@@ -18,14 +18,21 @@ cdef extern from "kernel_abi.h":
         ptrdiff_t, const int32_t *, const int32_t *, const int32_t *,
         const double *, const double *, const double *, double *) noexcept nogil
 
+cdef extern from "vectors.h":
+    double vec_dot(const double *, const double *, ptrdiff_t) noexcept nogil
+
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_system:
         void *context
-        ptrdiff_t n_free, n_all, n_multipliers, n_values
+        ptrdiff_t n_free, n_all, n_multipliers, n_values, n_amplitudes
+        int damped
         void (*residual)(void *, const double *, const double *, const double *, const double *,
-                         const double *, double *, double *) noexcept nogil
-        void (*matrix)(void *, double, double, const double *, const double *, const double *,
-                       double *) noexcept nogil
+                         const double *, const double *, double *, double *) noexcept nogil
+        void (*matrix)(void *, double, double, double, const double *, const double *,
+                       const double *, const double *, double *) noexcept nogil
+        void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
+        double (*load_work)(void *, const double *, const double *, const double *, const double *,
+                            double *) noexcept nogil
 
 
 cdef struct Group:
@@ -85,8 +92,9 @@ cdef class Assembly:
 
     Parameters
     ----------
-    n_free, n_all, n_values : int
-        Free and all coordinates; stored entries of the lower triangle of the matrix.
+    n_free, n_all, n_values, n_amplitudes : int
+        Free and all coordinates; stored entries of the lower triangle of the matrix; amplitudes of
+        the loads that change.
     groups : sequence of mappings
         Per beam the arrays of `kernels.layout` and the kernel capsules.
     constraints, loads, moments : mapping
@@ -98,8 +106,8 @@ cdef class Assembly:
     cdef object owners, mass_values
     cdef readonly object capsule
 
-    def __cinit__(self, ptrdiff_t n_free, ptrdiff_t n_all, ptrdiff_t n_values, groups,
-                  constraints, loads, moments):
+    def __cinit__(self, ptrdiff_t n_free, ptrdiff_t n_all, ptrdiff_t n_values,
+                  ptrdiff_t n_amplitudes, groups, constraints, loads, moments):
         cdef Flat *flat = &self.flat
         cdef Group *group
         cdef double[::1] mass
@@ -144,8 +152,9 @@ cdef class Assembly:
         self.interface.n_free, self.interface.n_all = n_free, n_all
         self.interface.n_multipliers = flat.n_multipliers
         self.interface.n_values = n_values
-        self.interface.residual = residual
-        self.interface.matrix = matrix
+        self.interface.n_amplitudes = n_amplitudes
+        self.interface.residual, self.interface.matrix = residual, matrix
+        self.interface.energies, self.interface.load_work = energies, load_work
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
 
         # One more place than values: kernels throw the entries of fixed coordinates into it.
@@ -169,23 +178,31 @@ cdef class Assembly:
         """Values of the mass matrix on the pattern, lower triangle [kg, kg m, kg m^2]."""
         return self.mass_values[: self.flat.n_values].copy()
 
-    def residual(self, const double[::1] q, const double[::1] a, const double[::1] lam,
-                 const double[::1] dead_load, const double[::1] amplitudes):
+    def residual(self, const double[::1] q, const double[::1] v, const double[::1] a,
+                 const double[::1] lam, const double[::1] dead_load, const double[::1] amplitudes):
         """Return ``r (n_all,)`` [N, N m] and ``phi (m,)`` [m]."""
         r, phi = np.empty(self.flat.n_all), np.empty(self.flat.n_multipliers)
         cdef double[::1] r_view = r, phi_view = phi
-        residual(&self.flat, &q[0], &a[0], first(lam), &dead_load[0], first(amplitudes),
+        residual(&self.flat, &q[0], &v[0], &a[0], first(lam), &dead_load[0], first(amplitudes),
                  &r_view[0], first(phi_view))
         return r, phi
 
     def matrix(self, double mass_factor, double stiffness_factor, const double[::1] q,
-               const double[::1] lam, const double[::1] amplitudes):
+               const double[::1] lam, const double[::1] amplitudes, *, double damping_factor=0.0,
+               const double[::1] v=None):
         """Return the values ``(n_values,)`` of the matrix on the pattern."""
         values = np.empty(self.flat.n_values + 1)
         cdef double[::1] view = values
-        matrix(&self.flat, mass_factor, stiffness_factor, &q[0], first(lam), first(amplitudes),
-               &view[0])
+        matrix(&self.flat, mass_factor, stiffness_factor, damping_factor, &q[0],
+               NULL if v is None else &v[0], first(lam), first(amplitudes), &view[0])
         return values[: self.flat.n_values]
+
+    def load_work(self, const double[::1] q0, const double[::1] amplitudes0, const double[::1] q1,
+                  const double[::1] amplitudes1):
+        """Return the work of the changing loads from one state to another [J]."""
+        cdef double[::1] scratch = np.empty(self.flat.n_all)
+        return load_work(&self.flat, &q0[0], first(amplitudes0), &q1[0], first(amplitudes1),
+                         &scratch[0])
 
     def force(self, const double[::1] q):
         """Return the elastic force ``Q(q)``, shape (n_all,) [N, N m]."""
@@ -231,8 +248,8 @@ cdef inline const double *first(const double[::1] values) noexcept nogil:
     return &values[0] if values.shape[0] > 0 else NULL
 
 
-cdef void residual(void *context, const double *q, const double *a, const double *lam,
-                   const double *dead_load, const double *amplitudes, double *r,
+cdef void residual(void *context, const double *q, const double *v, const double *a,
+                   const double *lam, const double *dead_load, const double *amplitudes, double *r,
                    double *phi) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
     cdef ptrdiff_t k, i, j
@@ -261,8 +278,9 @@ cdef void residual(void *context, const double *q, const double *a, const double
             r[j] += c * q[i] * lam[self.term_row[k]]
 
 
-cdef void matrix(void *context, double mass_factor, double stiffness_factor, const double *q,
-                 const double *lam, const double *amplitudes, double *values) noexcept nogil:
+cdef void matrix(void *context, double mass_factor, double stiffness_factor, double damping_factor,
+                 const double *q, const double *v, const double *lam, const double *amplitudes,
+                 double *values) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
     cdef ptrdiff_t k, i, j, n = self.n_values
     cdef Group *group
@@ -294,6 +312,42 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, con
             values[self.slot_j[k]] += c * q[i]
     for k in range(self.n_multipliers):
         values[self.slot_diagonal[k]] -= self.regularization
+
+
+cdef void energies(void *context, const double *q, const double *v, double *scratch,
+                   double *out) noexcept nogil:
+    """Kinetic and strain energy."""
+    cdef const Flat *self = <const Flat *>context
+    cdef ptrdiff_t k
+    cdef Group *group
+    memset(scratch, 0, self.n_all * sizeof(double))
+    out[1] = 0.0
+    for k in range(self.n_groups):
+        group = &self.groups[k]
+        group.inertia(group.n_blocks, group.gather, group.gather, group.set_of, group.parameters,
+                      NULL, v, scratch)
+        group.energy(group.n_blocks, group.gather, group.energy_scatter, group.set_of,
+                     group.parameters, q, NULL, out + 1)
+    out[0] = 0.5 * vec_dot(v, scratch, self.n_all)
+
+
+cdef double load_work(void *context, const double *q0, const double *amplitudes0,
+                      const double *q1, const double *amplitudes1, double *scratch) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef ptrdiff_t k, i
+    cdef double work = 0.0
+    for k in range(self.n_loads):
+        i = self.load_place[k]
+        work += 0.5 * self.load_weight[k] * (q1[i] - q0[i]) * (
+            amplitudes0[self.load_column[k]] + amplitudes1[self.load_column[k]])
+    if self.n_moments > 0:
+        # Moments are written into the residual with a minus.
+        memset(scratch, 0, self.n_all * sizeof(double))
+        add_moments(self, q0, amplitudes0, scratch)
+        add_moments(self, q1, amplitudes1, scratch)
+        for i in range(self.n_all):
+            work -= 0.5 * scratch[i] * (q1[i] - q0[i])
+    return work
 
 
 cdef inline void moment_at(const Flat *self, ptrdiff_t k, const double *amplitudes,

@@ -176,7 +176,9 @@ class System:
         """Return the power of the applied forces without gravity, shape (k,) [W]."""
         return self.loads.power(q, v, t)
 
-    def reaction(self, node: Node, q: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
+    def reaction(
+        self, node: Node, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector
+    ) -> Vector:
         """Return the force of the joints on a node's position, shape (k, dim) [N].
 
         Fixed coordinates give it as what is missing for equilibrium, constraint equations as
@@ -194,7 +196,7 @@ class System:
         amplitudes = self.loads.amplitudes(t)
         out = np.empty((len(t), self.dim))
         for k in range(len(t)):
-            r, _ = self.assembly.residual(q[k], a[k], lam[k], self.dead_load, amplitudes[k])
+            r, _ = self.assembly.residual(q[k], v[k], a[k], lam[k], self.dead_load, amplitudes[k])
             held = -(self.constraints.jacobian(q[k]).T @ lam[k])
             # The residual counts the force of the multipliers as part of the balance.
             out[k] = np.where(places < self.n_free, held[places], (r + held)[places])
@@ -259,7 +261,12 @@ class System:
                 }
             )
         return compiled("assembly").Assembly(
-            self.n_free, self.n_all, self.pattern.n_values, groups, *self._terms()
+            self.n_free,
+            self.n_all,
+            self.pattern.n_values,
+            self.loads.n_amplitudes,
+            groups,
+            *self._terms(),
         )
 
     def _gravity(self) -> Vector:

@@ -20,8 +20,8 @@ def residuals(run):
     system = run.system
     amplitudes = system.loads.amplitudes(run.t)
     pairs = [
-        system.assembly.residual(q, a, lam, system.dead_load, now)
-        for q, a, lam, now in zip(run.q, run.a, run.lam, amplitudes, strict=True)
+        system.assembly.residual(q, v, a, lam, system.dead_load, now)
+        for q, v, a, lam, now in zip(run.q, run.v, run.a, run.lam, amplitudes, strict=True)
     ]
     r = np.array([pair[0] for pair in pairs])[1:, : system.n_free]
     return r, np.array([pair[1] for pair in pairs])[1:]

@@ -52,7 +52,7 @@ class ReversedBeam:
     def power(self, q, v, t):
         return 2.0 * self._tip(v)[:, 0]
 
-    def reaction(self, node, q, a, lam, t):
+    def reaction(self, node, q, v, a, lam, t):
         return lam + self._tip(a) + t[:, None]
 
     def state(self, angle, curvature=0.0):

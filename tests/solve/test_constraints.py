@@ -155,7 +155,7 @@ def test_the_constraint_form_starts_with_consistent_multipliers():
     scene, rod = pendulum("l2t2", as_constraint=True)
     run = ancf.simulate(scene, 5e-4, 5e-4)
     r, _ = run.system.assembly.residual(
-        run.q[0], run.a[0], run.lam[0], run.system.dead_load, np.zeros(0)
+        run.q[0], run.v[0], run.a[0], run.lam[0], run.system.dead_load, np.zeros(0)
     )
     assert np.abs(r).max() < 1e-12
     assert np.abs(run.acceleration(rod.start)[0]).max() < 1e-9

@@ -27,7 +27,8 @@ def amplitudes(system, t=TIME):
 
 
 def residual(system, q, a, lam, t=TIME):
-    return system.assembly.residual(q, a, lam, system.dead_load, amplitudes(system, t))
+    rest = np.zeros_like(q)
+    return system.assembly.residual(q, rest, a, lam, system.dead_load, amplitudes(system, t))
 
 
 @pytest.mark.parametrize("t", [0.0, TIME])

@@ -113,7 +113,7 @@ def test_changing_loads_follow_the_clock():
     np.testing.assert_allclose(table, expected, rtol=1e-15)
     zero = np.zeros(system.n_all)
     for row, t in zip(table, times, strict=True):
-        r, _ = system.assembly.residual(system.q0, zero, np.zeros(0), system.dead_load, row)
+        r, _ = system.assembly.residual(system.q0, zero, zero, np.zeros(0), system.dead_load, row)
         applied = system.assembly.force(system.q0) - r
         for d, expected in enumerate((t, 5.0 + np.cos(t) * rod.length, 1.0)):
             field = linear(system, rod, np.zeros((3, 3)), np.eye(3)[d])
@@ -131,7 +131,7 @@ def test_a_moment_works_on_rotations(dim, rng):
     field = linear(system, rod, np.cross(w, np.eye(3)).T[:dim, :dim], np.zeros(dim))
     row = system.loads.amplitudes(np.zeros(1))[0]
     zero = np.zeros(system.n_all)
-    r, _ = system.assembly.residual(system.q0, zero, np.zeros(0), system.dead_load, row)
+    r, _ = system.assembly.residual(system.q0, zero, zero, np.zeros(0), system.dead_load, row)
     tangent = np.zeros(3)
     tangent[:dim] = rod.axes[0]
     expected = m @ w - (m @ tangent) * (w @ tangent)
@@ -153,7 +153,7 @@ def test_power_is_force_times_velocity(rng):
     table = system.loads.amplitudes(t)
     for k in range(2):
         r, _ = system.assembly.residual(
-            q[k], np.zeros(system.n_all), np.zeros(0), system.dead_load, table[k]
+            q[k], v[k], np.zeros(system.n_all), np.zeros(0), system.dead_load, table[k]
         )
         applied = system.assembly.force(q[k]) - r - system.gravity_load
         assert system.power(q, v, t)[k] == pytest.approx(applied @ v[k], rel=1e-9)

@@ -1,0 +1,181 @@
+"""A mass point as a system for the compiled march: `ancf_system` through ctypes.
+
+Bodies of one point have motions that are known to many digits, and nothing but time to get wrong.
+"""
+
+import ctypes as ct
+from types import SimpleNamespace
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.integrate import solve_ivp
+
+from ancfsparse.integrators.march import make_march
+from ancfsparse.nonlinear import Newton
+from ancfsparse.nonlinear.iteration import Costs, Tolerance, make_inverse, make_iteration
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.start import starting_state
+
+_new_capsule = ct.pythonapi.PyCapsule_New
+_new_capsule.restype = ct.py_object
+_new_capsule.argtypes = [ct.c_void_p, ct.c_char_p, ct.c_void_p]
+_NUMBERS = ct.POINTER(ct.c_double)
+_RESIDUAL = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 8)
+_MATRIX = ct.CFUNCTYPE(None, ct.c_void_p, *[ct.c_double] * 3, *[_NUMBERS] * 5)
+_ENERGIES = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 4)
+_WORK = ct.CFUNCTYPE(ct.c_double, ct.c_void_p, *[_NUMBERS] * 5)
+
+
+class _Interface(ct.Structure):
+    """`ancf_system` of kernels/solver_abi.h."""
+
+    _fields_ = [
+        ("context", ct.c_void_p),
+        *[(name, ct.c_ssize_t) for name in (
+            "n_free", "n_all", "n_multipliers", "n_values", "n_amplitudes")],
+        ("damped", ct.c_int),
+        ("residual", _RESIDUAL),
+        ("matrix", _MATRIX),
+        ("energies", _ENERGIES),
+        ("load_work", _WORK),
+    ]  # fmt: skip
+
+
+class Point:
+    """A point in the plane, on a circle about the origin or on a spring of Green's strain.
+
+    Parameters
+    ----------
+    mass, gravity : float
+        Mass [kg]; weight per mass in -y [m/s2].
+    q, v : (2,) float
+        Start [m], [m/s].
+    radius : float, optional
+        Of the circle ``(x^2 + y^2 - radius^2) / (2 radius) = 0`` [m].
+    stiffness, length : float, optional
+        EA [N] and L [m] of the spring, energy ``EA L e^2 / 2`` with
+        ``e = ((x^2 + y^2) / L^2 - 1) / 2``.
+    """
+
+    def __init__(self, q, v, mass=1.0, gravity=9.81, radius=None, stiffness=0.0, length=1.0):
+        self.mass, self.radius, self.stiffness, self.length = mass, radius, stiffness, length
+        self.n_free = self.n_all = 2
+        self.n_multipliers = 0 if radius is None else 1
+        self.q0, self.v0 = np.array(q, dtype=float), np.array(v, dtype=float)
+        self.dead_load = np.array([0.0, -mass * gravity])
+        n = 2 + self.n_multipliers
+        row, column = np.tril_indices(n)
+        order = np.lexsort((row, column))
+        self._row, self._column = row[order], column[order]
+        self.indptr = np.searchsorted(self._column, np.arange(n + 1))
+        self.interface = _Interface(
+            None, 2, 2, self.n_multipliers, len(row), 0, 0,
+            _RESIDUAL(self._residual), _MATRIX(self._matrix), _ENERGIES(self._energies),
+            _WORK(lambda *_: 0.0),
+        )  # fmt: skip
+        self.capsule = _new_capsule(ct.addressof(self.interface), b"ancf_system", None)
+        # What the start asks of a system.
+        self.assembly = self
+        self.loads = SimpleNamespace(amplitudes=lambda times: np.zeros((len(times), 0)))
+        self.constraints = SimpleNamespace(
+            jacobian=lambda q: sp.csr_array(self.gradient(q)),
+            curvature=lambda v: np.array([v @ v / radius] if radius else []),
+        )
+
+    def seed(self):
+        return SparseSeed(self.indptr, self._row.astype(np.int32), 2)
+
+    def gradient(self, q):
+        """phi_q, shape (m, 2)."""
+        return (q / self.radius)[None] if self.radius else np.zeros((0, 2))
+
+    def force(self, q):
+        e = (q @ q / self.length**2 - 1.0) / 2.0
+        return self.stiffness * e / self.length * q
+
+    def inertia(self, a):
+        return self.mass * a
+
+    def residual(self, q, v, a, lam, dead_load, amplitudes):
+        r = self.mass * a + self.force(q) - dead_load + self.gradient(q).T @ lam
+        return r, np.array([(q @ q / self.radius - self.radius) / 2.0] if self.radius else [])
+
+    def matrix(self, mass_factor, stiffness_factor, q, lam, amplitudes):
+        e = (q @ q / self.length**2 - 1.0) / 2.0
+        k = self.stiffness * (e / self.length * np.eye(2) + np.outer(q, q) / self.length**3)
+        if self.radius:
+            k += lam[0] / self.radius * np.eye(2)
+        out = np.zeros((2 + self.n_multipliers,) * 2)
+        out[:2, :2] = mass_factor * self.mass * np.eye(2) + stiffness_factor * k
+        out[2:, :2] = self.gradient(q)
+        out[2:, 2:] = -1e-14
+        return out[self._row, self._column]
+
+    def _residual(self, _, q, v, a, lam, dead_load, amplitudes, r, phi):
+        q, a, dead_load = (np.ctypeslib.as_array(x, (2,)) for x in (q, a, dead_load))
+        lam = np.ctypeslib.as_array(lam, (1,))[: self.n_multipliers]
+        with np.errstate(all="ignore"):
+            force, off = self.residual(q, None, a, lam, dead_load, None)
+        np.ctypeslib.as_array(r, (2,))[:] = force
+        if self.radius:
+            phi[0] = off[0]
+
+    def _matrix(self, _, mass_factor, stiffness_factor, damping, q, v, lam, amplitudes, values):
+        q, lam = np.ctypeslib.as_array(q, (2,)), np.ctypeslib.as_array(lam, (1,))
+        with np.errstate(all="ignore"):
+            found = self.matrix(mass_factor, stiffness_factor, q, lam, None)
+        np.ctypeslib.as_array(values, (len(found),))[:] = found
+
+    def _energies(self, _, q, v, scratch, out):
+        q, v = np.ctypeslib.as_array(q, (2,)), np.ctypeslib.as_array(v, (2,))
+        out[0], out[1] = 0.5 * self.mass * (v @ v), self.strain_energy(q)
+
+    def strain_energy(self, q):
+        e = (q @ q / self.length**2 - 1.0) / 2.0
+        return 0.5 * self.stiffness * self.length * e**2
+
+    def energy(self, q, v):
+        """Energy of states (k, 2) [J]."""
+        strain = np.array([self.strain_energy(row) for row in q])
+        return 0.5 * self.mass * np.sum(v**2, axis=1) + strain - q @ self.dead_load
+
+    def march(self, dt, n_steps, integrator, corrected=True, start=None, largest_gain=np.inf):
+        """States after each step, the outcome: ``q, v, a (k, 2), lam (k, m), outcome``.
+
+        Without correction the march starts from the true velocity and acceleration.
+        """
+        seed = self.seed()
+        begin = starting_state(self, seed, integrator, dt)
+        if not corrected:
+            begin = type(begin)(self.q0, self.v0, begin.a, begin.a, begin.lam, np.zeros(0))
+        if start is not None:
+            begin = start(begin)
+        march = make_march(self, dt, integrator, begin, largest_gain, 0.0)
+        scale = integrator.scale * dt**2
+        tolerance = Tolerance(False, scale * 1e-9 * (1 + self.stiffness * 1e-4), 1e-14, 0.0, 1e-16)
+        march.prepare(np.zeros((1, 0)))
+        loop = make_iteration(
+            march, seed, make_inverse(Newton(), seed, np.ones(seed.n), 0.0), self.indptr, Newton(),
+            tolerance, Costs(1.0, 1.0),
+        )  # fmt: skip
+        out = [np.zeros((n_steps + 1, 2)) for _ in range(3)]
+        out.append(np.zeros((n_steps + 1, self.n_multipliers)))
+        taken, outcome = march.advance(loop, n_steps, np.zeros((n_steps, 0)), 1, 0, *out)
+        return *(table[1 : taken + 1] for table in out), outcome
+
+
+def on_circle(angle, speed, gravity=9.81):
+    """A pendulum of 1 m and 1 kg, the angle from straight down [rad], turning at speed [rad/s]."""
+    q = np.array([np.sin(angle), -np.cos(angle)])
+    return Point(q, speed * np.array([np.cos(angle), np.sin(angle)]), gravity=gravity, radius=1.0)
+
+
+def exact_circle(angle, speed, times, gravity=9.81):
+    """Position (k, 2) [m] and multiplier (k,) [N] of that pendulum."""
+    found = solve_ivp(
+        lambda t, y: [y[1], -gravity * np.sin(y[0])], (0.0, times[-1]), [angle, speed],
+        method="DOP853", t_eval=times, rtol=1e-13, atol=1e-13,
+    )  # fmt: skip
+    theta, rate = found.y
+    # phi_q has length one and points outwards: the multiplier is the pull of the rod.
+    return np.stack([np.sin(theta), -np.cos(theta)], axis=1), rate**2 + gravity * np.cos(theta)

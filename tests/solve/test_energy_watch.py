@@ -1,0 +1,87 @@
+"""A run that gains energy nothing has given it is stopped; one that is given energy is not."""
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.errors import EnergyGain
+from ancfsparse.problems import pendulum
+from ancfsparse.system import System
+
+
+def test_the_trapezoidal_rule_with_too_large_a_step_is_stopped():
+    scene, rod = pendulum("thin")
+    with pytest.raises(EnergyGain) as caught:
+        ancf.simulate(scene, 10.0, 5e-3)
+    gain = caught.value
+    path = gain.trajectory
+    assert gain.limit == 0.01
+    assert gain.gain > 0.01 * gain.exchanged
+    # The states up to there are kept, and their energy says the same.
+    assert path.stats.steps == gain.step == len(path.t) - 1
+    energy = path.energy
+    assert energy.total[-1] - energy.total[0] == pytest.approx(gain.gain, rel=1e-9)
+    assert gain.exchanged >= energy.kinetic[::16].max() * (1 - 1e-12)
+    assert np.isfinite(path.position(rod.end)).all()
+    advice = "GeneralizedAlpha(0.8)", "max_energy_gain=inf"
+    for part in (f"step {gain.step} ", "allowed: 1 %", *advice):
+        assert part in str(gain)
+    again = pickle.loads(pickle.dumps(EnergyGain(1.0, 2.0, 0.01, 0.5, 3, 0.1)))
+    assert str(again) == str(EnergyGain(1.0, 2.0, 0.01, 0.5, 3, 0.1))
+
+
+def test_the_watch_can_be_widened_and_switched_off():
+    stopped = []
+    for share in (0.001, 0.5, math.inf):
+        scene, _ = pendulum("thin")
+        with pytest.raises(ancf.StepFailure) as caught:
+            ancf.simulate(scene, 10.0, 2e-3, max_energy_gain=share)
+        stopped.append(caught.value.step)
+        assert isinstance(caught.value, EnergyGain) == (share < 1.0)
+    assert stopped[0] < stopped[1] < stopped[2]
+
+
+@pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.8), ancf.HHT(0.1)], ids=repr)
+def test_damped_integrators_pass_where_the_trapezoidal_rule_is_stopped(integrator):
+    scene, _ = pendulum("thin")
+    run = ancf.simulate(scene, 3.0, 5e-3, integrator=integrator)
+    energy = run.energy
+    assert (energy.total - energy.total[0]).max() < 0.01 * energy.kinetic.max()
+
+
+def test_energy_that_is_given_is_no_gain():
+    scene, rod = pendulum("thin")
+    scene.point_force(rod.end, lambda t: (0.0, 3.0 * math.sin(9.0 * t)))
+    run = ancf.simulate(scene, 1.0, 5e-4)
+    energy = run.energy
+    assert energy.work.max() > 0.5  # far above the limit
+    assert energy.drift < 0.01
+
+
+def test_work_is_the_trapezoidal_rule_on_forces_and_moments():
+    rng = np.random.default_rng(4)
+    scene = ancf.Scene((0.0, -9.81, 0.0))
+    section, material = ancf.Rectangle(0.02, 0.02), ancf.Material(1e8, 4000.0, 0.3)
+    rod = scene.add_beam("thick", (0, 0, 0), (1, 0, 0), 3, section, material)
+    scene.point_force(rod.at(0.4), lambda t: (1.0, 2.0 * t, 3.0))
+    scene.distributed_force(rod, lambda t: (0.0, t, 1.0))
+    scene.point_moment(rod.end, lambda t: (1.0, t, 2.0))
+    system = System(scene)
+    q0 = system.q0 + 1e-2 * rng.normal(size=system.n_all)
+    rate = rng.normal(size=system.n_all)
+    times = np.array([0.3, 0.3 + 1e-4])
+    amplitudes = system.loads.amplitudes(times)
+    q1 = q0 + 1e-4 * rate
+    found = system.assembly.load_work(q0, amplitudes[0], q1, amplitudes[1])
+    expected = np.mean(system.power(np.stack([q0, q1]), np.stack([rate, rate]), times)) * 1e-4
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("share", [-0.1, math.nan, "1"])
+def test_a_share_that_is_none_is_refused(share):
+    scene, _ = pendulum("thin")
+    with pytest.raises(ancf.InputError, match="max_energy_gain"):
+        ancf.simulate(scene, 0.1, 1e-3, max_energy_gain=share)
