@@ -12,18 +12,18 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import blended_transform_factory
 
 from ancfsparse.errors import InputError
-from ancfsparse.studies.race import Point
+from ancfsparse.studies.race import OURS, Point
 
 DPI = 110
 
 
 def failures(points: Sequence[Point]) -> list[str]:
-    """Sum up runs without result: one line per program, method, value and kind of reason."""
+    """Sum up runs without result: one line per method, model, value and kind of reason."""
     groups = _grouped(points)
     return [_say(*key, solvers) for key, solvers in groups.items()]
 
 
-Key = tuple[str, str, int, str, float, str]
+Key = tuple[str, str, str, float, str]
 
 
 def _grouped(points: Sequence[Point]) -> dict[Key, list[Point]]:
@@ -31,20 +31,19 @@ def _grouped(points: Sequence[Point]) -> dict[Key, list[Point]]:
     for p in points:
         if not p.finished:
             t = p.task
-            head = t.method if t.program == "ancfsparse" else f"{t.program}, {t.method}"
+            head = t.method if t.program == OURS else f"{t.program}, {t.method}"
             kind = p.note.partition(" at ")[0]
-            key = (head, t.model, t.elements, t.knob, t.value, kind)
+            key = (head, t.model, t.knob, t.value, kind)
             groups.setdefault(key, []).append(p)
     return groups
 
 
-def _say(
-    head: str, model: str, elements: int, knob: str, value: float, kind: str, points: list[Point]
-) -> str:
-    solvers = [p.task.solver for p in points if p.task.solver]
+def _say(head: str, model: str, knob: str, value: float, kind: str, points: list[Point]) -> str:
+    solvers = dict.fromkeys(p.task.solver for p in points if p.task.solver)
     named = f" ({', '.join(solvers)})" if solvers else ""
+    meshes = dict.fromkeys(str(p.task.elements) for p in points)
     reason = points[0].note if len({p.note for p in points}) == 1 else kind
-    return f"{head}{named}, {model}, {knob} = {value:.3g}: {reason}"
+    return f"{head}{named}, {', '.join(meshes)} {model}, {knob} = {value:.3g}: {reason}"
 
 
 def mark_failures(
@@ -92,9 +91,11 @@ def write_notes(figure: Figure, notes: Sequence[str], columns: int = 2) -> None:
     )  # fmt: skip
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write a chart."""
+def save(figure: Figure, path: Path) -> Path:
+    """Write a chart, into a folder that is made if missing, and return where it is."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=DPI)
+    return path
 
 
 def write_json(data: dict[str, Any], path: Path) -> None:

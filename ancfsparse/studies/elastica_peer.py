@@ -62,8 +62,10 @@ def run_elastica(problem: Problem, elements: int, t_end: float, dt: float) -> tu
         Tip at the instants [m].
     """
     elastica = load()
-    _march(elastica, problem, elements, [1], dt)
-    return _march(elastica, problem, elements, [round(t_end / INSTANTS / dt)] * INSTANTS, dt)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of its own code
+        _march(elastica, problem, elements, [1], dt)
+        return _march(elastica, problem, elements, [round(t_end / INSTANTS / dt)] * INSTANTS, dt)
 
 
 def _march(
@@ -90,7 +92,7 @@ def _build(elastica: Any, problem: Problem, elements: int) -> tuple[Any, Any]:
     given, material = beam.parameters(), beam.material
     area = given["mass_per_length"] / material.density
 
-    class Simulator(elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcing):  # type: ignore[misc,name-defined]
+    class Simulator(elastica.BaseSystemCollection, elastica.Constraints, elastica.Forcing):  # type: ignore[misc]
         pass
 
     rod = elastica.CosseratRod.straight_rod(

@@ -15,7 +15,7 @@ from ancfsparse.errors import check_choice
 from ancfsparse.integrators import Newmark
 from ancfsparse.studies import paper
 from ancfsparse.studies.entrants import Integrator, task
-from ancfsparse.studies.models import MODELS, Tips, distance
+from ancfsparse.studies.models import MODELS, Tips, distance, meets_instants, step_up_to
 from ancfsparse.studies.references import Reference, converged, extrapolate, march
 from ancfsparse.studies.settings import environment
 
@@ -139,6 +139,7 @@ def error_budget(
     elements: int = paper.ELEMENTS,
     dt: float = paper.DT,
     t_end: float = paper.T_END,
+    meshes: Sequence[int] = MESHES,
     fine: int = FINE,
     progress: bool = False,
 ) -> Budget:
@@ -154,6 +155,8 @@ def error_budget(
         Its step [s].
     t_end : float, optional
         Simulated time [s].
+    meshes : sequence of int, optional
+        Numbers of elements beside `elements`.
     fine : int, optional
         Finest mesh of the references.
     progress : bool, optional
@@ -161,19 +164,20 @@ def error_budget(
     """
     for model in models:
         check_choice("model", model, MODELS)
+    dts = [each for each in sorted({*TIMES, dt}, reverse=True) if meets_instants(each, t_end)]
     parts: list[Part] = []
     references: dict[str, Reference] = {}
     total = len(models) * 4
     with tqdm(total=total, unit="part", disable=None if progress else True, leave=False) as bar:
         for model in models:
             bar.set_description(f"{model}, converged")
-            references[model] = converged(model, fine, t_end, FINE_DT)
+            references[model] = converged(model, fine, t_end, step_up_to(FINE_DT, t_end))
             bar.update()
             bar.set_description(f"{model}, meshes")
-            parts += _mesh(model, sorted({*MESHES, elements}), t_end, references[model])
+            parts += _mesh(model, sorted({*meshes, elements}), t_end, references[model])
             bar.update()
             bar.set_description(f"{model}, steps")
-            parts += _time(model, elements, sorted({*TIMES, dt}, reverse=True), t_end)
+            parts += _time(model, elements, dts, t_end)
             bar.update()
             bar.set_description(f"{model}, tolerances")
             parts += _solver(model, elements, t_end, dt)
@@ -207,7 +211,8 @@ def _time(model: str, elements: int, dts: list[float], t_end: float) -> list[Par
 
 
 def _exact(model: str, elements: int, t_end: float) -> tuple[Tips, float]:
-    return extrapolate([march(model, elements, t_end, TIMES[-1] / 2**k) for k in range(3)])
+    dt = step_up_to(TIMES[-1], t_end)
+    return extrapolate([march(model, elements, t_end, dt / 2**k) for k in range(3)])
 
 
 def _solver(model: str, elements: int, t_end: float, dt: float) -> list[Part]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from ancfsparse.studies.charts import save, write_json
 from ancfsparse.studies.error_budget import DEFAULT, PARTS, Budget, Part
@@ -68,18 +70,22 @@ def write(budget: Budget, folder: Path) -> list[Path]:
         The files.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"error-budget.{kind}" for kind in ("csv", "json", "png")]
+    paths = [folder / f"error-budget.{kind}" for kind in ("csv", "json")]
     write_csv([asdict(p) for p in budget.parts], paths[0])
     write_json(budget.record(), paths[1])
-    save(chart(budget), paths[2])
-    return paths
+    return [*paths, write_chart(budget, folder)]
+
+
+def write_chart(budget: Budget, folder: Path) -> Path:
+    """Write error-budget.png and return where it is."""
+    return save(chart(budget), folder / "error-budget.png")
 
 
 def chart(budget: Budget) -> Figure:
     """Draw each part against what it depends on, and the distances between the models."""
     figure = Figure(figsize=(11.5, 8.6), layout="constrained")
     panels = figure.subplots(2, 2, sharey=True).ravel()
-    shown = {}
+    shown: dict[str, Any] = {}
     for ax, part in zip(panels, AXES, strict=False):
         for model in budget.references:
             shown[model] = _curve(ax, budget.curve(part, model), COLOURS[model])
@@ -90,10 +96,12 @@ def chart(budget: Budget) -> Figure:
         ax.set_ylabel("tip error [m]")
         ax.tick_params(labelleft=True)
         ax.set_title(_title(budget, part), fontsize="small")
-    panels[0].invert_xaxis()
+    meshes = sorted({int(p.value) for p in budget.parts if p.part == "mesh"})
+    panels[0].set_xticks(meshes, [str(n) for n in meshes])
     _models(panels[3], budget)
     for ax in panels:
         ax.set_yscale("log")
+        ax.xaxis.set_minor_formatter(NullFormatter())
         ax.grid(alpha=0.3, which="major")
     figure.legend(
         shown.values(), shown, loc="outside lower center", ncols=len(shown), frameon=False,
@@ -103,7 +111,7 @@ def chart(budget: Budget) -> Figure:
     return figure
 
 
-def _curve(ax: Axes, curve: list[Part], colour: str) -> object:
+def _curve(ax: Axes, curve: list[Part], colour: str) -> Any:
     x, y = [p.value for p in curve], [p.error for p in curve]
     (line,) = ax.plot(x, y, "-", color=colour, linewidth=1.4)
     for p in curve:
@@ -132,11 +140,12 @@ def _models(ax: Axes, budget: Budget) -> None:
     ax.set_xlabel("two models, both converged in mesh and time")
     ax.set_ylabel("distance of the tips [m]")
     ax.tick_params(labelleft=True)
-    if pairs:
-        low, high = min(p.error for p in pairs), max(p.error for p in pairs)
-        ax.set_title(
-            f"Model: converged motions differ by {low:.0e} to {high:.0e} m", fontsize="small"
-        )
+    known = [p.error for p in pairs if p.known]
+    if known:
+        said = f"Model: converged motions differ by {min(known):.0e} to {max(known):.0e} m"
+        alike = [f"{p.model} and {p.value}" for p in pairs if not p.known]
+        said += f"\nnot told apart: {', '.join(alike)}" if alike else ""
+        ax.set_title(said, fontsize="small")
 
 
 def _title(budget: Budget, part: str) -> str:

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.problems import Problem
 
-
 IMMOVABLE = 1e14  # mass that stands for a pin [kg]
 
 

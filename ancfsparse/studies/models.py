@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -57,12 +58,23 @@ MODELS = {
         Model("Thick, nodal", "thick", {"section_strain": "nodal"}, order=2),
     )
 }
-"""Models by name: the paper's three elements, Exudyn's strain, and the thick beam without locking."""
+"""By name: the paper's three elements, Exudyn's strain, and the thick beam without locking."""
 
 
 def instants(t_end: float) -> NDArray[np.float64]:
     """Return when the tip is compared, (4,) [s]: every half second of two."""
-    return t_end / INSTANTS * np.arange(1, INSTANTS + 1)
+    return np.linspace(t_end / INSTANTS, t_end, INSTANTS, dtype=np.float64)
+
+
+def meets_instants(dt: float, t_end: float) -> bool:
+    """Say whether whole steps lead to every instant."""
+    parts = t_end / INSTANTS / dt
+    return parts > 0.5 and abs(parts - round(parts)) < 1e-9 * parts
+
+
+def step_up_to(dt: float, t_end: float) -> float:
+    """Return the largest step no larger than `dt` that meets every instant [s]."""
+    return t_end / INSTANTS / math.ceil(t_end / INSTANTS / dt * (1.0 - 1e-9))
 
 
 def distance(tip: Tips, other: Tips) -> float:

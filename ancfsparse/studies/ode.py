@@ -78,7 +78,8 @@ class FirstOrder:
 
     @cached_property
     def _inverse_mass(self) -> Vector:
-        return np.linalg.inv(self._dense(self._assembly.matrix(1.0, 0.0, self._q, *self._zero)))
+        mass = self._dense(self._assembly.matrix(1.0, 0.0, self._q, *self._zero))
+        return np.asarray(np.linalg.inv(mass), dtype=np.float64)
 
     def _dense(self, values: Vector) -> Vector:
         """Spread the lower triangle of a symmetric matrix."""

@@ -14,7 +14,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.results.source import combine
 from ancfsparse.studies import elastica_peer, exudyn_peer, sundials_peer
 from ancfsparse.studies.exudyn_peer import ExudynError, Setting, run_exudyn
-from ancfsparse.studies.models import INSTANTS, MODELS, instants
+from ancfsparse.studies.models import INSTANTS, MODELS, instants, meets_instants
 from ancfsparse.studies.ode import FirstOrder, OdeRun, OutOfTimeError, integrate
 from ancfsparse.studies.race import FailedError, Sample, Task
 from ancfsparse.studies.sundials_peer import integrate_cvode
@@ -103,15 +103,13 @@ def peers(model: str, elements: int, t_end: float, cap: float) -> list[Task]:
     return tasks
 
 
-def exudyn(
-    elements: int, t_end: float, chosen: dict[Any, Any] | None = None
-) -> list[Task]:
+def exudyn(elements: int, t_end: float, chosen: dict[Any, Any] | None = None) -> list[Task]:
     """Return Exudyn's tasks: every method, solver and step of `EXUDYN`, or of a part of it."""
     return [
         _exudyn_task(method, solver, setting, elements, t_end, dt)
         for (method, solver), (setting, dts) in (EXUDYN if chosen is None else chosen).items()
         for dt in dts
-        if dt <= t_end / INSTANTS
+        if meets_instants(dt, t_end)
     ]
 
 

@@ -14,7 +14,7 @@ from ancfsparse.integrators import Newmark
 from ancfsparse.studies import elastica_peer, exudyn_peer, paper
 from ancfsparse.studies.entrants import Integrator, task
 from ancfsparse.studies.exudyn_peer import Setting
-from ancfsparse.studies.models import INSTANTS, MODELS, Tips, distance
+from ancfsparse.studies.models import INSTANTS, MODELS, Tips, distance, meets_instants, step_up_to
 from ancfsparse.studies.peers import EXUDYN_MODEL, exudyn, installed, missing
 from ancfsparse.studies.race import OURS, Point, Sample, Task, front, race
 from ancfsparse.studies.references import Reference, converged
@@ -30,7 +30,10 @@ PAPER_MODELS = ("L2T2", "Thin", "Thick")
 """The paper's elements, each of which it ran with ten elements and 5e-4 s."""
 
 PEER_MESHES = (10, 20, 40, 80)
-EXUDYN = {("trapezoidal", "modified 0.02"): (Setting("", 0.02), (4e-3, 2e-3, 1e-3, 5e-4))}
+PEER_DTS = (4e-3, 2e-3, 1e-3, 5e-4)
+
+# Its dense solver is the faster one up to here.
+DENSE = 10
 
 # Above it the explicit method of PyElastica is unstable: its sections turn fast [s].
 ELASTICA_DT = 5e-5
@@ -87,9 +90,17 @@ class TotalError:
         return [p for p in found if p is not None]
 
     def model_spread(self) -> tuple[float, float]:
-        """Return the least and the largest distance between converged models [m]."""
-        tips = [each.tip for each in self.references.values()]
-        pairs = [distance(a, b) for i, a in enumerate(tips) for b in tips[:i]]
+        """Return the least and the largest distance between converged models [m].
+
+        Pairs that are closer than their references are known are left out.
+        """
+        known = list(self.references.values())
+        pairs = [
+            apart
+            for i, a in enumerate(known)
+            for b in known[:i]
+            if (apart := distance(a.tip, b.tip)) > a.uncertainty + b.uncertainty
+        ]
         return min(pairs, default=math.nan), max(pairs, default=math.nan)
 
     def largest_step(self, model: str, elements: int) -> Point | None:
@@ -169,7 +180,7 @@ def total_error(
         for n in meshes
         for integrator in integrators
         for dt in integrator.dts
-        if dt <= t_end / INSTANTS
+        if meets_instants(dt, t_end)
     ]
     if with_peers and EXUDYN_MODEL in models:
         tasks += _peers(t_end)
@@ -178,7 +189,7 @@ def total_error(
         references = {}
         for model in models:
             bar.set_description(f"{model}, converged")
-            references[model] = converged(model, fine, t_end, FINE_DT)
+            references[model] = converged(model, fine, t_end, step_up_to(FINE_DT, t_end))
             bar.update()
 
         def tip_of(task: Task) -> Tips:
@@ -201,7 +212,11 @@ def _peers(t_end: float) -> list[Task]:
     tasks: list[Task] = []
     if installed(exudyn_peer.load):
         for n in PEER_MESHES:
-            tasks += exudyn(n, t_end, EXUDYN)
+            dense = Setting("", 0.02), PEER_DTS
+            sparse = Setting("", 0.02, "EigenSparse", reuse_pattern=True), PEER_DTS
+            tasks += exudyn(
+                n, t_end, {("trapezoidal", "modified 0.02"): dense if n <= DENSE else sparse}
+            )
     if installed(elastica_peer.load):
         tasks += [_elastica(n, t_end) for n in PEER_MESHES]
     return tasks
@@ -209,10 +224,11 @@ def _peers(t_end: float) -> list[Task]:
 
 def _elastica(elements: int, t_end: float) -> Task:
     problem = MODELS[EXUDYN_MODEL].problem(elements)
+    dt = step_up_to(ELASTICA_DT, t_end)
 
     def run() -> Sample:
-        seconds, tip = elastica_peer.run_elastica(problem, elements, t_end, ELASTICA_DT)
-        steps = round(t_end / ELASTICA_DT)
+        seconds, tip = elastica_peer.run_elastica(problem, elements, t_end, dt)
+        steps = round(t_end / dt)
         return Sample(seconds, tip, {"steps": steps, "residuals": steps})
 
-    return Task("PyElastica", "Verlet", "", ELASTICA_MODEL, elements, "dt", ELASTICA_DT, run)
+    return Task("PyElastica", "Verlet", "", ELASTICA_MODEL, elements, "dt", dt, run)

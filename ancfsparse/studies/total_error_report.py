@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -190,18 +191,22 @@ def write(result: TotalError, folder: Path) -> list[Path]:
         The files.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"total-error.{kind}" for kind in ("csv", "json", "png")]
+    paths = [folder / f"total-error.{kind}" for kind in ("csv", "json")]
     write_csv([p.record() for p in result.points], paths[0])
     write_json({**result.record(), "findings": findings(result)}, paths[1])
-    save(chart(result), paths[2])
-    return paths
+    return [*paths, write_chart(result, folder)]
+
+
+def write_chart(result: TotalError, folder: Path) -> Path:
+    """Write total-error.png and return where it is."""
+    return save(chart(result), folder / "total-error.png")
 
 
 def chart(result: TotalError) -> Figure:
     """Draw cost against error with its front, in seconds and counts, and error by mesh and step."""
     figure = Figure(figsize=(13.0, 10.4), layout="constrained")
     seconds, counts, mesh, step = figure.subplots(2, 2).ravel()
-    shown: dict[str, object] = {}
+    shown: dict[str, Any] = {}
     notes: list[str] = []
     _cloud(seconds, result, lambda p: p.seconds, "seconds", shown)
     mark_failures(seconds, result.points, _colour, notes)
@@ -217,7 +222,10 @@ def chart(result: TotalError) -> Figure:
     for ax in (seconds, counts):
         if not math.isnan(low):
             shown["distance between models"] = ax.axvspan(low, high, color="#dddddd", zorder=0)
-    figure.legend(shown.values(), shown, loc="outside lower center", ncols=6, frameon=False)
+    figure.legend(
+        shown.values(), shown, loc="outside right center", fontsize="small", frameon=False,
+        title="areas: elements",
+    )  # fmt: skip
     figure.suptitle(headline(result))
     write_notes(figure, notes)
     return figure
@@ -227,7 +235,7 @@ def _colour(p: Point) -> str:
     return COLOURS[p.task.model] if p.task.program == OURS else PEERS[p.task.program][0]
 
 
-def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str, object]) -> None:
+def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str, Any]) -> None:
     """Draw all runs, the front of ours through them, the paper's choices and the peers."""
     for model in result.references:
         points = result.ours(model)
@@ -261,6 +269,7 @@ def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str,
             )  # fmt: skip
     ax.set_xscale("log")
     ax.set_yscale("log")
+    ax.set_xlim(0.15 * min(p.error for p in best), 1.5)  # room for labels
     ax.set_xlabel("tip error, mesh and time together [m]; labels: elements, step")
     ax.set_ylabel(unit)
 

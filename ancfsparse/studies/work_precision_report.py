@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -77,7 +78,9 @@ def as_markdown(result: WorkPrecision) -> str:
     model = next(iter(result.references))
     names = result.programs(model)
     lines = [
-        "| error at most [m] | our fastest | ms | " + " | ".join(f"{n} takes" for n in names) + " |",
+        "| error at most [m] | our fastest | ms | "
+        + " | ".join(f"{n} takes" for n in names)
+        + " |",
         "|---:|---|---:|" + "---:|" * len(names),
     ]
     for level in LEVELS:
@@ -124,42 +127,28 @@ def _finding(result: WorkPrecision, model: str, program: str) -> str:
 def headline(result: WorkPrecision) -> str:
     """Say in a line who is fastest at equal error."""
     model = next(iter(result.references))
-    worst = [(*result.worst(model, program), program) for program in result.programs(model)]
-    worst = [each for each in worst if not math.isnan(each[0])]
-    if not worst:
-        best = fastest(result.of(model, OURS), 1e-5)
+    reach = [v for v in LEVELS if fastest(result.of(model, OURS), v) is not None]
+    found = [
+        (ratio, level, program)
+        for program in result.programs(model)
+        for level in reach
+        if math.isfinite(ratio := result.ratio(model, program, level))
+    ]
+    if not found:
+        best = fastest(result.of(model, OURS), min(reach, default=0.0))
         if best is None:
-            return "Seconds against error in time"
-        return (
-            f"A tip error of 1e-5 m costs {1e3 * best.seconds:.1f} ms: {best.task.name} at "
-            f"{best.task.value:g} s"
+            return "Seconds against error in time: no run of ours has a result"
+        return f"{model}: {best.task.name} reaches {best.error:.0e} m in {best.seconds:.2g} s"
+    ratio, level, program = min(found)
+    if ratio < 1.0:
+        said = f"{program} needs {ratio:.2f} of the time of our fastest at {level:.0e} m"
+    else:
+        said = (
+            f"Down to {min(reach):.0e} m no peer is faster than our fastest; the nearest, "
+            f"{program}, takes {ratio:.1f} times as long at {level:.0e} m"
         )
-    ratio, level, program = min(worst)
-    if ratio >= 1.0:
-        return (
-            "At no error down to 1e-9 m is a peer faster than our fastest: "
-            f"{program} comes nearest, {ratio:.1f} times as long at {level:.0e} m"
-        )
-    if ratio == 0.0:
-        down_to = min(
-            (v for v in LEVELS if fastest(result.of(model, OURS), v) is not None), default=math.nan
-        )
-        inner = [(*_above(result, model, program, down_to), program) for *_, program in worst]
-        ratio, level, program = min(inner)
-        return (
-            f"Down to {down_to:.0e} m our fastest beats every peer ({program} takes {ratio:.1f} "
-            f"times as long at {level:.0e} m); below, only peers have results"
-            if ratio >= 1.0
-            else f"{program} needs {ratio:.2f} of our time at {level:.0e} m, and below "
-            f"{down_to:.0e} m only peers have results"
-        )
-    return f"{program} needs {ratio:.2f} of our time at an error of {level:.0e} m"
-
-
-def _above(
-    result: WorkPrecision, model: str, program: str, low: float
-) -> tuple[float, float]:
-    return result.worst(model, program, low=low)
+    below = [v for v in LEVELS if v < min(reach) and fastest(result.of(model), v) is not None]
+    return said + ("; below, only peers have results" if below else "")
 
 
 def write(result: WorkPrecision, folder: Path) -> list[Path]:
@@ -178,11 +167,15 @@ def write(result: WorkPrecision, folder: Path) -> list[Path]:
         The files.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"work-precision.{kind}" for kind in ("csv", "json", "png")]
+    paths = [folder / f"work-precision.{kind}" for kind in ("csv", "json")]
     write_csv([p.record() for p in result.points], paths[0])
     write_json({**result.record(), "findings": findings(result)}, paths[1])
-    save(chart(result), paths[2])
-    return paths
+    return [*paths, write_chart(result, folder)]
+
+
+def write_chart(result: WorkPrecision, folder: Path) -> Path:
+    """Write work-precision.png and return where it is."""
+    return save(chart(result), folder / "work-precision.png")
 
 
 def chart(result: WorkPrecision) -> Figure:
@@ -190,7 +183,7 @@ def chart(result: WorkPrecision) -> Figure:
     models = list(result.references)
     figure = Figure(figsize=(13.0, 5.0 * -(-(len(models) + 1) // 2)), layout="constrained")
     panels = figure.subplots(-(-(len(models) + 1) // 2), 2, squeeze=False).ravel()
-    shown: dict[str, object] = {}
+    shown: dict[str, Any] = {}
     notes: list[str] = []
     first = models[0]
     _panel(panels[0], result, first, lambda p: p.seconds, "seconds", shown, notes)
@@ -204,7 +197,7 @@ def chart(result: WorkPrecision) -> Figure:
         ax.remove()
     figure.suptitle(headline(result))
     figure.legend(
-        shown.values(), shown, loc="outside right upper", fontsize="small", frameon=False,
+        shown.values(), shown, loc="outside right center", fontsize="small", frameon=False,
         title="best solver at each step;\nsmall dots: other solvers",
     )  # fmt: skip
     write_notes(figure, notes)
@@ -221,7 +214,7 @@ def _panel(
     model: str,
     size: Size,
     unit: str,
-    shown: dict[str, object],
+    shown: dict[str, Any],
     notes: list[str] | None,
 ) -> None:
     """Draw a line through the best solver at each step, and the other solvers as dots."""
@@ -291,7 +284,9 @@ def _title(result: WorkPrecision, model: str) -> str:
 
 def _count_title(result: WorkPrecision, model: str) -> str:
     """Compare evaluations at 1e-5 m between ours and the peer with the fewest."""
-    counted = [p for p in result.of(model) if p.finished and p.error <= 1e-5 and _evaluations(p) > 0]
+    counted = [
+        p for p in result.of(model) if p.finished and p.error <= 1e-5 and _evaluations(p) > 0
+    ]
     ours = min((_evaluations(p) for p in counted if p.task.program == OURS), default=math.nan)
     rivals = [p for p in counted if p.task.program != OURS]
     if math.isnan(ours):
