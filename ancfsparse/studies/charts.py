@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -91,11 +92,9 @@ def write_notes(figure: Figure, notes: Sequence[str], columns: int = 2) -> None:
     )  # fmt: skip
 
 
-def save(figure: Figure, path: Path) -> Path:
-    """Write a chart, into a folder that is made if missing, and return where it is."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+def save(figure: Figure, path: Path) -> None:
+    """Write a chart."""
     figure.savefig(path, dpi=DPI)
-    return path
 
 
 def write_json(data: dict[str, Any], path: Path) -> None:
@@ -103,8 +102,19 @@ def write_json(data: dict[str, Any], path: Path) -> None:
     path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def fill_page(page: Path, name: str, text: str) -> None:
-    """Put generated text between the two markers of that name on a page.
+def fill_page(page: Path, name: str, text: str, chart: Path) -> None:
+    """Put generated text on a page and a chart into the folder ``gallery`` beside it.
+
+    Parameters
+    ----------
+    page : Path
+        A page with the two markers of that name.
+    name : str
+        What the markers are called.
+    text : str
+        What to put between them.
+    chart : Path
+        A picture.
 
     Raises
     ------
@@ -118,3 +128,6 @@ def fill_page(page: Path, name: str, text: str) -> None:
     if not (opened and closed):
         raise InputError(f"{page} has no place for {name}: add {begin} and {end} to it")
     page.write_text(f"{before}{begin}\n{text}\n{end}{after}", encoding="utf-8")
+    gallery = page.parent / "gallery"
+    gallery.mkdir(exist_ok=True)
+    shutil.copy(chart, gallery)

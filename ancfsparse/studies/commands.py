@@ -92,17 +92,15 @@ def work_precision(
     )
     typer.echo(work_precision_report.as_text(result))
     written = work_precision_report.write(result, output)
+    if page is not None:
+        fill_page(page, "work-precision", work_precision_report.as_markdown(result), written[-1])
     if budget:
         split = run_error_budget(elements=elements, t_end=time, progress=True)
         typer.echo("\n" + error_budget_report.as_text(split))
         written += error_budget_report.write(split, output)
+        if page is not None:
+            fill_page(page, "error-budget", error_budget_report.as_markdown(split), written[-1])
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
-    if page is not None:
-        fill_page(page, "work-precision", work_precision_report.as_markdown(result))
-        work_precision_report.write_chart(result, page.parent / "gallery")
-        if budget:
-            fill_page(page, "error-budget", error_budget_report.as_markdown(split))
-            error_budget_report.write_chart(split, page.parent / "gallery")
 
 
 @study.command("total-error")
@@ -118,5 +116,4 @@ def total_error(
     written = total_error_report.write(result, output)
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
     if page is not None:
-        fill_page(page, "total-error", total_error_report.as_markdown(result))
-        total_error_report.write_chart(result, page.parent / "gallery")
+        fill_page(page, "total-error", total_error_report.as_markdown(result), written[-1])

@@ -70,15 +70,11 @@ def write(budget: Budget, folder: Path) -> list[Path]:
         The files.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"error-budget.{kind}" for kind in ("csv", "json")]
+    paths = [folder / f"error-budget.{kind}" for kind in ("csv", "json", "png")]
     write_csv([asdict(p) for p in budget.parts], paths[0])
     write_json(budget.record(), paths[1])
-    return [*paths, write_chart(budget, folder)]
-
-
-def write_chart(budget: Budget, folder: Path) -> Path:
-    """Write error-budget.png and return where it is."""
-    return save(chart(budget), folder / "error-budget.png")
+    save(chart(budget), paths[2])
+    return paths
 
 
 def chart(budget: Budget) -> Figure:

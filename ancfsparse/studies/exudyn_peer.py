@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 import sys
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import pairwise
@@ -145,7 +143,7 @@ def run_exudyn(
     method = getattr(exudyn.DynamicSolverType, setting.explicit or "GeneralizedAlpha")
     begin = time.perf_counter()
     try:
-        with silence():
+        with contextlib.redirect_stdout(io.StringIO()):  # it says much when it fails
             system.SolveDynamic(settings, solverType=method)
     except Exception as error:
         at = system.sys["dynamicSolver"].it.currentTime
@@ -160,21 +158,6 @@ def run_exudyn(
     stored = np.atleast_2d(system.GetSensorStoredData(sensor))
     tips = stored[stored[:, 0] > 0.0, 1:3]
     return PeerRun(seconds, counts["iterations"] / round(t_end / dt), tips, counts)
-
-
-@contextlib.contextmanager
-def silence() -> Iterator[None]:
-    """Send what compiled code prints while it fails elsewhere."""
-    sys.stdout.flush()
-    kept = os.dup(1)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 1)
-        yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(nowhere)
 
 
 def _build(system: Any, problem: Problem, heavy: bool) -> int:

@@ -191,15 +191,11 @@ def write(result: TotalError, folder: Path) -> list[Path]:
         The files.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"total-error.{kind}" for kind in ("csv", "json")]
+    paths = [folder / f"total-error.{kind}" for kind in ("csv", "json", "png")]
     write_csv([p.record() for p in result.points], paths[0])
     write_json({**result.record(), "findings": findings(result)}, paths[1])
-    return [*paths, write_chart(result, folder)]
-
-
-def write_chart(result: TotalError, folder: Path) -> Path:
-    """Write total-error.png and return where it is."""
-    return save(chart(result), folder / "total-error.png")
+    save(chart(result), paths[2])
+    return paths
 
 
 def chart(result: TotalError) -> Figure:

@@ -167,15 +167,11 @@ def write(result: WorkPrecision, folder: Path) -> list[Path]:
         The files.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"work-precision.{kind}" for kind in ("csv", "json")]
+    paths = [folder / f"work-precision.{kind}" for kind in ("csv", "json", "png")]
     write_csv([p.record() for p in result.points], paths[0])
     write_json({**result.record(), "findings": findings(result)}, paths[1])
-    return [*paths, write_chart(result, folder)]
-
-
-def write_chart(result: WorkPrecision, folder: Path) -> Path:
-    """Write work-precision.png and return where it is."""
-    return save(chart(result), folder / "work-precision.png")
+    save(chart(result), paths[2])
+    return paths
 
 
 def chart(result: WorkPrecision) -> Figure:

@@ -102,15 +102,19 @@ def test_instants_and_the_steps_that_meet_them():
     dt = step_up_to(5e-4, 0.03)
     assert dt <= 5e-4
     assert meets_instants(dt, 0.03)
-    assert distance(TRUE, TRUE + [3.0, 4.0]) == pytest.approx(5.0)
+    assert distance(TRUE, TRUE + np.array([3.0, 4.0])) == pytest.approx(5.0)
 
 
 def test_pages_are_filled_between_their_markers(tmp_path):
     page = tmp_path / "page.md"
     page.write_text("a\n<!-- x:begin -->\nold\n<!-- x:end -->\nb\n", encoding="utf-8")
-    fill_page(page, "x", "new")
+    chart = tmp_path / "elsewhere" / "chart.png"
+    chart.parent.mkdir()
+    chart.write_bytes(b"picture")
+    fill_page(page, "x", "new", chart)
+    assert (tmp_path / "gallery" / "chart.png").read_bytes() == b"picture"
     text = page.read_text(encoding="utf-8")
     assert text == "a\n<!-- x:begin -->\nnew\n<!-- x:end -->\nb\n"
     with pytest.raises(ValueError, match="no place for y"):
-        fill_page(page, "y", "new")
+        fill_page(page, "y", "new", chart)
     assert page.read_text(encoding="utf-8") == text
