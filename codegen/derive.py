@@ -3,12 +3,14 @@
 The energy is a sum of weighted squares of strains (`strains`), and the force is its reverse
 pass.  The tangent is, in the variables the strains are written in, weight times the outer product
 of strain gradients plus the second derivative of the strains with their stresses frozen; constant
-matrices then carry it to the coordinates.
+matrices then carry it to the coordinates.  The outer products alone are the material part of the
+tangent; with velocities in place of small displacements they are the force of viscous damping.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import product
 
 import sympy as sp
@@ -96,13 +98,40 @@ class Derivation:
                         entries[i, j] += density * sp.integrate(sp.expand(s * t), (x, 0, length))
         return [to_tape(self.tape, entry, {}) for entry in entries.values()]
 
+    @cached_property
+    def carried(self) -> list[Patch]:
+        """Patches of strains whose derivatives vanish where the element only turns."""
+        return Patches(self.tape, self.element, self.modes, carried=True).all
+
+    def damping(self) -> list[Node]:
+        """Sum of weight, rate of strain and strain gradient; velocities come as accelerations."""
+        tape = self.tape
+        pairs = [pair for patch in self.carried for pair in patch.strains]
+        rates = tape.directional([s for _, s in pairs], dict(zip(self.q, self.a, strict=True)))
+        terms = [
+            (Fraction(1), tape.mul(tape.freeze(tape.mul(weight, rate)), strain))
+            for (weight, strain), rate in zip(pairs, rates, strict=True)
+        ]
+        return tape.gradient(tape.linear(terms), self.q)
+
+    def material(self) -> list[Node]:
+        """Lower triangle by rows of the sum of weight times outer product of strain gradients."""
+        return self._triangle(self.carried, geometric=False)
+
     def tangent(self) -> list[Node]:
         """Lower triangle of dQ/dq by rows."""
+        return self._triangle(self.patches, geometric=True)
+
+    def _triangle(self, patches: Sequence[Patch], *, geometric: bool) -> list[Node]:
+        """Carry matrices in the variables of patches to the coordinates."""
         by_modes: Terms = {}
         by_coordinates: Terms = {}
-        for patch in self.patches:
+        for patch in patches:
             target = by_coordinates if patch.in_coordinates else by_modes
-            for key, terms in project(self.tape, self._hessian(patch), patch.rows).items():
+            entries = self._second(patch, geometric=geometric)
+            sums = {key: self.tape.linear(terms) for key, terms in entries.items()}
+            inner = {key: node for key, node in sums.items() if self.tape.constant_value(node) != 0}
+            for key, terms in project(self.tape, inner, patch.rows).items():
                 target.setdefault(key, []).extend(terms)
         inner = {key: self.tape.linear(terms) for key, terms in by_modes.items()}
         matrix = self.modes.matrix()
@@ -127,15 +156,19 @@ class Derivation:
                 terms.append((row[j], node))
         return self.modes.form(terms)
 
-    def _hessian(self, patch: Patch) -> Triangle:
-        """Second derivative of the energy of a patch by its own variables, lower triangle."""
+    def _second(self, patch: Patch, *, geometric: bool) -> Terms:
+        """Second derivative of the energy of a patch by its own variables, lower triangle.
+
+        Without the geometric part only weight times the outer product of strain gradients.
+        """
         tape = self.tape
         entries: Terms = {}
         frozen = []
         for weight, strain in patch.strains:
             slope = tape.gradient(strain, patch.variables)
-            stress = tape.freeze(tape.mul(weight, strain))
-            frozen.append((Fraction(1), tape.mul(stress, strain)))
+            if geometric:
+                stress = tape.freeze(tape.mul(weight, strain))
+                frozen.append((Fraction(1), tape.mul(stress, strain)))
             for i, left in enumerate(slope):
                 stiff = tape.mul(weight, left)
                 for j, right in enumerate(slope[: i + 1]):
@@ -144,8 +177,7 @@ class Derivation:
         for i, component in enumerate(gradient):
             for j, node in enumerate(tape.gradient(component, patch.variables[: i + 1])):
                 entries.setdefault((i, j), []).append((Fraction(1), node))
-        sums = {key: tape.linear(terms) for key, terms in entries.items()}
-        return {key: node for key, node in sums.items() if tape.constant_value(node) != 0}
+        return entries
 
 
 def project(tape: Tape, hessian: Triangle, rows: Sequence[Sequence[tuple[Fraction, int]]]) -> Terms:
@@ -180,6 +212,8 @@ def derive(element: Element) -> Program:
         "residual": d.residual,
         "tangent": d.tangent,
         "mass": d.mass,
+        "damping": d.damping,
+        "material": d.material,
     }
     outputs = {name: tape.lowered(makers[name]()) for name in element.kernels}
     derived: set[Node] = set()

@@ -35,7 +35,9 @@ def parameter(name: str) -> sp.Symbol:
     return sp.Symbol(name, positive=True)
 
 
-KERNELS = ("energy", "force", "inertia", "residual", "tangent", "mass")
+KERNELS = (
+    "energy", "force", "inertia", "residual", "tangent", "mass", "damping", "material"
+)  # fmt: skip
 """What is generated for an element unless it says otherwise."""
 
 
@@ -125,11 +127,21 @@ Rule = Legendre | Gauss | Nodal
 
 @dataclass(frozen=True)
 class Term:
-    """Energy 1/2 int weight strain^2 dx, integrated by a rule."""
+    """Energy 1/2 int weight strain^2 dx, integrated by a rule.
+
+    A strain may be a vector in space, which then turns with a field: its rate without that
+    rotation is what a material feels.
+    """
 
     weight: sp.Expr
-    strain: sp.Expr
+    strain: sp.Expr | tuple[sp.Expr, ...]
     rule: Rule = field(default_factory=Legendre)
+    turns_with: Field | None = None
+
+    @property
+    def strains(self) -> tuple[sp.Expr, ...]:
+        """The strain, or its components."""
+        return self.strain if isinstance(self.strain, tuple) else (self.strain,)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ components of the fields at a Gauss point (constant combinations of mode vectors
 coordinates of a node.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
@@ -15,6 +16,9 @@ from codegen.fields import Element, Field, Gauss, Legendre, Term, length, x
 from codegen.modes import ModeVectors, gauss_rule, legendre_value, product_modes
 from codegen.symbols import Scaled, affine, combine, to_tape
 from codegen.tape import Node, Tape
+
+CARRIED_POINTS = 3
+"""Gauss points of a vector strain whose energy needs none: directions are no polynomials."""
 
 
 @dataclass
@@ -109,6 +113,28 @@ class PointSampler(Sampler):
         product_node = self.tape.dot([node for _, node in a], [node for _, node in b])
         return [(a[0][0] * b[0][0], product_node)]
 
+    def carried(self, strains: Sequence[sp.Expr], f: Field) -> list[Scaled]:
+        """Components of a vector strain c as they change for an observer who turns with a field u.
+
+        The direction of u turns by the smallest rotation, at the rate w = u x u' / |u|^2, and the
+        observer misses w x c = ((u.c) u' - (c.u') u) / |u|^2 in c'.  The result has what is left
+        as its derivative; its value means nothing.
+        """
+        tape = self.tape
+        (factor, *others), c = zip(*(self(s)[0] for s in strains), strict=True)
+        if any(other != factor for other in others):
+            raise ValueError(f"The components {strains} of a vector must have one unit.")
+        u = [node for _, node in self._on(f, f.axes)]
+        inverse = tape.pow(tape.dot(u, u), Fraction(-1))
+        along = tape.freeze(tape.mul(tape.dot(u, c), inverse))
+        back = tape.dot([tape.freeze(node) for node in c], u)
+        result = []
+        for c_k, u_k in zip(c, u, strict=True):
+            turn = tape.mul(tape.freeze(tape.mul(u_k, inverse)), back)
+            node = tape.linear([(1, c_k), (-1, tape.mul(along, u_k)), (1, turn)])
+            result.append((factor, node))
+        return result
+
     def _on(self, f: Field, axes: tuple[int, ...]) -> list[Scaled]:
         pairs = zip(f.components, f.axes, strict=True)
         return [self.values[symbol] for symbol, axis in pairs if axis in axes]
@@ -126,9 +152,15 @@ class PointSampler(Sampler):
 
 
 class Patches:
-    """All strains of an element, with their weights, in patches."""
+    """All strains of an element, with their weights, in patches.
 
-    def __init__(self, tape: Tape, element: Element, modes: ModeVectors) -> None:
+    With `carried`, vector strains are put, at Gauss points, as they change when seen from the field
+    they turn with (`PointSampler.carried`).
+    """
+
+    def __init__(
+        self, tape: Tape, element: Element, modes: ModeVectors, *, carried: bool = False
+    ) -> None:
         self.tape = tape
         self.element = element
         self.modes = modes
@@ -139,24 +171,37 @@ class Patches:
         self._points: dict[Fraction, tuple[Patch, PointSampler]] = {}
         self._ends: dict[int, tuple[Patch, PointSampler]] = {}
         for term in element.energy:
-            self._add_term(term)
+            # A vector of one component stands on the plane, in which it does not turn.
+            if carried and len(term.strains) > 1:
+                self._add_carried(term)
+            else:
+                for strain in term.strains:
+                    self._add_strain(term, strain)
         self.all = [self.exact, *(p for p, _ in self._points.values())]
         self.all += [p for p, _ in self._ends.values()]
 
-    def _add_term(self, term: Term) -> None:
+    def _add_strain(self, term: Term, strain: sp.Expr) -> None:
         if isinstance(term.rule, Legendre):
-            modes = self._mode_sampler(term.strain)[: term.rule.modes]
-            self._add_modes(term, modes)
+            self._add_modes(term, self._mode_sampler(strain)[: term.rule.modes])
         elif isinstance(term.rule, Gauss) and term.rule.modes is not None:
-            self._add_modes(term, self._projected(term.strain, term.rule.points, term.rule.modes))
+            self._add_modes(term, self._projected(strain, term.rule.points, term.rule.modes))
         elif isinstance(term.rule, Gauss):
             for xi, share in gauss_rule(term.rule.points):
                 patch, sample = self._at_point(xi)
-                self._add(patch, term.weight * length * sp.Rational(share), sample(term.strain)[0])
+                self._add(patch, term.weight * length * sp.Rational(share), sample(strain)[0])
         else:
             for end in (0, 1):
                 patch, sample = self._at_node(end)
-                self._add(patch, term.weight * length / 2, sample(term.strain)[0])
+                self._add(patch, term.weight * length / 2, sample(strain)[0])
+
+    def _add_carried(self, term: Term) -> None:
+        if term.turns_with is None:
+            raise ValueError(f"The vector {term.strain} must turn with a field.")
+        points = term.rule.points if isinstance(term.rule, Gauss) else CARRIED_POINTS
+        for xi, share in gauss_rule(points):
+            patch, sample = self._at_point(xi)
+            for scaled in sample.carried(term.strains, term.turns_with):
+                self._add(patch, term.weight * length * sp.Rational(share), scaled)
 
     def _add_modes(self, term: Term, modes: list[Scaled]) -> None:
         for k, mode in enumerate(modes):

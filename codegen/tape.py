@@ -5,7 +5,7 @@ whether they are a constant, depend on parameters only, or depend on coordinates
 everything that does not change while a system moves can be computed once, outside the kernels.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
@@ -238,6 +238,19 @@ class Tape:
                 if depends[operand]:
                     adjoint[operand].append((Fraction(1), self.mul(factor, mine)))
         return [result.get(v, self.const(0)) for v in variables]
+
+    def directional(self, outputs: Sequence[Node], along: Mapping[Node, Node]) -> list[Node]:
+        """Forward pass: rates of the outputs when leaves move at the rates in `along`."""
+        rates: dict[Node, Node] = {}
+        for node in self.reachable(outputs):
+            if node in along:
+                rates[node] = along[node]
+            elif self.entries[node].args and self.entries[node].op != "freeze":
+                partials = [(a, factor) for a, factor in self._partials(node) if a in rates]
+                if partials:
+                    terms = [(1, self.mul(factor, rates[a])) for a, factor in partials]
+                    rates[node] = self.linear(terms)
+        return [rates.get(node, self.const(0)) for node in outputs]
 
     def _partials(self, node: Node) -> list[tuple[Node, Node]]:
         entry = self.entries[node]

@@ -47,7 +47,8 @@ class ElementKind:
     prepare : callable
         Base parameters (n, n_base) to derived ones (n, n_derived).
     kernels : mapping
-        Capsules by name: energy, force, inertia, residual, tangent, mass; see `kernel_abi.h`.
+        Capsules by name: energy, force, inertia, residual, tangent, mass, damping, material; see
+        `kernel_abi.h`.
     """
 
     name: str
@@ -69,7 +70,9 @@ class ElementKind:
     def n_out(self, kernel: str) -> int:
         """Numbers a kernel adds per element."""
         n = self.n_coordinates
-        return {"energy": 1, "tangent": n * (n + 1) // 2, "mass": n * (n + 1) // 2}.get(kernel, n)
+        triangle = n * (n + 1) // 2
+        sizes = {"energy": 1, "tangent": triangle, "mass": triangle, "material": triangle}
+        return sizes.get(kernel, n)
 
 
 def from_module(module: ModuleType) -> ElementKind:

@@ -21,7 +21,7 @@ def l2t2() -> Element:
         fields=(r_x, r_xx),
         energy=(
             Term(axial_stiffness, (r_x @ r_x - 1) / 2),
-            *(Term(bending_stiffness, component) for component in r_xx.components),
+            Term(bending_stiffness, r_xx.components, turns_with=r_x),
         ),
         inertia=((mass_per_length, r),),
     )

@@ -31,6 +31,6 @@ def thin(dim: int, strain: str) -> Element:
         dim=dim,
         node=(("r", axes), ("r_x", axes)),
         fields=(r_x, r_xx),
-        energy=(axial, *(Term(bending_stiffness, kappa, Gauss(3)) for kappa in curvature)),
+        energy=(axial, Term(bending_stiffness, tuple(curvature), Gauss(3), turns_with=r_x)),
         inertia=((mass_per_length, r),),
     )

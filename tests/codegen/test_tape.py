@@ -64,6 +64,21 @@ def test_value_gradient_and_second_derivative(expr):
 
 
 @pytest.mark.parametrize("expr", EXPRESSIONS)
+def test_rate_is_the_sum_of_partial_derivatives_times_rates(expr):
+    tape, node, variables = on_tape(expr)
+    speeds = [Fraction(2, 3), Fraction(-7, 5), Fraction(0)]
+    along = {v: tape.const(s) for v, s in zip(variables, speeds, strict=True)}
+    expected = sum(
+        sp.Rational(s.numerator, s.denominator) * sp.diff(expr, symbol).subs(POINT)
+        for symbol, s in zip(POINT, speeds, strict=True)
+    )
+    square = tape.mul(node, node)
+    found, twice = tape.directional([node, square], along)
+    assert same(evaluate(tape, found), expected)
+    assert same(evaluate(tape, twice), 2 * expected * expr.subs(POINT))
+
+
+@pytest.mark.parametrize("expr", EXPRESSIONS)
 def test_lowering_keeps_the_value(expr):
     tape, node, variables = on_tape(expr)
     outputs = [node, *tape.gradient(node, variables)]
@@ -110,6 +125,9 @@ def test_frozen_values_have_no_derivative():
     a = tape.coordinate(0)
     product = tape.mul(tape.freeze(tape.mul(a, a)), a)
     assert tape.lowered(tape.gradient(product, [a])) == [tape.mul(a, a)]
+    assert tape.lowered(tape.directional([product], {a: tape.const(2)})) == [
+        tape.scale(2, tape.mul(a, a))
+    ]
 
 
 def test_parameters_cost_nothing_in_kernels():
