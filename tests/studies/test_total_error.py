@@ -12,7 +12,8 @@ from ancfsparse.studies import total_error as module
 from ancfsparse.studies.race import OURS, Point, Task
 from ancfsparse.studies.references import Reference
 from ancfsparse.studies.total_error import TotalError, element_forces, total_error
-from ancfsparse.studies.total_error_report import as_markdown, as_text, findings, headline, write
+from ancfsparse.studies.total_error_findings import findings, headline
+from ancfsparse.studies.total_error_report import as_markdown, as_text, write
 
 
 def point(model, elements, dt, error, seconds, program=OURS, note=""):
