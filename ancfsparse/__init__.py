@@ -3,32 +3,49 @@
 A `Scene` says what there is, `simulate` and `solve_static` answer how it moves and rests.
 """
 
-from ancfsparse.errors import AncfError, EnergyGain, EquilibriumFailure, InputError, StepFailure
-from ancfsparse.integrators import HHT, GeneralizedAlpha, Newmark
+from ancfsparse.errors import (
+    AncfError,
+    EnergyGain,
+    EquilibriumFailure,
+    InputError,
+    Instability,
+    StepFailure,
+)
+from ancfsparse.integrators import (
+    HHT,
+    CentralDifference,
+    GeneralizedAlpha,
+    Newmark,
+    RungeKuttaNystrom,
+)
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Circle, Material, Rectangle, Scene, Section
-from ancfsparse.solve import simulate, solve_static
+from ancfsparse.solve import simulate, solve_static, stable_step
 
 __all__ = [
     "HHT",
     "AncfError",
+    "CentralDifference",
     "Circle",
     "EnergyGain",
     "Equilibrium",
     "EquilibriumFailure",
     "GeneralizedAlpha",
     "InputError",
+    "Instability",
     "Material",
     "ModifiedNewton",
     "Newmark",
     "Newton",
     "QuasiNewton",
     "Rectangle",
+    "RungeKuttaNystrom",
     "Scene",
     "Section",
     "StepFailure",
     "Trajectory",
     "simulate",
     "solve_static",
+    "stable_step",
 ]

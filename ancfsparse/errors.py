@@ -125,6 +125,22 @@ class EnergyGain(StepFailure):
         )
 
 
+class Instability(StepFailure):
+    """An explicit run was stopped: its step has become too long for the motion.
+
+    The parameters are those of `StepFailure`; `residual` is the energy gained [J].
+    """
+
+    def __str__(self) -> str:
+        """Compose the message a reader meets."""
+        return (
+            f"stopped after step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): "
+            f"{self.reason.rstrip('.')}. Try a smaller dt, an implicit integrator such as "
+            "Newmark(), or max_energy_gain=inf to go on all the same. The states up to here are in "
+            "the attribute `trajectory` of this error."
+        )
+
+
 class EquilibriumFailure(AncfError, RuntimeError):
     """No static equilibrium was found.
 

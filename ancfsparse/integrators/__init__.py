@@ -3,6 +3,15 @@
 This room knows time and no elements.
 """
 
+from ancfsparse.integrators.explicit import CentralDifference, Explicit, RungeKuttaNystrom
 from ancfsparse.integrators.implicit import HHT, GeneralizedAlpha, Implicit, Newmark
 
-__all__ = ["HHT", "GeneralizedAlpha", "Implicit", "Newmark"]
+__all__ = [
+    "HHT",
+    "CentralDifference",
+    "Explicit",
+    "GeneralizedAlpha",
+    "Implicit",
+    "Newmark",
+    "RungeKuttaNystrom",
+]

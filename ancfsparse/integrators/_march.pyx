@@ -6,14 +6,10 @@ multipliers divided by it, so the matrix of a step, ``[M + scale K, phi_q^T; phi
 degrade as dt goes to zero.  `integrators.implicit` has the formulas.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
-from libc.math cimport fabs, fmax, isinf
 from libc.string cimport memcpy
 
 import numpy as np
 
-
-cdef extern from "vectors.h":
-    double vec_dot(const double *, const double *, ptrdiff_t) noexcept nogil
 
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_system:
@@ -41,6 +37,15 @@ cdef extern from "solver_abi.h":
         int (*solve)(void *) noexcept nogil
 
 
+cdef extern from "energy_watch.h":
+    ctypedef struct ancf_watch:
+        double limit, noise, work, exchanged, gain
+    void ancf_watch_start(ancf_watch *, const ancf_system *, const double *, const double *,
+                          const double *, double *) noexcept nogil
+    bint ancf_watch_gains(ancf_watch *, const ancf_system *, const double *, const double *,
+                          const double *, double *) noexcept nogil
+
+
 cdef enum:
     GAINED_ENERGY = 4
 
@@ -54,18 +59,13 @@ cdef struct Weights:
     double b_b, b_a, b_new
 
 
-cdef struct Watch:
-    double limit  # share of the energy that was exchanged so far; infinite for no watch
-    double noise, start, strain, potential, work, exchanged, gain
-
-
 cdef struct Motion:
     const ancf_system *system
     ptrdiff_t n_free, n_all, m
     bint shifted  # whether b is not the true acceleration
     double dt
     Weights weights
-    Watch watch
+    ancf_watch watch
     # Last accepted state, and the iterate of the step under way.
     double *q0
     double *v0
@@ -146,7 +146,8 @@ cdef class March:
         self.interface.residual, self.interface.matrix = residual, matrix
         self.capsule = PyCapsule_New(&self.interface, "ancf_equations", NULL)
         motion.watch.limit, motion.watch.noise = largest_gain, noise
-        start_watch(motion)
+        ancf_watch_start(&motion.watch, motion.system, motion.dead_load, motion.q0, motion.v0,
+                         motion.r)
 
     cdef set_step(self, double dt, integrator):
         """Work out the weights of the formulas."""
@@ -320,24 +321,5 @@ cdef void accept(Motion *self) noexcept nogil:
         self.lam0[i] = self.lam[i]
 
 
-cdef void start_watch(Motion *self) noexcept nogil:
-    cdef double parts[2]
-    self.system.energies(self.system.context, self.q0, self.v0, self.r, parts)
-    self.watch.strain = parts[1]
-    self.watch.potential = -vec_dot(self.dead_load, self.q0, self.n_all)
-    self.watch.start = parts[0] + parts[1] + self.watch.potential
-
-
 cdef bint gains_energy(Motion *self) noexcept nogil:
-    """Whether the energy is further above what was given than a share of what was exchanged."""
-    cdef Watch *w = &self.watch
-    cdef double parts[2]
-    cdef double potential
-    if isinf(w.limit):
-        return False
-    self.system.energies(self.system.context, self.q0, self.v0, self.r, parts)
-    potential = -vec_dot(self.dead_load, self.q0, self.n_all)
-    w.exchanged = fmax(fmax(fmax(w.exchanged, parts[0]), fabs(parts[1] - w.strain)),
-                       fmax(fabs(potential - w.potential), fabs(w.work)))
-    w.gain = parts[0] + parts[1] + potential - w.start - w.work
-    return not w.gain <= w.limit * w.exchanged + w.noise  # a NaN ends here too
+    return ancf_watch_gains(&self.watch, self.system, self.dead_load, self.q0, self.v0, self.r)

@@ -20,7 +20,8 @@ typedef struct {
     void *context;
     ptrdiff_t n_free, n_all, n_multipliers, n_values, n_amplitudes;
     int damped; /* whether forces depend on v; where not, v may be NULL */
-    /* r[n_all] = M a + Q(q, v) - f(amplitudes) + phi_q^T lam,  phi[n_multipliers] = phi(q) */
+    /* r[n_all] = M a + Q(q, v) - f(amplitudes) + phi_q^T lam,  phi[n_multipliers] = phi(q);
+     * without M a where a is null */
     void (*residual)(void *context, const double *q, const double *v, const double *a,
                      const double *lam, const double *dead_load, const double *amplitudes,
                      double *r, double *phi);

@@ -1,6 +1,7 @@
 """The verbs: a scene goes in, a trajectory or an equilibrium comes out."""
 
 from ancfsparse.solve.simulate import simulate
+from ancfsparse.solve.stability import stable_step
 from ancfsparse.solve.statics import solve_static
 
-__all__ = ["simulate", "solve_static"]
+__all__ = ["simulate", "solve_static", "stable_step"]

@@ -19,7 +19,7 @@ from ancfsparse.errors import (
     check_finite,
     check_positive,
 )
-from ancfsparse.integrators import Implicit, Newmark
+from ancfsparse.integrators import Explicit, Implicit, Newmark
 from ancfsparse.integrators.march import make_march
 from ancfsparse.nonlinear import Method, Outcome, QuasiNewton
 from ancfsparse.nonlinear.iteration import (
@@ -32,7 +32,14 @@ from ancfsparse.nonlinear.iteration import (
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Node, Scene
 from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.choose import choose
+from ancfsparse.solve.explicit import (
+    check_alone,
+    count_forces,
+    instability,
+    prepare_explicit,
+)
 from ancfsparse.solve.memory import check_fits, estimate
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
 from ancfsparse.solve.start import check_constraints, regularize, starting_state
@@ -53,7 +60,7 @@ def simulate(
     t_end: float,
     dt: float,
     *,
-    integrator: Implicit = Newmark(),
+    integrator: Implicit | Explicit = Newmark(),
     solver: Method | str = "auto",
     tolerance: str | float = "default",
     max_energy_gain: float = 0.01,
@@ -76,8 +83,9 @@ def simulate(
         End time [s], a whole number of steps.
     dt : float
         Time step [s].
-    integrator : Newmark, HHT or GeneralizedAlpha, optional
-        The trapezoidal rule by default.
+    integrator : Newmark, HHT, GeneralizedAlpha, CentralDifference or RungeKuttaNystrom, optional
+        The trapezoidal rule by default.  The last two are explicit: they take no solver and no
+        tolerance, joints by numbering, and steps no longer than `stable_step` returns.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
     tolerance : "default", "paper" or float, optional
@@ -111,6 +119,8 @@ def simulate(
         If something said cannot be meant, or the run cannot fit in memory.
     StepFailure
         If a step cannot be solved; it carries the trajectory so far.
+    Instability
+        If an explicit run gains energy because its step has become too long for the motion.
     EnergyGain
         If the motion gains energy that nothing has given it, as the trapezoidal rule lets it where
         steps are large; it carries the trajectory too.
@@ -122,10 +132,10 @@ def simulate(
     """
     n_steps = count_steps(t_end, dt)
     check_count("save_every", save_every)
-    if not isinstance(integrator, Implicit):
+    if not isinstance(integrator, Implicit | Explicit):
         raise InputError(
-            "integrator must be Newmark(alpha), HHT(alpha) or GeneralizedAlpha(rho_inf), got "
-            f"{integrator!r}"
+            "integrator must be Newmark(alpha), HHT(alpha), GeneralizedAlpha(rho_inf), "
+            f"CentralDifference() or RungeKuttaNystrom(order), got {integrator!r}"
         )
     check_gain(max_energy_gain)
     check_nodes(save_nodes)
@@ -145,17 +155,39 @@ def simulate(
         "save_every": save_every,
     }
     record = Record(system, rows, save_nodes, output, settings)
-    march, iteration, seed, why = prepare(
-        system, dt, integrator, solver, tolerance, max_energy_gain
-    )
+    iteration, nodes = None, np.ones(1)
+    seed: SparseSeed | BlockInverse
+    if isinstance(integrator, Explicit):
+        check_alone(integrator, solver, tolerance)
+        march, seed, why = prepare_explicit(system, dt, n_steps, integrator, max_energy_gain)
+        nodes = integrator.tableau.c[1:]
+    else:
+        march, iteration, seed, why = prepare(
+            system, dt, integrator, solver, tolerance, max_energy_gain
+        )
     stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
     with record.open() as recorder:
         outcome = _march(
-            system, march, iteration, seed, n_steps, dt, save_every, recorder, stats, progress
+            system,
+            march,
+            iteration,
+            seed,
+            nodes,
+            n_steps,
+            dt,
+            save_every,
+            recorder,
+            stats,
+            progress,
         )
-        count(stats, iteration)
+        if isinstance(integrator, Explicit):
+            count_forces(stats, integrator)
+        else:
+            count(stats, iteration)
         recorder.finish(stats)
     path = record.trajectory()
+    if outcome != Outcome.CONVERGED and isinstance(integrator, Explicit):
+        raise instability(system, march, seed, integrator, outcome, stats.steps, dt, path)
     if outcome == Outcome.GAINED_ENERGY:
         gain, exchanged = march.energy_gain
         reached = stats.steps * dt
@@ -169,7 +201,8 @@ def _march(
     system: System,
     march: Any,
     iteration: Any,
-    seed: SparseSeed,
+    seed: SparseSeed | BlockInverse,
+    nodes: Vector,
     n_steps: int,
     dt: float,
     save_every: int,
@@ -189,8 +222,8 @@ def _march(
         while stats.steps < n_steps and outcome == Outcome.CONVERGED:
             since = stats.steps % save_every  # steps since the last saved state
             wanted = min(chunk, n_steps - stats.steps, room * save_every - since)
-            times = dt * np.arange(stats.steps + 1.0, stats.steps + wanted + 1.0, dtype=np.float64)
-            amplitudes = system.loads.amplitudes(times)
+            times = dt * (np.arange(wanted, dtype=np.float64)[:, None] + stats.steps + nodes)
+            amplitudes = system.loads.amplitudes(times.ravel())
             clock = time.perf_counter()
             taken, code = march.advance(iteration, wanted, amplitudes, save_every, since, *buffer)
             stats.march_seconds += time.perf_counter() - clock

@@ -254,13 +254,14 @@ cdef void residual(void *context, const double *q, const double *v, const double
     cdef const Flat *self = <const Flat *>context
     cdef ptrdiff_t k, i, j
     cdef Group *group
+    cdef ancf_kernel add
     cdef double c
     for k in range(self.n_all):
         r[k] = -dead_load[k]
     for k in range(self.n_groups):
         group = &self.groups[k]
-        group.residual(group.n_blocks, group.gather, group.gather, group.set_of, group.parameters,
-                       q, a, r)
+        add = group.force if a == NULL else group.residual
+        add(group.n_blocks, group.gather, group.gather, group.set_of, group.parameters, q, a, r)
     for k in range(self.n_loads):
         r[self.load_place[k]] -= self.load_weight[k] * amplitudes[self.load_column[k]]
     if self.n_moments > 0:

@@ -1,0 +1,237 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""The explicit time loop: one kernel for every Runge-Kutta-Nystrom method whose last stage is its step.
+
+The forces depend on positions and time alone.  A step of s stages is
+
+    Q_i = q + c_i h v + h^2 sum_{j < i} A_ij a_j,    a_i = M^-1 (f(t + c_i h) - Q(Q_i)),
+    q_new = Q_s,  v_new = v + h sum_j b_j a_j,
+
+and the last acceleration is the first one of the next step.
+"""
+from cpython.pycapsule cimport PyCapsule_GetPointer
+from libc.math cimport INFINITY
+from libc.string cimport memcpy
+
+import numpy as np
+
+
+cdef extern from "simd.h":
+    const int LANES "ANCF_LANES"
+    ctypedef double vec
+    vec set1 "vec_set1" (double) noexcept nogil
+
+cdef extern from "vectors.h":
+    double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
+
+cdef extern from "solver_abi.h":
+    ctypedef struct ancf_system:
+        void *context
+        ptrdiff_t n_free, n_all, n_multipliers, n_values, n_amplitudes
+        int damped
+        void (*residual)(void *, const double *, const double *, const double *, const double *,
+                         const double *, const double *, double *, double *) noexcept nogil
+        void (*matrix)(void *, double, double, double, const double *, const double *,
+                       const double *, const double *, double *) noexcept nogil
+        void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
+        double (*load_work)(void *, const double *, const double *, const double *, const double *,
+                            double *) noexcept nogil
+
+    ctypedef struct ancf_seed:
+        void *context
+        ptrdiff_t n
+        ptrdiff_t (*factor)(void *, const double *) noexcept nogil
+        void (*solve)(void *, const double *, double *) noexcept nogil
+
+
+cdef extern from "energy_watch.h":
+    ctypedef struct ancf_watch:
+        double limit, noise, work, exchanged, gain
+    void ancf_watch_start(ancf_watch *, const ancf_system *, const double *, const double *,
+                          const double *, double *) noexcept nogil
+    bint ancf_watch_gains(ancf_watch *, const ancf_system *, const double *, const double *,
+                          const double *, double *) noexcept nogil
+
+
+cdef enum:
+    NOT_FINITE = 3
+    GAINED_ENERGY = 4
+
+cdef ptrdiff_t WATCH_EVERY = 64  # forces: an energy costs about two of them
+
+
+cdef class Explicit:
+    """State of a system in time, moved on by an explicit method.
+
+    Parameters
+    ----------
+    system : object with a ``capsule`` "ancf_system", without multipliers
+    seed : object with a ``capsule`` "ancf_seed"
+        Inverse of the mass matrix.
+    dt : float
+        Time step [s].
+    A : (s, s) float
+        Strictly lower triangular; its last row makes the new position.
+    b, c : (s,) float
+        Weights of the velocity; times of the stages, from 0 to 1.
+    q, v, a : (n_all,) float
+        State at the start: free coordinates first, then fixed ones, which never move.
+    dead_load : (n_all,) float
+        Constant applied force.
+    amplitudes : (n_amplitudes,) float
+        Changing loads at the start.
+    largest_gain : float
+        Share of the energy exchanged so far by which the energy may exceed what was given.
+    noise : float
+        Energy that rounding makes [J].
+    """
+
+    cdef const ancf_system *system
+    cdef const ancf_seed *seed
+    cdef ancf_watch watch
+    cdef ptrdiff_t n, n_all, stages, padded
+    cdef double[::1] drift, kick, dead_load, load, r
+    cdef double[:, ::1] pull, rate
+    # Two places for the state, present and next.
+    cdef double[:, ::1] q, v
+    cdef ptrdiff_t now, first  # place of the present state; row of `rate` of its acceleration
+    cdef object owner
+
+    def __cinit__(self, system, seed, double dt, A, b, c, q, v, a, dead_load, amplitudes,
+                  double largest_gain, double noise):
+        self.owner = (system, seed)
+        self.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
+        self.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
+        self.n, self.n_all, self.stages = self.system.n_free, self.system.n_all, len(b)
+        # Vectors are passed over in whole SIMD vectors.  What lies behind the free coordinates
+        # has no velocity and no acceleration, and so it stays.
+        self.padded = (self.n + LANES - 1) // LANES * LANES
+        width = max(self.n_all, self.padded)
+        # Stored is M^-1 r = -a, with r as the system gives it; the signs are in the coefficients.
+        self.pull = -dt * dt * np.array(A, dtype=float)
+        self.kick = -dt * np.array(b, dtype=float)
+        self.drift = dt * np.array(c, dtype=float)
+        self.dead_load, self.r = np.array(dead_load, dtype=float), np.zeros(width)
+        # Never empty, so that a pointer to the first amplitude always exists.
+        self.load = np.append(amplitudes, 0.0)
+        places, speeds = np.zeros((2, width)), np.zeros((2, width))
+        rates = np.zeros((self.stages, self.padded))
+        places[:, :self.n_all] = q
+        speeds[0, :self.n] = v[:self.n]
+        rates[0, :self.n] = -a[:self.n]
+        self.q, self.v, self.rate = places, speeds, rates
+        self.watch.limit, self.watch.noise = largest_gain, noise
+        ancf_watch_start(&self.watch, self.system, &self.dead_load[0], &self.q[0, 0],
+                         &self.v[0, 0], &self.r[0])
+
+    @property
+    def damped(self):
+        """Whether forces depend on velocities, which this loop cannot follow."""
+        return bool(self.system.damped)
+
+    @property
+    def state(self):
+        """Last accepted ``(q, v, a, lam)`` as copies; there are no multipliers."""
+        q = np.array(self.q[self.now, :self.n_all])
+        v = np.array(self.v[self.now, :self.n_all])
+        a = np.zeros(self.n_all)
+        a[:self.n] = -np.asarray(self.rate[self.first, :self.n])
+        return q, v, a, np.zeros(0)
+
+    @property
+    def energy_gain(self):
+        """Energy above what was given, and the largest energy exchanged, at the last look [J]."""
+        return self.watch.gain, self.watch.exchanged
+
+    def advance(self, _nonlinear, ptrdiff_t n_steps, const double[:, ::1] amplitudes,
+                ptrdiff_t save_every, ptrdiff_t steps_done, double[:, ::1] q_out,
+                double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] _lam_out):
+        """Take steps; return ``(steps taken, outcome)``, outcome 0 if all is well.
+
+        Parameters
+        ----------
+        amplitudes : (n_steps * (s - 1), n_amplitudes)
+            Loads at the stages of each step after its first.
+        save_every, steps_done : int
+            Step number k of the run (from 1) is written to row ``k / save_every`` of the outputs.
+        """
+        cdef ptrdiff_t k, i, j, row, last = self.stages - 1, next
+        cdef ptrdiff_t look = max(1, WATCH_EVERY // last)
+        cdef const double *load = NULL
+        cdef double *acceleration
+        cdef bint loaded = amplitudes.shape[1] > 0
+        cdef int outcome = 0
+        with nogil:
+            for k in range(n_steps):
+                next = 1 - self.now
+                for i in range(1, self.stages):
+                    self.place(i, &self.q[next, 0])
+                    if loaded:
+                        load = &amplitudes[k * last + i - 1, 0]
+                    self.system.residual(self.system.context, &self.q[next, 0], NULL, NULL, NULL,
+                                         &self.dead_load[0], load, &self.r[0], NULL)
+                    self.seed.solve(self.seed.context, &self.r[0], self.stage(i))
+                self.push(&self.v[next, 0])
+                if not dot(&self.v[next, 0], &self.v[next, 0], self.n) < INFINITY:
+                    outcome = NOT_FINITE
+                    break
+                if loaded:
+                    self.watch.work += self.system.load_work(
+                        self.system.context, &self.q[self.now, 0], &self.load[0],
+                        &self.q[next, 0], load, &self.r[0])
+                    memcpy(&self.load[0], load, amplitudes.shape[1] * sizeof(double))
+                self.now = next
+                self.first = (self.first + last) % self.stages
+                if (steps_done + k + 1) % save_every == 0:
+                    row = (steps_done + k + 1) // save_every
+                    memcpy(&q_out[row, 0], &self.q[next, 0], self.n_all * sizeof(double))
+                    memcpy(&v_out[row, 0], &self.v[next, 0], self.n_all * sizeof(double))
+                    acceleration = self.stage(0)
+                    for j in range(self.n):
+                        a_out[row, j] = -acceleration[j]
+                    for j in range(self.n, self.n_all):
+                        a_out[row, j] = 0.0
+                if (k + 1) % look == 0 or k + 1 == n_steps:
+                    if ancf_watch_gains(&self.watch, self.system, &self.dead_load[0],
+                                        &self.q[next, 0], &self.v[next, 0], &self.r[0]):
+                        outcome = GAINED_ENERGY
+                        k += 1
+                        break
+            else:
+                k = n_steps
+        return k, outcome
+
+    cdef inline double *stage(self, ptrdiff_t i) noexcept nogil:
+        """The rows turn round by one from step to step, so that the last becomes the first."""
+        return &self.rate[(self.first + i) % self.stages, 0]
+
+    cdef inline void place(self, ptrdiff_t i, double *out) noexcept nogil:
+        """Position of stage i."""
+        self.combine(out, &self.q[self.now, 0], &self.v[self.now, 0], self.drift[i],
+                     &self.pull[i, 0], i)
+
+    cdef inline void push(self, double *out) noexcept nogil:
+        """Velocity after the step."""
+        self.combine(out, &self.v[self.now, 0], &self.v[self.now, 0], 0.0, &self.kick[0],
+                     self.stages)
+
+    cdef inline void combine(self, double *out, const double *base, const double *along,
+                             double far, const double *weight, ptrdiff_t count) noexcept nogil:
+        """``out = base + far along + sum of weight_j rate_j``, in one pass for each two rates."""
+        cdef ptrdiff_t j = 0, k, step = self.padded // LANES
+        cdef vec w0, w1
+        cdef const vec *x
+        cdef const vec *y
+        cdef vec *z = <vec *>out
+        x = <const vec *>base
+        y = <const vec *>along
+        w0 = set1(far)
+        for k in range(step):
+            z[k] = x[k] + w0 * y[k]
+        while j < count:
+            x = <const vec *>self.stage(j)
+            y = <const vec *>self.stage(min(j + 1, count - 1))
+            w0 = set1(weight[j])
+            w1 = set1(weight[j + 1] if j + 1 < count else 0.0)
+            for k in range(step):
+                z[k] = z[k] + w0 * x[k] + w1 * y[k]
+            j += 2

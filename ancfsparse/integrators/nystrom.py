@@ -1,0 +1,145 @@
+"""Coefficients of explicit Runge-Kutta-Nyström methods for ``M a = f(t) - Q(q)``.
+
+All have ``c_1 = 0``, and their last stage is the new position, so its acceleration is the first
+one of the next step: a method of s stages costs s - 1 forces per step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Tableau:
+    """An explicit Runge-Kutta-Nyström method.
+
+    Attributes
+    ----------
+    order : int
+        Order of positions and velocities.
+    A : (s, s) float
+        Weights of the accelerations in the positions of the stages; the last row makes the step.
+    b, c : (s,) float
+        Weights of the accelerations in the new velocity; times of the stages.
+    interval : float
+        A vibration of angular frequency omega does not grow while ``dt omega`` is below this.
+    source : str
+        Where the coefficients are published.
+    """
+
+    order: int
+    A: Vector
+    b: Vector
+    c: Vector
+    interval: float
+    source: str
+
+    @property
+    def forces(self) -> int:
+        """Evaluations of the forces per step."""
+        return len(self.b) - 1
+
+    def transfer(self, z: float) -> Vector:
+        """Return the (2, 2) matrix that a step applies to (q, dt v) of ``q'' = -(z / dt)^2 q``."""
+        s = len(self.b)
+        stages = np.column_stack([np.ones(s), self.c])
+        rates = np.linalg.solve(np.eye(s) + z**2 * self.A, -(z**2) * stages)
+        step = np.array([[1.0, 1.0], [0.0, 1.0]])
+        return np.asarray(step + np.stack([self.A[-1] @ rates, self.b @ rates]))
+
+
+def tableau(
+    order: int,
+    rows: Sequence[Sequence[float]],
+    b: Sequence[float],
+    c: Sequence[float],
+    interval: float,
+    source: str,
+) -> Tableau:
+    """Fill up the lower triangle of A, whose first row is empty."""
+    A = np.zeros((len(b), len(b)))
+    for i, row in enumerate(rows, start=1):
+        A[i, : len(row)] = row
+    return Tableau(order, A, np.array(b), np.array(c), interval, source)
+
+
+VERLET = tableau(
+    2,
+    [[1 / 2]],
+    [1 / 2, 1 / 2],
+    [0, 1],
+    2.0,
+    "Hairer, Lubich and Wanner, Acta Numerica 12 (2003) 399: velocity Verlet, leapfrog",
+)
+
+FAMILIES = "Dormand, El-Mikkawy and Prince, IMA J. Numer. Anal. 7 (1987) "
+
+# The fourth-order formula of the pair RKN4(3)4FM.
+FOURTH = tableau(
+    4,
+    [
+        [1 / 32],
+        [7 / 1000, 119 / 500],
+        [1 / 14, 8 / 27, 25 / 189],
+    ],
+    [1 / 14, 32 / 81, 250 / 567, 5 / 54],
+    [0, 1 / 4, 7 / 10, 1],
+    3.767,
+    FAMILIES + "235",
+)
+
+# The eighth-order formula of the pair RKN8(6)9FM; its weight of the last stage is zero.
+EIGHTH = tableau(
+    8,
+    [
+        [1 / 800],
+        [1 / 600, 1 / 300],
+        [9 / 200, -9 / 100, 9 / 100],
+        [-66701 / 197352, 28325 / 32892, -2665 / 5482, 2170 / 24669],
+        [
+            227015747 / 304251000,
+            -54897451 / 30425100,
+            12942349 / 10141700,
+            -9499 / 304251,
+            539 / 9250,
+        ],
+        [
+            -1131891597 / 901789000,
+            41964921 / 12882700,
+            -6663147 / 3220675,
+            270954 / 644135,
+            -108 / 5875,
+            114 / 1645,
+        ],
+        [
+            13836959 / 3667458,
+            -17731450 / 1833729,
+            1063919505 / 156478208,
+            -33213845 / 39119552,
+            13335 / 28544,
+            -705 / 14272,
+            1645 / 57088,
+        ],
+        [223 / 7938, 0, 1175 / 8064, 925 / 6048, 41 / 448, 925 / 14112, 1175 / 72576],
+    ],
+    [
+        223 / 7938,
+        0,
+        5875 / 36288,
+        4625 / 21168,
+        41 / 224,
+        4625 / 21168,
+        5875 / 36288,
+        223 / 7938,
+        0,
+    ],
+    [0, 1 / 20, 1 / 10, 3 / 10, 1 / 2, 7 / 10, 9 / 10, 1, 1],
+    3.14,
+    FAMILIES + "423",
+)

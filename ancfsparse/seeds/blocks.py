@@ -1,0 +1,69 @@
+"""Dense inverse of a small matrix, in the blocks it falls apart into."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.seeds.sparse import Indices
+
+
+class BlockInverse:
+    """Inverse of a symmetric positive definite matrix whose values never change.
+
+    A mass matrix couples the x components of a beam with one another and not with the y
+    components: its inverse has one dense block for each.
+
+    Parameters
+    ----------
+    indptr, indices : integer arrays
+        Lower triangle by columns.
+    values : (n_values,) float
+        Entries; zeros do not couple.
+
+    Attributes
+    ----------
+    n : int
+        Number of unknowns.
+    solve_flops : int
+        Operations of one product.
+    error : None
+        What went wrong while compiled code was running: nothing can.
+    """
+
+    error: BaseException | None = None
+
+    def __init__(self, indptr: Indices, indices: Indices, values: NDArray[np.float64]) -> None:
+        self.n = len(indptr) - 1
+        lower = sp.csc_array((values, indices, indptr), shape=(self.n, self.n))
+        self._matrix = (lower + sp.tril(lower, -1).T).tocsr()
+        self._matrix.eliminate_zeros()
+        count, label = connected_components(self._matrix, directed=False)
+        order = np.argsort(label, kind="stable")
+        self._members = np.split(order, np.cumsum(np.bincount(label, minlength=count))[:-1])
+        self.solve_flops = 2 * sum(len(block) ** 2 for block in self._members)
+        self._blocks: Any = None
+
+    @property
+    def capsule(self) -> object:
+        """The structure ``ancf_seed`` for compiled callers; its ``factor`` is null."""
+        capsule: object = self._inverted().capsule
+        return capsule
+
+    def solve(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the solution ``(n,)`` for the right-hand side ``r (n,)``."""
+        return np.asarray(self._inverted().solve(r))
+
+    def _inverted(self) -> Any:
+        """Invert at first use: the operations are asked for before it is known who needs them."""
+        if self._blocks is None:
+            dense = [self._matrix[np.ix_(block, block)].toarray() for block in self._members]
+            self._blocks = compiled("blocks").Blocks(
+                self._members, [np.linalg.inv(a) for a in dense]
+            )
+        return self._blocks

@@ -1,0 +1,127 @@
+"""Explicit motion: what is refused before it starts, and what to say when it becomes unstable."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.errors import InputError, Instability
+from ancfsparse.integrators.explicit import Explicit, make_explicit
+from ancfsparse.integrators.march import Start
+from ancfsparse.nonlinear import Outcome
+from ancfsparse.nonlinear.iteration import EPSILON
+from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds.blocks import BlockInverse
+from ancfsparse.solve.stability import check_free, fastest_vibration, mass_seed, start_load
+from ancfsparse.solve.start import initial_acceleration
+from ancfsparse.system import System
+
+# Up to so many operations of a product for each one of a sweep the dense blocks are faster:
+# measured on cables of 3 to 60 elements, where they meet at 5.
+DENSE_AHEAD = 4.0
+
+# Beyond so many coordinates dense blocks are not thought of: looking for them takes memory.
+MOST_BLOCKS = 10_000
+
+
+def check_alone(integrator: Explicit, solver: object, tolerance: object) -> None:
+    """Refuse what only matters where equations are solved."""
+    for what, value, default in (("solver", solver, "auto"), ("tolerance", tolerance, "default")):
+        if value != default:
+            raise InputError(
+                f"{integrator!r} solves no equations, so {what}={value!r} means nothing: leave it "
+                "out, or take an implicit integrator such as Newmark()"
+            )
+
+
+def prepare_explicit(
+    system: System, dt: float, n_steps: int, integrator: Explicit, max_energy_gain: float
+) -> tuple[Any, SparseSeed | BlockInverse, str]:
+    """Return the compiled march, the inverse of the mass matrix, and a sentence on both.
+
+    Raises
+    ------
+    InputError
+        If there are multipliers or damping, or the step is too long.
+    """
+    check_free(system, integrator)
+    seed = mass_seed(system)
+    omega = fastest_vibration(system, seed, system.q0, start_load(system))
+    limit = integrator.tableau.interval / omega
+    if dt > limit:
+        t_end = n_steps * dt
+        enough = float(t_end / np.ceil(t_end / limit))
+        raise InputError(
+            f"dt = {dt:g} s is above the stable step of {integrator!r}, which is {limit:.4g} s for "
+            f"this scene because its fastest vibration has {omega:.4g} rad/s: take "
+            f"dt = {enough!r} s ({t_end / enough:.0f} steps) or less, or an implicit integrator "
+            "such as Newmark()"
+        )
+    a, lam = initial_acceleration(system, seed)
+    start = Start(system.q0, system.v0, a, a, lam, start_load(system))
+    mass = cheapest_inverse(system, seed)
+    noise = 100.0 * EPSILON * system.force_scale(system.q0) * float(np.max(np.abs(system.q0)))
+    march = make_explicit(system, dt, integrator, start, mass, max_energy_gain, noise)
+    if march.damped:
+        raise InputError(
+            f"{integrator!r} takes forces that depend on positions and time, and the damping of "
+            "this scene depends on velocities: take an implicit integrator such as Newmark()"
+        )
+    why = (
+        f"{integrator!r}: forces evaluated {integrator.tableau.forces} times per step, dt is "
+        f"{dt / limit:.3g} of the stable step {limit:.4g} s (fastest vibration {omega:.4g} rad/s), "
+        f"mass matrix {'factored once' if mass is seed else 'inverted in dense blocks'}"
+    )
+    return march, mass, why
+
+
+def cheapest_inverse(system: System, seed: SparseSeed) -> SparseSeed | BlockInverse:
+    """Return the inverse of the mass matrix in dense blocks where that is faster than a sweep."""
+    if system.n_free > MOST_BLOCKS:
+        return seed
+    blocks = BlockInverse(system.pattern.indptr, system.pattern.indices, system.assembly.mass)
+    return blocks if blocks.solve_flops <= DENSE_AHEAD * seed.solve_flops else seed
+
+
+def count_forces(stats: RunStats, integrator: Explicit) -> None:
+    """Count what the steps have cost: always the same."""
+    stats.residual_evaluations = stats.solves = stats.steps * integrator.tableau.forces
+    stats.factorizations = 1
+
+
+def instability(
+    system: System,
+    march: Any,
+    mass: SparseSeed | BlockInverse,
+    integrator: Explicit,
+    outcome: Outcome,
+    step: int,
+    dt: float,
+    path: Trajectory,
+) -> Instability:
+    """Say why a run was stopped.
+
+    Parameters
+    ----------
+    mass : SparseSeed or BlockInverse
+        Inverse of the mass matrix.
+    outcome : Outcome
+        ``GAINED_ENERGY`` or ``NOT_FINITE``.
+    step : int
+        Number of the last step.
+    path : Trajectory
+        The states so far.
+    """
+    gain, _ = march.energy_gain
+    if outcome == Outcome.NOT_FINITE:
+        reason = f"step {step + 1} leaves the range of numbers"
+    else:
+        load = system.loads.amplitudes(np.array([step * dt]))[0]
+        limit = integrator.tableau.interval / fastest_vibration(system, mass, march.state[0], load)
+        reason = (
+            f"the motion has {gain:.3g} J more than it was given, and the stable step, shorter "
+            f"where beams are stretched, is {limit:.3g} s by now"
+        )
+    return Instability(reason, step * dt, step, dt, gain, "the whole scene", path)
