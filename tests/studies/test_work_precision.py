@@ -9,8 +9,10 @@ import pytest
 from tqdm import tqdm
 
 from ancfsparse.cli import main
-from ancfsparse.integrators import Newmark
+from ancfsparse.integrators import Newmark, RungeKuttaNystrom
+from ancfsparse.solve import stable_step
 from ancfsparse.studies.entrants import Integrator, entrants
+from ancfsparse.studies.models import MODELS
 from ancfsparse.studies.race import OURS, Point, Task, race
 from ancfsparse.studies.references import Reference, march
 from ancfsparse.studies.work_precision import LEVELS, WorkPrecision, work_precision
@@ -50,6 +52,18 @@ def test_orders_are_those_of_the_methods():
     for name, (_, order) in ORDERS.items():
         assert orders[f"{MODEL}: {name}, BFGS"] == pytest.approx(order, abs=0.1)
     assert result.references[MODEL].uncertainty < 1e-9
+
+
+def test_explicit_steps_are_shares_of_the_stable_step_and_have_the_order_of_the_method():
+    shares = (1.1, 0.9, 0.6, 0.4)
+    row = Integrator("RKN", lambda: RungeKuttaNystrom(4), (), (), shares=shares)
+    result = work_precision((MODEL,), 4, 0.4, rounds=1, integrators=[row])
+    refused, *done = result.points
+    assert refused.note.startswith("above the stable step")
+    limit = stable_step(MODELS[MODEL].problem(4).scene, RungeKuttaNystrom(4))
+    assert refused.task.value > limit
+    assert all(0.35 * limit < p.task.value < limit for p in done)
+    assert result.orders()[f"{MODEL}: RKN"] == pytest.approx(4.0, abs=0.4)
 
 
 def test_a_step_that_fails_stays_on_the_chart():
