@@ -85,7 +85,8 @@ def write_notes(figure: Figure, notes: Sequence[str], columns: int = 2) -> None:
     if not notes:
         return
     rows = -(-len(notes) // columns)
-    block = ["   ".join(f"{each:<95}" for each in notes[row::rows]) for row in range(rows)]
+    width = max(len(each) for each in notes[:rows])
+    block = ["   ".join(f"{each:<{width}}" for each in notes[row::rows]) for row in range(rows)]
     figure.supxlabel(
         "hollow markers, runs without result\n" + "\n".join(line.rstrip() for line in block),
         fontsize=7, x=0.01, ha="left", family="monospace",

@@ -12,10 +12,16 @@ from matplotlib.figure import Figure
 
 from ancfsparse.studies.charts import failures, mark_failures, save, write_json, write_notes
 from ancfsparse.studies.entrants import INTEGRATORS
-from ancfsparse.studies.peers import EXUDYN_MODEL
 from ancfsparse.studies.race import OURS, Point, fastest
 from ancfsparse.studies.scaling_report import write_csv
 from ancfsparse.studies.work_precision import LEVELS, WorkPrecision
+from ancfsparse.studies.work_precision_findings import (
+    count_title,
+    evaluations,
+    findings,
+    headline,
+    title,
+)
 
 COLOURS = {
     "Exudyn": ("#d55e00", "#e69f00", "#8c3b00", "#b8860b", "#ff9955"),
@@ -99,58 +105,6 @@ def _times(value: float) -> str:
     return f"{value:.1f} times as long" if math.isfinite(value) and value > 0.0 else _ratio(value)
 
 
-def findings(result: WorkPrecision) -> list[str]:
-    """Say what the numbers show, one sentence for each peer and one for each target."""
-    said = []
-    for model in result.references:
-        for program in result.programs(model):
-            said.append(_finding(result, model, program))
-    return said + [" ".join(str(target).split()) + "." for target in result.targets()]
-
-
-def _finding(result: WorkPrecision, model: str, program: str) -> str:
-    ratios = {level: result.ratio(model, program, level) for level in LEVELS}
-    both = {level: r for level, r in ratios.items() if 0.0 < r < math.inf}
-    alone = [level for level, r in ratios.items() if r == 0.0]
-    lost = [level for level, r in both.items() if r < 1.0]
-    if not both:
-        return f"{program} and we have no error in common."
-    low, high = min(both.values()), max(both.values())
-    first = f"{model}: {program} takes {low:.1f} to {high:.1f} times as long as our fastest"
-    if lost:
-        first += "; it is faster at " + ", ".join(f"{level:.0e}" for level in lost) + " m"
-    if alone:
-        first += f"; from {max(alone):.0e} m down only it has a result"
-    return first + "."
-
-
-def headline(result: WorkPrecision) -> str:
-    """Say in a line who is fastest at equal error."""
-    model = next(iter(result.references))
-    reach = [v for v in LEVELS if fastest(result.of(model, OURS), v) is not None]
-    found = [
-        (ratio, level, program)
-        for program in result.programs(model)
-        for level in reach
-        if math.isfinite(ratio := result.ratio(model, program, level))
-    ]
-    if not found:
-        best = fastest(result.of(model, OURS), min(reach, default=0.0))
-        if best is None:
-            return "Seconds against error in time: no run of ours has a result"
-        return f"{model}: {best.task.name} reaches {best.error:.0e} m in {best.seconds:.2g} s"
-    ratio, level, program = min(found)
-    if ratio < 1.0:
-        said = f"{program} needs {ratio:.2f} of the time of our fastest at {level:.0e} m"
-    else:
-        said = (
-            f"Down to {min(reach):.0e} m no peer is faster than our fastest; the nearest, "
-            f"{program}, takes {ratio:.1f} times as long at {level:.0e} m"
-        )
-    below = [v for v in LEVELS if v < min(reach) and fastest(result.of(model), v) is not None]
-    return said + ("; below, only peers have results" if below else "")
-
-
 def write(result: WorkPrecision, folder: Path) -> list[Path]:
     """Write work-precision.csv, .json and .png.
 
@@ -183,12 +137,12 @@ def chart(result: WorkPrecision) -> Figure:
     notes: list[str] = []
     first = models[0]
     _panel(panels[0], result, first, lambda p: p.seconds, "seconds", shown, notes)
-    panels[0].set_title(_title(result, first), fontsize="small")
-    _panel(panels[1], result, first, _evaluations, "residuals or right-hand sides", shown, None)
-    panels[1].set_title(_count_title(result, first), fontsize="small")
+    panels[0].set_title(title(result, first), fontsize="small")
+    _panel(panels[1], result, first, evaluations, "residuals or right-hand sides", shown, None)
+    panels[1].set_title(count_title(result, first), fontsize="small")
     for ax, model in zip(panels[2:], models[1:], strict=False):
         _panel(ax, result, model, lambda p: p.seconds, "seconds", shown, notes)
-        ax.set_title(_title(result, model), fontsize="small")
+        ax.set_title(title(result, model), fontsize="small")
     for ax in panels[len(models) + 1 :]:
         ax.remove()
     figure.suptitle(headline(result))
@@ -198,10 +152,6 @@ def chart(result: WorkPrecision) -> Figure:
     )  # fmt: skip
     write_notes(figure, notes)
     return figure
-
-
-def _evaluations(point: Point) -> float:
-    return float(point.counts.get("residuals", math.nan))
 
 
 def _panel(
@@ -262,33 +212,3 @@ def _looks(result: WorkPrecision, program: str, method: str) -> tuple[str, str]:
     methods = dict.fromkeys(p.task.method for p in result.points if p.task.program == program)
     shades = COLOURS[program]
     return shades[list(methods).index(method) % len(shades)], STYLES[program]
-
-
-def _title(result: WorkPrecision, model: str) -> str:
-    """Name the nearest peer at 1e-5 m, or the cost of that error where there is none."""
-    best = fastest(result.of(model, OURS), 1e-5)
-    name = f"{model}, {result.settings['elements']} elements"
-    if best is None:
-        return name
-    said = f"{name}: 1e-5 m takes {1e3 * best.seconds:.0f} ms ({best.task.name})"
-    if model == EXUDYN_MODEL and "Exudyn" in result.programs(model):
-        ratio = result.ratio(model, "Exudyn", 1e-5, implicit=True)
-        if math.isfinite(ratio) and ratio > 0.0:
-            said += f",\nExudyn's implicit methods {ratio:.0f} times as long"
-    return said
-
-
-def _count_title(result: WorkPrecision, model: str) -> str:
-    """Compare evaluations at 1e-5 m between ours and the peer with the fewest."""
-    counted = [
-        p for p in result.of(model) if p.finished and p.error <= 1e-5 and _evaluations(p) > 0
-    ]
-    ours = min((_evaluations(p) for p in counted if p.task.program == OURS), default=math.nan)
-    rivals = [p for p in counted if p.task.program != OURS]
-    if math.isnan(ours):
-        return "Evaluations of the equations"
-    said = f"Evaluations for 1e-5 m: ours {ours:,.0f}"
-    if rivals:
-        best = min(rivals, key=_evaluations)
-        said += f", {best.task.program} {_evaluations(best):,.0f} ({best.task.method})"
-    return said

@@ -16,7 +16,8 @@ from ancfsparse.studies.models import MODELS
 from ancfsparse.studies.race import OURS, Point, Task, race
 from ancfsparse.studies.references import Reference, march
 from ancfsparse.studies.work_precision import LEVELS, WorkPrecision, work_precision
-from ancfsparse.studies.work_precision_report import as_markdown, as_text, chart, findings, headline
+from ancfsparse.studies.work_precision_findings import findings, headline
+from ancfsparse.studies.work_precision_report import as_markdown, as_text, chart
 
 MODEL = "Thin, Biot"
 ORDERS = {
@@ -25,9 +26,9 @@ ORDERS = {
 }
 
 
-def point(program, seconds, error, solver="Newton", value=1e-3, note=""):
+def point(program, seconds, error, solver="Newton", value=1e-3, note="", residuals=100):
     task = Task(program, "trapezoidal", solver, MODEL, 10, "dt", value, lambda: None)
-    return Point(task, seconds, error, {"residuals": 100}, note)
+    return Point(task, seconds, error, {"residuals": residuals}, note)
 
 
 def study(*points):
@@ -109,6 +110,9 @@ def test_headline_says_who_is_fastest_whoever_it_is():
     assert headline(alone).endswith("below, only peers have results")
     assert any("only it has a result" in each for each in findings(alone))
     assert any("it is faster at" in each for each in findings(behind))
+    assert not any("fewest evaluations" in each for each in findings(ahead))
+    thrifty = study(*OURS_CURVE, point("SciPy", 0.5, 1e-5, solver="", residuals=99))
+    assert any("SciPy's trapezoidal needs the fewest" in each for each in findings(thrifty))
     assert "peer" not in headline(study(*OURS_CURVE))
     assert "no run of ours" in headline(study(point(OURS, math.nan, math.nan, note="failed")))
 
