@@ -36,7 +36,10 @@ def _about_choice(result: TotalError, p: Point) -> str:
 
 
 def _say(p: Point) -> str:
-    return f"{p.task.model} with {p.task.elements} elements and dt = {p.task.value:g} s"
+    return (
+        f"{p.task.model} with {p.task.elements} elements, {p.task.method} and "
+        f"dt = {p.task.value:.3g} s"
+    )
 
 
 def about_steps(result: TotalError, p: Point) -> str:
@@ -46,8 +49,9 @@ def about_steps(result: TotalError, p: Point) -> str:
     if largest is None or largest.task.value <= p.task.value:
         return f"{name}: no step larger than dt = {p.task.value:g} s leaves the error as it is."
     return (
-        f"{name}: the mesh leaves {largest.error:.1e} m, and dt = {largest.task.value:g} s, "
-        f"{largest.task.value / p.task.value:.0f} times the paper's, adds no more than a tenth."
+        f"{name}: the error is the mesh's, and {largest.task.method} with "
+        f"dt = {largest.task.value:g} s, {largest.task.value / p.task.value:.0f} times the "
+        f"paper's, leaves it at {largest.error:.1e} m."
     )
 
 
@@ -66,7 +70,7 @@ def about_thick(result: TotalError) -> list[str]:
     )
     needed = result.elements_for("Thick", thin.error)
     said += (
-        f", and {needed} of them are needed to do what {paper.ELEMENTS} Thin ones do"
+        f", and of the meshes that were run {needed} do what {paper.ELEMENTS} Thin ones do"
         if needed
         else ", and no number that was run does what the Thin ones do"
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,9 @@ from ancfsparse.studies.total_error_findings import about_steps, about_thick, fi
 PEERS = {"Exudyn": ("#555555", "s"), "PyElastica": ("#a0522d", "^")}
 """Colour and marker by peer."""
 
+# Letters in a line of a title.
+WIDTH = 80
+
 Size = Callable[[Point], float]
 
 
@@ -39,7 +43,7 @@ def as_text(result: TotalError) -> str:
         ),
         "",
         "The front: no run of ours has a smaller error at no more seconds",
-        f"  {'':<14}{'elements':>9}{'dt [s]':>10}{'error [m]':>12}{'ms':>9}{'element forces':>16}",
+        f"  {'':<32}{'elements':>9}{'dt [s]':>10}{'error [m]':>12}{'ms':>9}{'element forces':>16}",
         *(_line(p) for p in result.front()),
         "",
         "The paper's choice",
@@ -54,19 +58,23 @@ def as_text(result: TotalError) -> str:
 
 
 def _line(p: Point) -> str:
-    name = p.task.model if p.task.program == OURS else p.task.program
+    name = f"{p.task.model if p.task.program == OURS else p.task.program}, {p.task.method}"
     return (
-        f"  {name:<14}{p.task.elements:>9}{p.task.value:>10.3g}{p.error:>12.1e}"
+        f"  {name:<32}{p.task.elements:>9}{p.task.value:>10.3g}{p.error:>12.1e}"
         f"{1e3 * p.seconds:>9.2f}{element_forces(p):>16,.0f}"
     )
 
 
 def as_markdown(result: TotalError) -> str:
     """Set the front and the findings for a page."""
-    lines = ["| error [m] | element | elements | dt [s] | ms |", "|---:|---|---:|---:|---:|"]
+    lines = [
+        "| error [m] | element | elements | integrator | dt [s] | ms |",
+        "|---:|---|---:|---|---:|---:|",
+    ]
     for p in reversed(result.front()):
         lines.append(
-            f"| {p.error:.1e} | {p.task.model} | {p.task.elements} | {p.task.value:g} | "
+            f"| {p.error:.1e} | {p.task.model} | {p.task.elements} | "
+            f"{p.task.method} | {p.task.value:.3g} | "
             f"{1e3 * p.seconds:.2f} |"
         )
     return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
@@ -124,6 +132,11 @@ def chart(result: TotalError) -> Figure:
     return figure
 
 
+def explicit(p: Point) -> bool:
+    """Say whether a run solved no equations."""
+    return not p.task.solver
+
+
 def _colour(p: Point) -> str:
     return COLOURS[p.task.model] if p.task.program == OURS else PEERS[p.task.program][0]
 
@@ -145,8 +158,9 @@ def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str,
         [p.error for p in best], [size(p) for p in best], "k-", where="pre", linewidth=1.5
     )
     for p in best[:: max(1, len(best) // 6)]:
+        label = f"{p.task.elements}, {p.task.value:.2g} s{'*' * explicit(p)}"
         ax.annotate(
-            f"{p.task.elements}, {p.task.value:g} s", (p.error, size(p)), fontsize=7,
+            label, (p.error, size(p)), fontsize=7,
             xytext=(-6, -4), textcoords="offset points", ha="right", va="top",
         )  # fmt: skip
     for p in result.paper_choices():
@@ -163,7 +177,7 @@ def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str,
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlim(0.15 * min(p.error for p in best), 1.5)  # room for labels
-    ax.set_xlabel("tip error, mesh and time together [m]; labels: elements, step")
+    ax.set_xlabel("tip error, mesh and time together [m]; labels: elements, step (*: explicit)")
     ax.set_ylabel(unit)
 
 
@@ -189,9 +203,8 @@ def _by_mesh(ax: Axes, result: TotalError) -> None:
     ax.xaxis.set_minor_locator(NullLocator())
     ax.set_xlabel("elements")
     ax.set_ylabel(f"tip error at dt = {paper.DT:g} s [m]")
-    about = about_thick(result)
-    ax.set_title(about[0].replace(": its", ":\nits", 1).replace(", and", ",\nand", 1) if about
-                 else "Error by mesh", fontsize="small")  # fmt: skip
+    about = about_thick(result) or ["Error by mesh"]
+    ax.set_title(textwrap.fill(about[0], WIDTH), fontsize="small")
 
 
 def _by_step(ax: Axes, result: TotalError) -> None:
@@ -200,17 +213,15 @@ def _by_step(ax: Axes, result: TotalError) -> None:
     fine = meshes[-1]
     for model in result.references:
         for n, style in ((paper.ELEMENTS, "o-"), (fine, "s--")):
-            curve = [p for p in result.ours(model) if p.task.elements == n]
+            curve = [p for p in result.ours(model) if p.task.elements == n and not explicit(p)]
             ax.plot([p.task.value for p in curve], [p.error for p in curve], style,
                     color=COLOURS[model], markersize=4)  # fmt: skip
     ax.axvline(paper.DT, color="black", linewidth=0.8, linestyle=":")
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.set_xlabel(f"time step [s]; solid: {paper.ELEMENTS} elements, dashed: {fine}")
+    ax.set_xlabel(f"time step [s], implicit; solid: {paper.ELEMENTS} elements, dashed: {fine}")
     ax.set_ylabel("tip error [m]")
     thin = result.at("Thin", paper.ELEMENTS, paper.DT)
-    ax.set_title(
-        about_steps(result, thin).replace(", and", ",\nand", 1) if thin else "Error by step",
-        fontsize="small",
-    )
+    about = about_steps(result, thin) if thin else "Error by step"
+    ax.set_title(textwrap.fill(about, WIDTH), fontsize="small")

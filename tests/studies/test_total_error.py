@@ -56,8 +56,8 @@ def test_findings_follow_the_numbers():
     said = findings(study(*LOCKING))
     assert any("Thin, the paper's choice" in each and "on the front" in each for each in said)
     assert any("Thick on 10 elements locks" in each and "10 times that" in each for each in said)
-    assert any("40 of them are needed" in each for each in said)
-    assert any("dt = 0.004 s, 8 times the paper's" in each for each in said)
+    assert any("of the meshes that were run 40 do what 10 Thin ones do" in each for each in said)
+    assert any("dt = 0.004 s, 8 times the paper's, leaves it at 1.1e-02 m" in each for each in said)
 
     free = [point("Thin", 10, 5e-4, 1e-2, 0.02), point("Thin", 10, 4e-3, 5e-2, 0.004),
             point("Thick", 10, 5e-4, 1.1e-2, 0.08)]  # fmt: skip
