@@ -204,7 +204,7 @@ def total_error(
         "t_end_s": t_end,
         "error": f"largest tip distance at {INSTANTS} instants, from the converged motion of the "
         f"same model (peers: of {EXUDYN_MODEL})",
-        "seconds": f"best of {rounds} rounds in turn, time of the march or solver alone",
+        "seconds": f"best of {rounds} rounds in turn, march or solver alone",
         **environment(),
     }
     return TotalError(points, references, missing() if with_peers else [], settings)

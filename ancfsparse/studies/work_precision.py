@@ -70,7 +70,9 @@ class WorkPrecision:
         names = dict.fromkeys(p.task.program for p in self.of(model))
         return [name for name in names if name != OURS]
 
-    def ratio(self, model: str, program: str, error: float, implicit: bool = False) -> float:
+    def ratio(
+        self, model: str, program: str, error: float, implicit: bool = False, alike: bool = False
+    ) -> float:
         """Return how many times faster our best is than a peer's best at an error.
 
         0 where only the peer reaches the error, infinite where only we do, NaN where neither does.
@@ -83,9 +85,12 @@ class WorkPrecision:
             Largest tip error that is good enough [m].
         implicit : bool, optional
             Count only those runs of the peer that solve equations.
+        alike : bool, optional
+            Count only those of ours too.
         """
         theirs = [p for p in self.of(model, program) if p.task.solver or not implicit]
-        a, b = fastest(self.of(model, OURS), error), fastest(theirs, error)
+        ours = [p for p in self.of(model, OURS) if p.task.solver or not alike]
+        a, b = fastest(ours, error), fastest(theirs, error)
         if a is None:
             return math.nan if b is None else 0.0
         return math.inf if b is None else b.seconds / a.seconds
@@ -206,7 +211,7 @@ def work_precision(
         "elements": elements,
         "t_end_s": t_end,
         "error": f"largest tip distance at {INSTANTS} instants, from the same mesh solved exactly",
-        "seconds": f"best of {rounds} rounds in turn, time of the march or solver alone",
+        "seconds": f"best of {rounds} rounds in turn, march or solver alone",
         "cap_s": cap,
         **environment(),
     }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from ancfsparse.studies.peers import EXUDYN_MODEL
 from ancfsparse.studies.race import OURS, Point, fastest
 from ancfsparse.studies.work_precision import LEVELS, WorkPrecision
 
@@ -15,6 +14,7 @@ def findings(result: WorkPrecision) -> list[str]:
     for model in result.references:
         for program in result.programs(model):
             said.append(_finding(result, model, program))
+        said += _alike(result, model)
         said += _about_counts(result, model)
     return said + [
         f"Aim, {each.what}: {each.value:.1f}, wanted {each.wanted:g} or more, "
@@ -37,6 +37,18 @@ def _finding(result: WorkPrecision, model: str, program: str) -> str:
     if alone:
         first += f"; from {max(alone):.0e} m down only it has a result"
     return first + "."
+
+
+def _alike(result: WorkPrecision, model: str) -> list[str]:
+    """Compare implicit methods with implicit methods, where Exudyn ran."""
+    found = [result.ratio(model, "Exudyn", v, implicit=True, alike=True) for v in LEVELS]
+    both = [each for each in found if 0.0 < each < math.inf]
+    if not both:
+        return []
+    return [
+        f"{model}: implicit against implicit, Exudyn takes {min(both):.1f} to {max(both):.1f} "
+        "times as long."
+    ]
 
 
 def _about_counts(result: WorkPrecision, model: str) -> list[str]:
@@ -91,10 +103,13 @@ def title(result: WorkPrecision, model: str) -> str:
     if best is None:
         return name
     said = f"{name}: 1e-5 m takes {1e3 * best.seconds:.0f} ms ({best.task.name})"
-    if model == EXUDYN_MODEL and "Exudyn" in result.programs(model):
-        ratio = result.ratio(model, "Exudyn", 1e-5, implicit=True)
-        if math.isfinite(ratio) and ratio > 0.0:
-            said += f",\nExudyn's implicit methods {ratio:.0f} times as long"
+    if "Exudyn" in result.programs(model):
+        best_of_all = result.ratio(model, "Exudyn", 1e-5)
+        alike = result.ratio(model, "Exudyn", 1e-5, implicit=True, alike=True)
+        if all(0.0 < each < math.inf for each in (best_of_all, alike)):
+            said += (
+                f",\nExudyn {best_of_all:.0f} times as long; implicit against implicit {alike:.0f}"
+            )
     return said
 
 

@@ -5,6 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from ancfsparse.problems import pendulum
+from ancfsparse.solve import simulate
 from ancfsparse.studies.error_budget import DEFAULT, Budget, Part, error_budget
 from ancfsparse.studies.error_budget_report import _headline, as_markdown, as_text, write
 
@@ -79,3 +81,14 @@ def test_findings_name_the_largest_part_whichever_it_is():
     assert "the time step leaves 3.0e-02 m, 30 times the solver" in step.findings()[0]
     assert "the time step is the largest error" in _headline(step)
     assert "| Thin | 1.0e-04 ± 1e-09 | 3.0e-02 ± 1e-09 |" in as_markdown(step)
+
+
+def test_models_differ_by_the_stretch():
+    apart = []
+    for youngs_modulus in (1e8, 1e9):
+        tips = []
+        for element in ("l2t2", "thin"):
+            scene, rod = pendulum(element, 40, youngs_modulus=youngs_modulus)
+            tips.append(simulate(scene, 2.0, 5e-4, save_nodes=[rod.end]).position(rod.end))
+        apart.append(np.linalg.norm(tips[0] - tips[1], axis=1).max())
+    assert 7.0 < apart[0] / apart[1] < 14.0  # a tenth of the stretch, and the same shear

@@ -1,6 +1,7 @@
 """Runs in turn: best times, failures that stay, and who is fastest at an error."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -61,6 +62,17 @@ def test_failures_stay_with_their_reason_and_are_not_repeated():
     said = failures(points)
     assert said[0] == "Newmark(0) (Newton), 10 Thin, dt = 0.001: no convergence at t = 1.3 s"
     assert len(said) == 3
+
+
+def test_waiting_for_the_processor_is_not_counted():
+    def wait(share):
+        begin = time.perf_counter()
+        time.sleep(0.05)
+        return Sample(share * (time.perf_counter() - begin), TRUE)
+
+    most, little = run_race([a_task(lambda: wait(1.0)), a_task(lambda: wait(0.5), 2e-3)], 1)
+    assert most.seconds < 0.02
+    assert little.seconds >= 0.025
 
 
 def test_a_long_run_is_not_repeated():

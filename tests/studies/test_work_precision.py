@@ -93,6 +93,10 @@ def test_ratios_and_targets_of_hand_made_curves():
     result = study(*OURS_CURVE, *exudyn, explicit)
     assert result.ratio(MODEL, "Exudyn", 1e-6) == pytest.approx(0.2)
     assert result.ratio(MODEL, "Exudyn", 1e-5, implicit=True) == pytest.approx(10.0)
+    quick = study(*OURS_CURVE, *exudyn, point(OURS, 0.001, 1e-5, solver=""))
+    assert quick.ratio(MODEL, "Exudyn", 1e-5, implicit=True) == pytest.approx(300.0)
+    assert quick.ratio(MODEL, "Exudyn", 1e-5, implicit=True, alike=True) == pytest.approx(10.0)
+    assert any("implicit against implicit, Exudyn takes 10.0" in s for s in findings(quick))
     assert [t.met for t in result.targets()] == [False, True]
 
     slow = study(*OURS_CURVE, point("Exudyn", 0.04, 1e-3), point("Exudyn", 0.12, 1e-5))
