@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""The explicit time loop: one kernel for every Runge-Kutta-Nystrom method whose last stage is its step.
+"""The explicit time loop: one kernel for the Runge-Kutta-Nystrom methods whose last stage is the step.
 
 The forces depend on positions and time alone.  A step of s stages is
 

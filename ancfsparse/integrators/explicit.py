@@ -42,10 +42,9 @@ class RungeKuttaNystrom(Explicit):
     Parameters
     ----------
     order : int, optional
-        4 takes three evaluations of the forces per step, 8 takes eight.  They dissipate a little of
-        the fastest vibrations.  For about the same work at the limit of stability the tip of the
-        paper's pendulum is off by 5e-8 m with order 4, where central differences are off by 1e-5 m;
-        order 8 costs three times as much and leaves only rounding.
+        4 takes three evaluations of the forces per step, 8 takes eight.  At their longest steps the
+        tip of the paper's pendulum is off by 1e-5 m with central differences, by 5e-8 m with order
+        4 for 1.6 times the forces, and by rounding with order 8 for five times the forces.
     """
 
     order: int = 4

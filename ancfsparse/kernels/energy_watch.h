@@ -1,4 +1,4 @@
-/* Does a motion gain energy that nothing has given it?  Looked at now and then by the time loops. */
+/* Does a motion gain energy that nothing has given it?  The time loops look now and then. */
 #ifndef ANCF_ENERGY_WATCH_H
 #define ANCF_ENERGY_WATCH_H
 

@@ -35,8 +35,9 @@ class RunStats:
     recoveries : int
         Steps that needed a new seed or damped Newton to converge.
     seconds : dict of str to float
-        Time by part [s]: ``"set-up"`` always, and from a thousand unknowns on the march split into
-        ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs included) and ``"rest"``.
+        Time by part [s]: ``"set-up"`` always, and from a thousand unknowns on the march of an
+        implicit run split into ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs
+        included) and ``"rest"``.
     solver : str
         What was chosen and why.
     """
