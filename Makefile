@@ -7,7 +7,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test codegen codegen-check bench-paper bench-kernels lint format clean
+.PHONY: help setup demo test codegen codegen-check bench-paper bench-kernels bench-accuracy charts lint format clean
 
 help: ## Show this list
 	@echo 'make TARGET            (ARGS="..." is handed on to the command behind it)'
@@ -41,6 +41,18 @@ bench-paper: .venv/.peers ## Time the paper's pendulum beside Exudyn, one thread
 
 bench-kernels: setup ## Time every element kernel on every instruction set
 	$(ONE_THREAD) $(BIN)/ancfsparse bench-kernels $(ARGS)
+
+bench-accuracy: .venv/.peers ## Measure seconds against error, and the whole error, beside peers
+	$(ONE_THREAD) $(BIN)/ancfsparse study work-precision --peers $(ARGS)
+	$(ONE_THREAD) $(BIN)/ancfsparse study total-error --peers $(ARGS)
+
+charts: .venv/.peers ## Draw docs/gallery anew, and the tables of the pages with it
+	$(ONE_THREAD) $(BIN)/ancfsparse table1 --readme README.md
+	$(ONE_THREAD) $(BIN)/ancfsparse study work-precision --peers --page docs/accuracy.md
+	$(ONE_THREAD) $(BIN)/ancfsparse study total-error --peers --page docs/accuracy.md
+	$(ONE_THREAD) $(BIN)/ancfsparse study scaling --peers
+	$(ONE_THREAD) $(BIN)/ancfsparse study memory
+	cp results/scaling.png results/memory.png docs/gallery/
 
 lint: setup ## Check style, types and the order of the rooms
 	$(BIN)/ruff check

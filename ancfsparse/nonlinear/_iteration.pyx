@@ -68,7 +68,7 @@ cdef enum:
     TOO_MANY = 1
     DIVERGED = 2
     NOT_FINITE = 3
-    INDEFINITE = 5  # the cause of one of these, where the factor had a wrong sign
+    INDEFINITE = 7  # the cause of one of these, where the factor had a wrong sign
 
 cdef enum Rung:
     NEW_SEED = 1

@@ -175,8 +175,8 @@ def _add(total: RunStats, stats: RunStats) -> None:
     """Add the counts of a run to those of all runs."""
     for name in (
         *("march_seconds", "steps", "iterations", "last_corrections", "residual_evaluations"),
-        *("factorizations", "indefinite", "solves", "skipped_pairs", "recoveries"),
-        *("rejected_steps", "runs"),
+        *("factorizations", "indefinite", "material_seeds", "rotating_seeds", "solves"),
+        *("skipped_pairs", "recoveries", "rejected_steps", "runs"),
     ):
         setattr(total, name, getattr(total, name) + getattr(stats, name))
     total.solver = stats.solver

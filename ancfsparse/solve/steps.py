@@ -167,6 +167,7 @@ class Stepper:
                 raise failure(
                     self.system,
                     self.march,
+                    self.iteration,
                     outcome,
                     self.stats.steps + 1,
                     now + self.dt,

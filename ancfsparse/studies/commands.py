@@ -8,15 +8,29 @@ from typing import Annotated
 import typer
 
 from ancfsparse.errors import check_count, check_positive
-from ancfsparse.studies import memory_report, scaling_report
+from ancfsparse.studies import (
+    error_budget_report,
+    memory_report,
+    paper,
+    scaling_report,
+    total_error_report,
+    work_precision_report,
+)
+from ancfsparse.studies.charts import fill_page
+from ancfsparse.studies.error_budget import error_budget as run_error_budget
 from ancfsparse.studies.memory import memory as run_memory
 from ancfsparse.studies.scaling import scaling as run_scaling
+from ancfsparse.studies.total_error import total_error as run_total_error
+from ancfsparse.studies.work_precision import work_precision as run_work_precision
 
 study = typer.Typer(
-    help="Studies of cost and memory on long chains and large nets.", no_args_is_help=True
+    help="Studies of cost, memory and accuracy, each with tables and a chart.", no_args_is_help=True
 )
 
 OutputOption = Annotated[Path, typer.Option(help="Folder for tables and charts.")]
+PageOption = Annotated[
+    Path | None, typer.Option(help="Page whose tables, and charts in gallery beside it, to renew.")
+]
 
 
 @study.command()
@@ -61,3 +75,47 @@ def memory(
     typer.echo(memory_report.as_text(result))
     written = memory_report.write(result, output)
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+
+
+@study.command("work-precision")
+def work_precision(
+    peers: Annotated[bool, typer.Option("--peers", help="Run all peers beside ours.")] = False,
+    rounds: Annotated[int, typer.Option(help="Runs of each, in turn; the best counts.")] = 3,
+    cap: Annotated[float, typer.Option(help="Seconds SciPy or SUNDIALS may take.")] = 8.0,
+    elements: Annotated[int, typer.Option(help="Number of elements.")] = paper.ELEMENTS,
+    time: Annotated[float, typer.Option(help="Simulated time [s].")] = paper.T_END,
+    budget: Annotated[bool, typer.Option(help="Whether to split the error as well.")] = True,
+    output: OutputOption = Path("results"),
+    page: PageOption = None,
+) -> None:
+    """Measure seconds against error in time, and split the error of the paper's choice."""
+    result = run_work_precision(
+        elements=elements, t_end=time, with_peers=peers, rounds=rounds, cap=cap, progress=True
+    )
+    typer.echo(work_precision_report.as_text(result))
+    written = work_precision_report.write(result, output)
+    if page is not None:
+        fill_page(page, "work-precision", work_precision_report.as_markdown(result), written[-1])
+    if budget:
+        split = run_error_budget(elements=elements, t_end=time, progress=True)
+        typer.echo("\n" + error_budget_report.as_text(split))
+        written += error_budget_report.write(split, output)
+        if page is not None:
+            fill_page(page, "error-budget", error_budget_report.as_markdown(split), written[-1])
+    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+
+
+@study.command("total-error")
+def total_error(
+    peers: Annotated[bool, typer.Option("--peers", help="Run Exudyn and PyElastica too.")] = False,
+    rounds: Annotated[int, typer.Option(help="Runs of each, in turn; the best counts.")] = 2,
+    output: OutputOption = Path("results"),
+    page: PageOption = None,
+) -> None:
+    """Measure the whole error against its cost over elements, their number and the step."""
+    result = run_total_error(with_peers=peers, rounds=rounds, progress=True)
+    typer.echo(total_error_report.as_text(result))
+    written = total_error_report.write(result, output)
+    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+    if page is not None:
+        fill_page(page, "total-error", total_error_report.as_markdown(result), written[-1])

@@ -21,6 +21,12 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.problems import Problem
 
+IMMOVABLE = 1e14  # mass that stands for a pin [kg]
+
+
+class ExudynError(Exception):
+    """Its solver gave up; the message is the reason."""
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -37,12 +43,22 @@ class Setting:
         Exudyn's name for it.
     reuse_pattern : bool, optional
         Whether a sparse solver orders its unknowns once only.
+    spectral_radius : float, optional
+        Of its generalised-alpha method at high frequencies; the trapezoidal rule if not given.
+    explicit : str, optional
+        Exudyn's name of an explicit method, which takes the place of all of the above.
+    rtol : float, optional
+        Relative tolerance of an explicit method with automatic steps, of which the time step is
+        the largest; fixed steps if not given.
     """
 
     name: str
-    contractivity: float
-    linear_solver: str
+    contractivity: float = 0.0
+    linear_solver: str = "EigenDense"
     reuse_pattern: bool = False
+    spectral_radius: float | None = None
+    explicit: str = ""
+    rtol: float | None = None
 
 
 SETTINGS = (
@@ -66,11 +82,14 @@ class PeerRun:
         Newton iterations per time step.
     tip : (k, 2) float
         Tip at whole multiples of the interval asked for, t = 0 left out [m].
+    counts : dict of str to int
+        Steps, Newton iterations and Jacobians.
     """
 
     seconds: float
     iterations_per_step: float
     tip: NDArray[np.float64]
+    counts: dict[str, int]
 
 
 def load() -> Any:
@@ -95,7 +114,7 @@ def load() -> Any:
 def run_exudyn(
     problem: Problem, setting: Setting, t_end: float, dt: float, interval: float
 ) -> PeerRun:
-    """Simulate a planar cable pinned at its start with Exudyn's trapezoidal rule.
+    """Simulate a planar cable pinned at its start with Exudyn.
 
     Parameters
     ----------
@@ -107,25 +126,46 @@ def run_exudyn(
         Simulated time and time step [s].
     interval : float
         Time between stored tips [s].
+
+    Raises
+    ------
+    ExudynError
+        If its solver gives up.
     """
     exudyn = load()
     container = exudyn.SystemContainer()
     system = container.AddSystem()
-    tip = _build(system, problem)
+    tip = _build(system, problem, heavy=bool(setting.explicit))
     sensor = _watch(exudyn, system, tip)
     system.Assemble()
     settings = settings_of(exudyn, setting, t_end, dt)
     settings.solution.sensors.writePeriod = interval
+    method = getattr(exudyn.DynamicSolverType, setting.explicit or "GeneralizedAlpha")
     begin = time.perf_counter()
-    system.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.GeneralizedAlpha)
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):  # it says much when it fails
+            system.SolveDynamic(settings, solverType=method)
+    except Exception as error:
+        at = system.sys["dynamicSolver"].it.currentTime
+        raise ExudynError(f"gave up at t = {at:.2g} s") from error
     seconds = time.perf_counter() - begin
-    iterations = system.sys["dynamicSolver"].it.newtonStepsCount
+    done = system.sys["dynamicSolver"].it
+    counts = {
+        "steps": int(done.currentStepIndex) - 1,
+        "iterations": int(done.newtonStepsCount),
+        "factorizations": int(done.newtonJacobiCount),
+    }
     stored = np.atleast_2d(system.GetSensorStoredData(sensor))
-    return PeerRun(seconds, iterations / round(t_end / dt), stored[stored[:, 0] > 0.0, 1:3])
+    tips = stored[stored[:, 0] > 0.0, 1:3]
+    return PeerRun(seconds, counts["iterations"] / round(t_end / dt), tips, counts)
 
 
-def _build(system: Any, problem: Problem) -> int:
-    """Add nodes, cables, weight and pin; return the last node."""
+def _build(system: Any, problem: Problem, heavy: bool) -> int:
+    """Add nodes, cables, weight and pin; return the last node.
+
+    With a pinned coordinate its explicit methods converge to another motion, so `heavy` pins by a
+    mass that nothing moves.
+    """
     item = import_module("exudyn.itemInterface")
     rod = problem.rod
     given = rod.parameters()
@@ -147,6 +187,10 @@ def _build(system: Any, problem: Problem) -> int:
         marker = system.AddMarker(item.MarkerBodyMass(bodyNumber=cable))
         weight = [*problem.scene.gravity, 0.0]
         system.AddLoad(item.LoadMassProportional(markerNumber=marker, loadVector=weight))
+    if heavy:
+        mass = np.diag([IMMOVABLE, IMMOVABLE, 0.0, 0.0])
+        system.AddObject(item.ObjectGenericODE2(nodeNumbers=nodes[:1], massMatrix=mass))
+        return int(nodes[-1])
     ground = system.AddNode(item.NodePointGround())
     fixed = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
     for coordinate in (0, 1):
@@ -170,7 +214,7 @@ def _watch(exudyn: Any, system: Any, node: int) -> Any:
 
 
 def settings_of(exudyn: Any, setting: Setting, t_end: float, dt: float) -> Any:
-    """Return Exudyn's settings: its trapezoidal rule on one thread, without output.
+    """Return Exudyn's settings: one thread, no output.
 
     Parameters
     ----------
@@ -191,7 +235,15 @@ def settings_of(exudyn: Any, setting: Setting, t_end: float, dt: float) -> Any:
     stepping.endTime = t_end
     stepping.verboseMode = stepping.stepInformation = 0
     stepping.adaptiveStep = False
-    stepping.generalizedAlpha.useNewmark = True
+    if setting.explicit:
+        stepping.automaticStepSize = setting.rtol is not None
+        stepping.explicit.computeEndOfStepAccelerations = False
+        if setting.rtol is not None:
+            stepping.relativeTolerance = stepping.absoluteTolerance = setting.rtol
+            stepping.minimumStepSize = 1e-9
+    stepping.generalizedAlpha.useNewmark = setting.spectral_radius is None
+    if setting.spectral_radius is not None:
+        stepping.generalizedAlpha.spectralRadius = setting.spectral_radius
     stepping.generalizedAlpha.useIndex2Constraints = False
     newton = stepping.newton
     newton.useModifiedNewton = setting.contractivity > 0.0

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from scipy.sparse import csc_array
 
 from ancfsparse.errors import InputError
 from ancfsparse.seeds import SparseSeed
@@ -44,11 +46,13 @@ class FirstOrder:
                 "joints by numbering, as_constraint=False"
             )
         self._n = n = system.n_free
+        self._assembly = system.assembly
         self._force = system.assembly.force
+        self._pattern = system.pattern.indices, system.pattern.indptr
         self._load = system.dead_load[:n]
         self._q = system.q0.copy()
-        zero = np.zeros(0), system.loads.amplitudes(np.zeros(1))[0]
-        mass = system.assembly.matrix(1.0, 0.0, system.q0, *zero)
+        self._zero = np.zeros(0), system.loads.amplitudes(np.zeros(1))[0]
+        mass = system.assembly.matrix(1.0, 0.0, system.q0, *self._zero)
         self._mass = SparseSeed(system.pattern.indptr, system.pattern.indices, n)
         self._mass.factor(mass)
         self.y0 = np.concatenate([system.q0[:n], system.v0[:n]])
@@ -61,6 +65,26 @@ class FirstOrder:
         rate[:n] = y[n:]
         rate[n:] = self._mass.solve(self._load - self._force(self._q)[:n])
         return rate
+
+    def jacobian(self, t: float, y: Vector) -> Vector:
+        """Return dy'/dy, dense (2 n_free, 2 n_free), from the generated tangent stiffness."""
+        n = self._n
+        self._q[:n] = y[:n]
+        stiffness = self._dense(self._assembly.matrix(0.0, 1.0, self._q, *self._zero))
+        jacobian = np.zeros((2 * n, 2 * n))
+        jacobian[:n, n:] = np.eye(n)
+        jacobian[n:, :n] = -self._inverse_mass @ stiffness
+        return jacobian
+
+    @cached_property
+    def _inverse_mass(self) -> Vector:
+        mass = self._dense(self._assembly.matrix(1.0, 0.0, self._q, *self._zero))
+        return np.asarray(np.linalg.inv(mass), dtype=np.float64)
+
+    def _dense(self, values: Vector) -> Vector:
+        """Spread the lower triangle of a symmetric matrix."""
+        lower = csc_array((values, *self._pattern), shape=(self._n, self._n)).toarray()
+        return np.asarray(lower + np.tril(lower, -1).T)
 
     def coordinates(self, y: Vector) -> Vector:
         """Return full coordinate vectors (k, n_all) for states (2 n_free, k)."""
@@ -85,11 +109,14 @@ class OdeRun:
         Wall time of the integration [s].
     evaluations : int
         Evaluations of the right-hand side.
+    counts : dict of str to int
+        Jacobians and factorizations.
     """
 
     q: Vector
     seconds: float
     evaluations: int
+    counts: dict[str, int] = field(default_factory=dict)
 
 
 def integrate(
@@ -100,6 +127,7 @@ def integrate(
     atol: float,
     cap: float = np.inf,
     on_time: Callable[[float], None] | None = None,
+    with_jacobian: bool = False,
 ) -> OdeRun:
     """Run one of SciPy's integrators against the clock.
 
@@ -117,6 +145,8 @@ def integrate(
         Wall time it may take [s].
     on_time : callable, optional
         Told the simulated time now and then.
+    with_jacobian : bool, optional
+        Whether an implicit method is handed the Jacobian instead of making it from differences.
 
     Returns
     -------
@@ -142,10 +172,16 @@ def integrate(
             on_time(now)
         return equations(now, y)
 
+    given = {"jac": equations.jacobian} if with_jacobian else {}
     solution = solve_ivp(
-        watched, (t[0], t[-1]), equations.y0, method=method, t_eval=t, rtol=rtol, atol=atol
+        watched, (t[0], t[-1]), equations.y0, method=method, t_eval=t, rtol=rtol, atol=atol, **given
     )
     seconds = time.perf_counter() - begin
     if not solution.success:
         raise RuntimeError(f"{method} gave up: {solution.message}")
-    return OdeRun(equations.coordinates(solution.y), seconds, evaluations)
+    return OdeRun(
+        equations.coordinates(solution.y),
+        seconds,
+        evaluations,
+        {"jacobians": int(solution.njev), "factorizations": int(solution.nlu)},
+    )

@@ -48,3 +48,30 @@ def test_progress_is_reported():
 def test_multipliers_are_refused():
     with pytest.raises(InputError, match="without multipliers"):
         FirstOrder(System(pendulum("thin", 4, as_constraint=True).scene))
+
+
+def test_jacobian_is_the_derivative_of_the_right_hand_side():
+    equations = FirstOrder(System(pendulum("thin", 3).scene))
+    y = equations.y0 + 1e-2 * np.sin(np.arange(len(equations.y0)))
+    reach = 1e-6
+    differences = np.stack(
+        [
+            (equations(0.0, y + reach * e) - equations(0.0, y - reach * e)) / (2.0 * reach)
+            for e in np.eye(len(y))
+        ],
+        axis=1,
+    )
+    size = np.abs(differences).max()
+    np.testing.assert_allclose(equations.jacobian(0.0, y), differences, rtol=0, atol=1e-7 * size)
+
+
+def test_radau_with_the_jacobian_finds_the_same_motion_with_fewer_evaluations():
+    t = np.linspace(0.0, 0.05, 3)
+    without, given = (
+        integrate(FirstOrder(System(pendulum("thin", 4).scene)), "Radau", t, 1e-5, 1e-7,
+                  with_jacobian=each)
+        for each in (False, True)
+    )  # fmt: skip
+    np.testing.assert_allclose(given.q, without.q, rtol=0, atol=1e-5)
+    assert given.evaluations < without.evaluations
+    assert given.counts["jacobians"] > 0
