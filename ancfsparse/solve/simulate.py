@@ -96,7 +96,7 @@ def simulate(
         ``"paper"``: max|r| < 1e-6 N and max|phi| < 1e-6 m; for long stiff chains the rounding of
         the forces is a floor under the first.  A number [m/s2]: the error in the accelerations that
         the iteration of a step may leave, as estimated from its corrections, usually right within
-        a factor of 10 (Davidon 50), and never below rounding, about 1e-15 |q| / dt^2;
+        a factor of 10, and never below rounding, about 1e-15 |q| / dt^2;
         ``"default"`` is 1e-3.
     max_energy_gain : float, optional
         Share of the largest energy exchanged so far between motion, strain, gravity and loads by
