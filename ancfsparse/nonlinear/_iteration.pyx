@@ -234,9 +234,19 @@ cdef class Iteration:
         hold(&self.loop)
         self.loop.seeded = True
 
-    def set_tolerance(self, double correction, double constraint):
-        """Judge corrections by another bound [m], and constraints by another [m]."""
+    def set_tolerance(self, double correction, double constraint, double force=0.0):
+        """Judge corrections by another bound [m], constraints [m] and scaled residuals by others."""
         self.loop.correction_tolerance, self.loop.constraint_tolerance = correction, constraint
+        self.loop.force_tolerance = force
+
+    @property
+    def step(self):
+        """Number of the last step that was attempted, from 1, as events are listed under."""
+        return self.loop.step
+
+    @step.setter
+    def step(self, ptrdiff_t number):
+        self.loop.step = number
 
     def mark_stale(self):
         """Tell that the matrix has changed for another reason than motion: a step of other length."""

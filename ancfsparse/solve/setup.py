@@ -30,6 +30,7 @@ Vector = NDArray[np.float64]
 
 # Rungs of the ladder as the compiled loop numbers them.
 RUNGS = {1: "new seed", 2: "damped Newton"}
+CAUSES = {outcome: outcome.name.lower().replace("_", " ") for outcome in Outcome}
 
 
 def prepare(
@@ -99,7 +100,7 @@ def count(stats: RunStats, iteration: Any) -> None:
 def events(iteration: Any, dt: float) -> list[Event]:
     """Return what was tried to save steps of a length."""
     return [
-        Event(step, step * dt, RUNGS[rung], Outcome(cause).name.lower().replace("_", " "), rate)
+        Event(step, step * dt, RUNGS[rung], CAUSES[cause], rate)
         for step, rung, cause, rate in iteration.events
     ]
 

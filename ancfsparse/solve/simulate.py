@@ -31,6 +31,7 @@ from ancfsparse.solve.explicit import (
     instability,
     prepare_explicit,
 )
+from ancfsparse.solve.halving import CURABLE, Halving
 from ancfsparse.solve.memory import check_fits, estimate
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
 from ancfsparse.solve.setup import count, events, failure, prepare
@@ -66,6 +67,7 @@ def simulate(
     solver: Method | str = "auto",
     tolerance: str | float = "default",
     max_energy_gain: float = 0.01,
+    max_halvings: int = 0,
     threads: int = 1,
     save_every: int = 1,
     save_nodes: Sequence[Node] | None = None,
@@ -106,6 +108,9 @@ def simulate(
         Share of the largest energy exchanged so far between motion, strain, gravity and loads by
         which the energy may exceed what was given, before the run is stopped [-]; ``inf`` never
         stops it.
+    max_halvings : int, optional
+        How often a step that cannot be solved may be halved, to be crossed in shorter ones; each is
+        listed in ``stats.events``.  By default such a step ends the run.
     threads : int, optional
         Threads that share the work of large systems, from 40 000 free coordinates on; smaller ones
         run on one.  Runs with the same number repeat bit for bit.  More than the machine has gain
@@ -142,7 +147,8 @@ def simulate(
     Notes
     -----
     A step that does not converge is tried again with a new seed, then with damped Newton; both are
-    counted in ``stats.recoveries``.  No step is accepted unconverged.
+    counted in ``stats.recoveries``.  Then it is halved, if that is allowed.  No step is accepted
+    unconverged.
     """
     if accuracy is not None and dt is None:
         dt = check_positive("t_end", t_end, "s") / SAVED
@@ -158,6 +164,7 @@ def simulate(
             f"CentralDifference() or RungeKuttaNystrom(order), got {integrator!r}"
         )
     check_gain(max_energy_gain)
+    check_count("max_halvings", max_halvings, 0)
     check_threads(threads)
     check_nodes(save_nodes)
     check_output(output)
@@ -174,6 +181,7 @@ def simulate(
         "solver": repr(solver),
         "tolerance": tolerance,
         "max_energy_gain": max_energy_gain,
+        "max_halvings": max_halvings,
         "threads": threads,
         "save_every": save_every,
     }
@@ -189,7 +197,7 @@ def simulate(
             recorder.append(states.t, states.q, states.v, states.a, states.lam)
             recorder.finish(stats)
         return record.trajectory()
-    iteration, nodes = None, np.ones(1)
+    iteration, nodes, halving = None, np.ones(1), None
     seed: SparseSeed | BlockInverse
     if isinstance(integrator, Explicit):
         check_alone(integrator, solver, tolerance)
@@ -199,6 +207,7 @@ def simulate(
         march, iteration, seed, why = prepare(
             system, dt, integrator, solver, tolerance, max_energy_gain, threads
         )
+        halving = Halving(system, march, iteration, integrator, tolerance, dt, max_halvings)
     seconds = {"set-up": time.perf_counter() - begin}
     stats = RunStats(solver=why, seconds=seconds, threads=threads)
     with record.open() as recorder:
@@ -213,13 +222,14 @@ def simulate(
             save_every,
             recorder,
             stats,
+            halving,
             progress,
         )
         if isinstance(integrator, Explicit):
             count_forces(stats, integrator)
         else:
             count(stats, iteration)
-            stats.events = events(iteration, dt)
+            stats.events = events(iteration, dt) + (halving.events if halving else [])
         recorder.finish(stats)
     path = record.trajectory()
     if outcome != Outcome.CONVERGED and isinstance(integrator, Explicit):
@@ -245,6 +255,7 @@ def _march(
     save_every: int,
     recorder: Recorder,
     stats: RunStats,
+    halving: Halving | None,
     progress: bool,
 ) -> Outcome:
     """Take the steps of a run, pass on its states, count steps and seconds; say how it ended."""
@@ -271,8 +282,17 @@ def _march(
             recorder.append(dt * (save_every * saved), *(table[new] for table in buffer))
             stats.steps += taken
             outcome = Outcome(code)
+            if halving is not None and outcome in CURABLE:
+                outcome = halving.cross(stats.steps + 1, outcome)
+                if outcome == Outcome.CONVERGED:
+                    taken += 1
+                    stats.steps += 1
+                    if stats.steps % save_every == 0:
+                        state = (x[None] for x in march.state)
+                        recorder.append(np.array([dt * stats.steps]), *state)
             bar.update(taken)
-    if stats.steps % save_every:  # the last state is kept whatever its number
+    stuck = halving is not None and halving.stuck
+    if stats.steps % save_every and not stuck:  # the last state is kept whatever its number
         recorder.append(np.array([dt * stats.steps]), *(x[None] for x in march.state))
     return outcome
 

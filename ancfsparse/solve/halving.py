@@ -1,0 +1,98 @@
+"""The last rung of the ladder: a step that cannot be solved is crossed in shorter ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.integrators import Implicit
+from ancfsparse.nonlinear import Outcome
+from ancfsparse.nonlinear.iteration import tolerance_of
+from ancfsparse.results import Event
+from ancfsparse.solve.setup import CAUSES, rounding
+from ancfsparse.system import System
+
+# What a shorter step may cure.
+CURABLE = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE)
+
+
+class Halving:
+    """Cross failed steps of a march in 2, 4, 8 ... parts.
+
+    The integrator's own acceleration and the multipliers get no correction for the change of step:
+    for some steps the multipliers are of first order.
+
+    Parameters
+    ----------
+    system, march, iteration
+        What moves, and its compiled loops.
+    integrator, tolerance, dt
+        As in `simulate`.
+    most : int
+        Halvings of a step that are allowed.
+
+    Attributes
+    ----------
+    events : list of Event
+        The steps that were crossed.
+    stuck : bool
+        Whether the march stands inside a step, in a state that is not one of the run.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        march: Any,
+        iteration: Any,
+        integrator: Implicit,
+        tolerance: str | float,
+        dt: float,
+        most: int,
+    ) -> None:
+        self._system, self._march, self._iteration = system, march, iteration
+        self._integrator, self._tolerance, self._dt, self._most = integrator, tolerance, dt, most
+        self._force_scale = system.force_scale(system.q0) if most else 0.0
+        self.events: list[Event] = []
+        self.stuck = False
+        n, m = system.n_all, system.n_multipliers
+        self._unused = [np.empty((1, width)) for width in (n, n, n, m)]
+
+    def cross(self, step: int, outcome: Outcome) -> Outcome:
+        """Try a step in parts, each time from where the last attempt came to.
+
+        Parameters
+        ----------
+        step : int
+            Number of the failed step, from 1.
+        outcome : Outcome
+            Why it failed.
+        """
+        cause, rate, level, left = outcome, self._iteration.contraction, 0, 1
+        while left and outcome in CURABLE and level < self._most:
+            level, left = level + 1, 2 * left
+            dt = self._dt / 2**level
+            self._change(dt)
+            outcome = Outcome.CONVERGED
+            while left and outcome == Outcome.CONVERGED:
+                self._iteration.step = step - 1
+                left -= 1
+                loads = self._system.loads.amplitudes(np.array([self._dt * step - dt * left]))
+                _, code = self._march.advance(self._iteration, 1, loads, 2, 0, *self._unused)
+                outcome = Outcome(code)
+            left += outcome != Outcome.CONVERGED
+        self._change(self._dt)
+        self.stuck = left > 0
+        if outcome == Outcome.CONVERGED:
+            what = f"{2**level} steps of {self._dt / 2**level:.3g} s"
+            self.events.append(Event(step, step * self._dt, what, CAUSES[cause], rate))
+        return outcome
+
+    def _change(self, dt: float) -> None:
+        none = np.zeros(self._system.n_all)
+        self._march.change_step(dt, self._integrator, none, none)
+        scale = self._integrator.scale * dt**2
+        size = rounding(self._system) / np.finfo(float).eps
+        bounds = tolerance_of(self._tolerance, scale, self._force_scale, size)
+        self._iteration.set_tolerance(bounds.correction, bounds.constraint, bounds.force)
+        self._iteration.mark_stale()

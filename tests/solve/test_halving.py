@@ -1,0 +1,58 @@
+"""Steps that cannot be solved are crossed in shorter ones, if that is allowed, and listed."""
+
+import math
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import pendulum
+
+FEW = ancf.Newton(max_iterations=2)  # not enough for a step of 8 ms, enough for one of 1 ms
+
+
+def run(dt, most, **options):
+    scene, rod = pendulum("thin")
+    scene.point_force(rod.end, lambda t: (0.0, math.sin(5.0 * t)))
+    found = ancf.simulate(scene, 0.8, dt, solver=FEW, tolerance=1e-4, max_halvings=most, **options)
+    return found.position(rod.end), found
+
+
+def test_without_leave_the_run_ends():
+    with pytest.raises(ancf.StepFailure, match="also with a new seed and with damped Newton"):
+        run(8e-3, 0)
+
+
+def test_crossed_steps_follow_the_motion_and_are_listed():
+    tip, found = run(8e-3, 5)
+    exact, _ = run(2.5e-4, 0)
+    assert len(found.t) == 101
+    assert found.stats.steps == 100
+    crossed = [event for event in found.stats.events if "steps of" in event.rung]
+    assert 1 <= len(crossed) <= 100
+    assert {event.cause for event in crossed} == {"too many"}
+    assert all(event.time == pytest.approx(event.step * 8e-3) for event in crossed)
+    assert max(event.step for event in found.stats.events) <= 100
+    # As exact as steps of that length are: 8 ms make 1e-2 m of error.
+    assert np.abs(tip - exact[::32]).max() < 2e-2
+
+
+def test_states_are_saved_at_the_same_times():
+    _, every = run(8e-3, 5)
+    _, some = run(8e-3, 5, save_every=7)
+    rows = [*range(0, 101, 7), 100]
+    np.testing.assert_allclose(some.t, every.t[rows], atol=1e-15)
+    np.testing.assert_array_equal(some.q, every.q[rows])
+
+
+def test_too_few_halvings_end_the_run_too():
+    with pytest.raises(ancf.StepFailure) as caught:
+        run(8e-3, 1)
+    path = caught.value.trajectory
+    assert len(path.t) == caught.value.step
+    # A state from inside a step is none of the run.
+    with pytest.raises(ancf.StepFailure) as caught:
+        run(8e-3, 1, save_every=1000)
+    np.testing.assert_array_equal(caught.value.trajectory.t, [0.0])
+    with pytest.raises(ancf.InputError, match="max_halvings"):
+        run(8e-3, -1)
