@@ -4,6 +4,7 @@ A `Scene` says what there is, `simulate` and `solve_static` answer how it moves 
 """
 
 from ancfsparse.errors import (
+    AccuracyFailure,
     AncfError,
     EnergyGain,
     EquilibriumFailure,
@@ -25,6 +26,7 @@ from ancfsparse.solve import simulate, solve_static, stable_step
 
 __all__ = [
     "HHT",
+    "AccuracyFailure",
     "AncfError",
     "CentralDifference",
     "Circle",

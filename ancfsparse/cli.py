@@ -10,7 +10,7 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ancfsparse.errors import InputError, StepFailure, check_count
+from ancfsparse.errors import AccuracyFailure, InputError, StepFailure, check_count
 from ancfsparse.studies import figures, paper, report
 from ancfsparse.studies.bench_kernels import KernelBench
 from ancfsparse.studies.bench_kernels import bench_kernels as run_bench_kernels
@@ -189,13 +189,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     Notes
     -----
-    Exit codes: 0, 1 if a step failed, 2 if something said cannot be meant.
+    Exit codes: 0, 1 if a step failed or an accuracy was not reached, 2 if something said cannot be
+    meant.
     """
     try:
         app(args=arguments, prog_name="ancfsparse")
     except (InputError, OSError) as error:
         _leave(EXIT_INPUT, error)
-    except StepFailure as error:
+    except (StepFailure, AccuracyFailure) as error:
         _leave(EXIT_FAILURE, error)
 
 

@@ -27,6 +27,9 @@ class SingularSceneError(InputError):
     """The scene leaves a motion undetermined, or determines one twice."""
 
 
+KEPT = " The states up to here are in the attribute `trajectory` of this error."
+
+
 class StepFailure(AncfError, RuntimeError):
     """A time step could not be accepted.
 
@@ -119,9 +122,11 @@ class EnergyGain(StepFailure):
             f"stopped after step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): the "
             f"motion has {self.gain:.3g} J more than it was given, {100 * share:.3g} % of the "
             f"largest energy exchanged so far (allowed: {100 * self.limit:.3g} %). Try "
-            "integrator=GeneralizedAlpha(0.8), which damps what the time step cannot follow, a "
-            "smaller dt, or max_energy_gain=inf to go on all the same. "
-            "The states up to here are in the attribute `trajectory` of this error."
+            "integrator=GeneralizedAlpha(0.8), or 0.5 for long steps, which damps what they cannot "
+            "follow, a "
+            "smaller dt, or max_energy_gain=inf to go on all the same."
+            + KEPT
+            * (self.trajectory is not None)
         )
 
 
@@ -136,8 +141,7 @@ class Instability(StepFailure):
         return (
             f"stopped after step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): "
             f"{self.reason.rstrip('.')}. Try a smaller dt, an implicit integrator such as "
-            "Newmark(), or max_energy_gain=inf to go on all the same. The states up to here are in "
-            "the attribute `trajectory` of this error."
+            "GeneralizedAlpha(0.9), or max_energy_gain=inf to go on all the same." + KEPT
         )
 
 

@@ -124,11 +124,6 @@ cdef class Explicit:
                          &self.v[0, 0], &self.r[0])
 
     @property
-    def damped(self):
-        """Whether forces depend on velocities, which this loop cannot follow."""
-        return bool(self.system.damped)
-
-    @property
     def state(self):
         """Last accepted ``(q, v, a, lam)`` as copies; there are no multipliers."""
         q = np.array(self.q[self.now, :self.n_all])

@@ -28,7 +28,8 @@ cdef extern from "solver_abi.h":
                          const double *, const double *, double *, double *) noexcept nogil
         void (*matrix)(void *, double, double, double, const double *, const double *,
                        const double *, const double *, double *) noexcept nogil
-        void (*material)(void *, double, double, const double *, double *) noexcept nogil
+        void (*material)(void *, double, double, double, const double *,
+                         double *) noexcept nogil
         void (*inertia)(void *, const double *, double *) noexcept nogil
         void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
         double (*load_work)(void *, const double *, const double *, const double *, const double *,
@@ -70,7 +71,8 @@ cdef enum:
     MAY_GROW = 6
 
 cdef double NEWEST = 0.25  # share of the last step in the mean rate of the accelerations
-cdef ptrdiff_t WATCH_EVERY = 16  # steps: an energy costs about one of the 40 residuals they take
+# An energy costs about one residual; steps that take many, because they are long, are watched closely.
+cdef ptrdiff_t WATCH_EVERY = 16, WATCH_RESIDUALS = 40
 
 
 cdef struct Weights:
@@ -94,6 +96,7 @@ cdef struct Control:
 cdef struct Motion:
     const ancf_system *system
     ptrdiff_t n_free, n_all, m, n_parts
+    ptrdiff_t unwatched, evaluated  # steps and residuals since the last look at the energy
     bint shifted  # whether b is not the true acceleration
     double dt
     Weights weights
@@ -319,7 +322,10 @@ cdef class March:
                     memcpy(&a_out[row, 0], motion.a0, motion.n_all * sizeof(double))
                     if motion.m > 0:
                         memcpy(&lam_out[row, 0], motion.lam0, motion.m * sizeof(double))
-                if (k + 1) % WATCH_EVERY == 0 or k + 1 == n_steps:
+                motion.unwatched += 1
+                if (motion.unwatched >= WATCH_EVERY or motion.evaluated >= WATCH_RESIDUALS
+                        or k + 1 == n_steps):
+                    motion.unwatched = motion.evaluated = 0
                     if gains_energy(motion):
                         outcome = GAINED_ENERGY
                 if outcome != 0:
@@ -404,6 +410,7 @@ cdef void correct(void *context, const double *s) noexcept nogil:
 cdef void residual(void *context, double *r) noexcept nogil:
     cdef Motion *self = <Motion *>context
     cdef ptrdiff_t i
+    self.evaluated += 1
     self.system.residual(self.system.context, self.q, self.v, self.a, self.lam,
                          self.dead_load, self.amplitudes, self.r, self.phi)
     vec_scale_parts(self.n_parts, r, self.weights.scale, self.r, self.n_free)
@@ -419,7 +426,8 @@ cdef void matrix(void *context, double *values) noexcept nogil:
 
 cdef void material(void *context, double *values) noexcept nogil:
     cdef Motion *self = <Motion *>context
-    self.system.material(self.system.context, 1.0, self.weights.scale, self.q, values)
+    self.system.material(self.system.context, 1.0, self.weights.scale, self.weights.v_new,
+                         self.q, values)
 
 
 cdef void accept_part(void *context, ptrdiff_t part) noexcept nogil:

@@ -49,6 +49,11 @@ class Implicit:
         return self.beta / self.mass_ratio
 
     @property
+    def damping_scale(self) -> float:
+        """What a unit of true acceleration changes a velocity by, over dt."""
+        return self.gamma / self.mass_ratio
+
+    @property
     def velocity_constant(self) -> float:
         """Constant c of the velocity ``q' + c dt^2 q'''`` that a smooth motion has in this scheme.
 

@@ -30,8 +30,8 @@ typedef struct {
                    const double *amplitudes, double *values);
     /* The same without what can make it indefinite: only the part of the stiffness that the stress
      * leaves out, J^T D J, and no curvature of constraints or loads.  May be NULL. */
-    void (*material)(void *context, double mass_factor, double stiffness_factor, const double *q,
-                     double *values);
+    void (*material)(void *context, double mass_factor, double stiffness_factor,
+                     double damping_factor, const double *q, double *values);
     void (*inertia)(void *context, const double *a, double *out); /* out[n_all] = M a */
     /* out = kinetic and strain energy; scratch[n_all] is overwritten */
     void (*energies)(void *context, const double *q, const double *v, double *scratch, double *out);

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +78,11 @@ def check_accuracy(
             f"accuracy={accuracy:g} needs a factor that is renewed as the body moves, and "
             f"{solver!r} keeps its first: take solver='auto' or a number of pairs"
         )
+    if isinstance(solver, ModifiedNewton | QuasiNewton) and solver.seed_frame == "rotating":
+        raise InputError(
+            f"accuracy={accuracy:g} estimates errors with a factor of the body as it lies, which "
+            "a rotating one is not: leave out seed_frame='rotating'"
+        )
     return integrator
 
 
@@ -131,7 +137,9 @@ def solve_accurately(
         )
     chosen, why = "", "error estimates use its factor, which is one of the body as it lies"
     if solver == "auto":
-        solver, chosen = ModifiedNewton(seed_frame="fixed"), f"modified Newton: {why}"
+        solver, chosen = ModifiedNewton(), f"modified Newton: {why}"
+    if isinstance(solver, ModifiedNewton | QuasiNewton):
+        solver = replace(solver, seed_frame="fixed")
     total = RunStats(runs=0, threads=threads)
     before: States | None = None
     local, shrink, error, stuck = FIRST * accuracy * math.sqrt(accuracy / size), LEAST, np.inf, 0
@@ -191,6 +199,8 @@ def _add(total: RunStats, stats: RunStats) -> None:
         *("skipped_pairs", "recoveries", "rejected_steps", "runs"),
     ):
         setattr(total, name, getattr(total, name) + getattr(stats, name))
+    for part, seconds in stats.seconds.items():
+        total.seconds[part] = total.seconds.get(part, 0.0) + seconds
     total.solver = stats.solver
 
 

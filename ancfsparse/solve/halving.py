@@ -82,7 +82,7 @@ class Halving:
                 outcome = Outcome(code)
             left += outcome != Outcome.CONVERGED
         self._change(self._dt)
-        self.stuck = left > 0
+        self.stuck = level > 0 and left > 0
         if outcome == Outcome.CONVERGED:
             what = f"{2**level} steps of {self._dt / 2**level:.3g} s"
             self.events.append(Event(step, step * self._dt, what, CAUSES[cause], rate))

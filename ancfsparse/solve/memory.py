@@ -46,7 +46,13 @@ class Memory:
 
 
 def estimate(
-    scene: Scene, rows: int, kept_nodes: int | None, to_file: bool, solver: Method | str
+    scene: Scene,
+    rows: int,
+    kept_nodes: int | None,
+    to_file: bool,
+    solver: Method | str,
+    *,
+    whole_runs: int = 0,
 ) -> Memory:
     """Estimate the memory of a run from the scene alone.
 
@@ -62,6 +68,8 @@ def estimate(
         Whether the states go to a file.
     solver : Method or str
         A full-memory quasi-Newton method takes a dense inverse.
+    whole_runs : int, optional
+        Runs whose states are held with all coordinates, to be compared.
     """
     kernels = entries = coordinates = 0.0
     n_rows = n_elements = n_nodes = 0
@@ -90,7 +98,7 @@ def estimate(
         MATRIX_ENTRY * entries,
         factor,
         8.0 * VECTORS * coordinates,
-        0.0 if to_file else 3 * 8.0 * rows * columns,
+        24.0 * rows * (whole_runs * coordinates + (0.0 if to_file else columns)),
     )
 
 

@@ -50,7 +50,6 @@ SAVED = 200
 # Past this a double cannot count the steps exactly.
 MOST_STEPS = 2.0**53
 
-RUNGS = {1: "new seed", 2: "damped Newton"}
 
 # Steps between two looks at the clock, and rows of loads that are tabulated at once: at most
 # CHUNK, and of large systems so many that about so many coordinates move.
@@ -142,7 +141,7 @@ def simulate(
         If an explicit run gains energy because its step has become too long for the motion.
     EnergyGain
         If the motion gains energy that nothing has given it, as the trapezoidal rule lets it where
-        steps are large; it carries the trajectory too.
+        steps are large; it carries the trajectory too, but for a run to an accuracy.
 
     Notes
     -----
@@ -171,7 +170,8 @@ def simulate(
     begin = time.perf_counter()
     rows = -(-n_steps // save_every) + 1
     kept = None if save_nodes is None else len(save_nodes)
-    check_fits(estimate(scene, rows, kept, output is not None, solver))
+    compared = 2 if accuracy is not None else 0
+    check_fits(estimate(scene, rows, kept, output is not None, solver, whole_runs=compared))
     system = System(scene)
     settings = {
         "dt": dt,

@@ -59,12 +59,19 @@ def check_explicit(integrator: object) -> None:
 
 
 def check_free(system: System, integrator: Explicit) -> None:
-    """Refuse multipliers: explicit methods need coordinates that move freely."""
+    """Refuse multipliers and damping: forces must depend on free positions alone."""
     if system.n_multipliers:
         raise InputError(
             f"{integrator!r} cannot hold constraints by multipliers, and the "
             f"{system.constraints.labels[0]} needs them: make pins, clamps and connections by "
-            "numbering, as_constraint=False, or take an implicit integrator such as Newmark()"
+            "numbering, as_constraint=False, or take an implicit integrator such as "
+            "GeneralizedAlpha(0.9)"
+        )
+    if system.damped:
+        raise InputError(
+            f"{integrator!r} takes forces that depend on positions and time, and the damping of "
+            "this scene depends on velocities: take an implicit integrator such as "
+            "GeneralizedAlpha(0.9)"
         )
 
 

@@ -94,8 +94,11 @@ def starting_state(system: System, seed: SparseSeed, integrator: Implicit, dt: f
             change, _ = _solve(system, seed, np.zeros(system.n_all), rate)
             v = v + change
         if integrator.shift != 0.0:
-            scale = integrator.scale * dt**2
-            seed.factor(system.assembly.matrix(1.0, scale, system.q0, lam, amplitudes))
+            scale, damping = integrator.scale * dt**2, integrator.damping_scale * dt
+            matrix = system.assembly.matrix(
+                1.0, scale, system.q0, lam, amplitudes, damping_factor=damping
+            )
+            seed.factor(matrix)
             b = a + integrator.shift * dt * resolved(system, seed, jerk)
     return Start(system.q0, v, a, b, lam, amplitudes)
 

@@ -118,6 +118,7 @@ class Stepper:
         self.states = States(t, *(np.empty((len(t), width)) for width in (n, n, n, m)))
         self.states.q[0], self.states.v[0], self.states.a[0] = q, system.v0, a
         self.states.lam[0] = lam
+        self._extra = 0  # factors of the changes of steps
         self.stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
 
     def run(self) -> States:
@@ -132,6 +133,8 @@ class Stepper:
             self._run()
         finally:
             count(self.stats, self.iteration)
+            self.stats.factorizations += self._extra
+            self.stats.solves += self._extra
         return self.states
 
     def _run(self) -> None:
@@ -144,7 +147,8 @@ class Stepper:
             times = now + self.dt * np.arange(wanted + 1.0, dtype=np.float64)
             for table, start in zip(buffer, self.march.state, strict=True):
                 table[0] = start
-            amplitudes = self.system.loads.amplitudes(times[1:])
+            # Loads may not be defined past the end, where the last step may reach.
+            amplitudes = self.system.loads.amplitudes(np.minimum(times[1:], end))
             clock = time.perf_counter()
             taken, code = self.march.advance(self.iteration, wanted, amplitudes, 1, 0, *buffer)
             self.stats.march_seconds += time.perf_counter() - clock
@@ -174,7 +178,7 @@ class Stepper:
                     self.dt,
                     None,
                 )
-            self._change(self._next(outcome))
+            self._change(self._next(outcome), now)
 
     def _next(self, outcome: Outcome) -> float:
         """Return the step to go on with."""
@@ -186,7 +190,7 @@ class Stepper:
             return self.dt * RATIO ** max(-6, min(-1, math.floor(math.log(ratio, RATIO))))
         return self.dt / 2.0
 
-    def _change(self, dt: float) -> None:
+    def _change(self, dt: float, now: float) -> None:
         """Change the step, with what keeps multipliers of second order."""
         jerk = self.march.jerk
         change_v = np.zeros(self.system.n_all)
@@ -196,11 +200,12 @@ class Stepper:
             rate = self.integrator.velocity_constant * (dt**2 - self.dt**2) * (phi_q @ jerk)
             # Across the constraints as they are now, not as they were when the seed was made; and
             # spread by the stiffness: by the mass alone it would shake the nodes that are held.
-            scale, none = (
-                self.integrator.scale * dt**2,
-                self.system.loads.amplitudes(np.zeros(1))[0],
+            scale, damping = self.integrator.scale * dt**2, self.integrator.damping_scale * dt
+            loads = self.system.loads.amplitudes(np.array([now]))[0]
+            self.seed.factor(
+                self.system.assembly.matrix(1.0, scale, q, lam, loads, damping_factor=damping)
             )
-            self.seed.factor(self.system.assembly.matrix(1.0, scale, q, lam, none))
+            self._extra += 1
             change_v[:n] = self.seed.solve(np.concatenate([np.zeros(n), rate]))[:n]
         change_b = self.integrator.shift * (dt - self.dt) * jerk
         self.march.change_step(dt, self.integrator, change_b, change_v)

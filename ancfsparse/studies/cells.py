@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import StepFailure
+from ancfsparse.integrators import Newmark
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.problems import Problem, pendulum
 from ancfsparse.results import Trajectory
@@ -258,6 +259,7 @@ def march(
         problem.scene,
         t_end,
         dt,
+        integrator=Newmark(0.0),
         solver=METHODS[column],
         tolerance="paper",
         save_every=save_every,

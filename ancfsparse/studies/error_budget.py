@@ -32,7 +32,7 @@ DEFAULT = 1e-3
 """What ``tolerance="default"`` stands for [m/s2]."""
 
 SOLVER = "BFGS"
-"""The solver whose tolerance is varied: what ``"auto"`` takes for ten cables."""
+"""The solver whose tolerance is varied."""
 
 TRAPEZOIDAL = Integrator("Newmark(0)", lambda: Newmark(0.0))
 

@@ -9,6 +9,7 @@ from typing import Any
 from tqdm import tqdm
 
 from ancfsparse.dispatch import instruction_set
+from ancfsparse.integrators import Newmark
 from ancfsparse.nonlinear import Method, ModifiedNewton, QuasiNewton
 from ancfsparse.nonlinear.iteration import Costs
 from ancfsparse.nonlinear.methods import UPDATES
@@ -226,7 +227,9 @@ def _race(
     runs: dict[Method, Run] = {}
     for _ in range(rounds):
         for method in methods:
-            stats = simulate(scene, steps * DT, DT, solver=method, save_every=steps).stats
+            stats = simulate(
+                scene, steps * DT, DT, integrator=Newmark(0.0), solver=method, save_every=steps
+            ).stats
             if method not in runs:
                 quasi = method if isinstance(method, QuasiNewton) else None
                 runs[method] = Run(

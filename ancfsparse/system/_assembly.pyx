@@ -43,7 +43,8 @@ cdef extern from "solver_abi.h":
                          const double *, const double *, double *, double *) noexcept nogil
         void (*matrix)(void *, double, double, double, const double *, const double *,
                        const double *, const double *, double *) noexcept nogil
-        void (*material)(void *, double, double, const double *, double *) noexcept nogil
+        void (*material)(void *, double, double, double, const double *,
+                         double *) noexcept nogil
         void (*inertia)(void *, const double *, double *) noexcept nogil
         void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
         double (*load_work)(void *, const double *, const double *, const double *, const double *,
@@ -291,11 +292,12 @@ cdef class Assembly:
                NULL if v is None else &v[0], first(lam), first(amplitudes), &view[0])
         return values[: self.flat.n_values]
 
-    def material(self, double mass_factor, double stiffness_factor, const double[::1] q):
+    def material(self, double mass_factor, double stiffness_factor, const double[::1] q, *,
+                 double damping_factor=0.0):
         """Return the matrix ``(n_values,)`` with the material part of the stiffness alone."""
         values = np.empty(self.flat.n_values + 1)
         cdef double[::1] view = values
-        material(&self.flat, mass_factor, stiffness_factor, &q[0], &view[0])
+        material(&self.flat, mass_factor, stiffness_factor, damping_factor, &q[0], &view[0])
         return values[: self.flat.n_values]
 
     def load_work(self, const double[::1] q0, const double[::1] amplitudes0, const double[::1] q1,
@@ -469,16 +471,11 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
                  const double *q, const double *v, const double *lam, const double *amplitudes,
                  double *values) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
-    cdef ptrdiff_t k, n = self.n_values + 1  # the bin too
+    cdef ptrdiff_t k
     cdef double c
     # What `values` is counted in until the mass is added.
     cdef double unit = stiffness_factor if stiffness_factor != 0.0 else damping_factor
-    clear(self, n, values)
-    if self.damped and damping_factor != 0.0:
-        # The derivative of damping by the coordinates is left to iteration.
-        add(self, MATERIAL, q, q, values, True)
-        add(self, MASS, q, q, values, True)
-        vec_scale_parts(self.n_parts, values, damping_factor / unit, values, n)
+    start_with_damping(self, damping_factor / unit if unit != 0.0 else 0.0, q, values)
     if stiffness_factor != 0.0:
         add(self, TANGENT, q, q, values)
         if self.n_moments > 0:
@@ -491,10 +488,21 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
     add_constraint_rows(self, q, values)
 
 
-cdef void material(void *context, double mass_factor, double stiffness_factor, const double *q,
-                   double *values) noexcept nogil:
+cdef void start_with_damping(const Flat *self, double factor, const double *q,
+                             double *values) noexcept nogil:
+    """Clear the values; set C times a factor: the derivative by the coordinates is left to iteration."""
+    cdef ptrdiff_t n = self.n_values + 1  # the bin too
+    clear(self, n, values)
+    if self.damped and factor != 0.0:
+        add(self, MATERIAL, q, q, values, True)
+        add(self, MASS, q, q, values, True)
+        vec_scale_parts(self.n_parts, values, factor, values, n)
+
+
+cdef void material(void *context, double mass_factor, double stiffness_factor,
+                   double damping_factor, const double *q, double *values) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
-    clear(self, self.n_values + 1, values)
+    start_with_damping(self, damping_factor / stiffness_factor, q, values)
     add(self, MATERIAL, q, q, values)
     add_masses(self, mass_factor, stiffness_factor, q, values)
     add_constraint_rows(self, q, values)

@@ -132,7 +132,7 @@ def alternating_errors(integrator, dt, corrected=True):
             continue
         length = dt if stepper.dt < dt else dt / 2
         if corrected:
-            stepper._change(length)
+            stepper._change(length, t[-1])
         else:
             stepper.march.change_step(length, integrator, 0.0, 0.0)
             stepper.dt = length
