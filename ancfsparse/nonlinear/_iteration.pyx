@@ -81,7 +81,7 @@ cdef enum:
 cdef ptrdiff_t TIMED_FROM = 1000  # unknowns: a look at the clock costs 20 ns, a few in each iteration
 cdef double GROWTH = 1e4  # residual beside the predictor's: past this an attempt is given up
 cdef double STALE = 1.2  # a contraction that was not measured again is trusted less in each step
-cdef double BELIEF = 4.0  # times the tolerance: residual over diagonal that a small correction may leave
+cdef double BELIEF = 2.0  # times the tolerance: residual over diagonal that a small correction may leave
 cdef double SLOW = 0.9  # a contraction from which waiting never pays
 cdef double MARGIN = 0.98  # of the mean cost that a change of frame must undercut
 

@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from ancfsparse.errors import AccuracyFailure, EnergyGain, InputError, check_positive
 from ancfsparse.integrators import Implicit, Newmark
-from ancfsparse.nonlinear import Method
+from ancfsparse.nonlinear import Method, ModifiedNewton, QuasiNewton
 from ancfsparse.results import RunStats
 from ancfsparse.solve.steps import States, Stepper
 from ancfsparse.system import System
@@ -35,16 +35,20 @@ NOISE = 1e-13  # rounding of a position after many steps, over the size of the s
 
 
 def check_accuracy(
-    system: System, accuracy: float, tolerance: str | float, integrator: object
+    system: System,
+    accuracy: float,
+    tolerance: str | float,
+    integrator: object,
+    solver: Method | str,
 ) -> Implicit:
     """Return the integrator, and refuse what cannot be meant together with an accuracy.
 
     Raises
     ------
     InputError
-        For a tolerance of its own, or an integrator whose steps cannot be changed: an explicit one,
-        one of first order, or the trapezoidal rule with multipliers, in which it keeps for ever
-        what a change of step leaves in them.
+        For a tolerance of its own, an inverse that outlives its factor, or an integrator whose
+        steps cannot be changed: an explicit one, one of first order, or the trapezoidal rule with
+        multipliers, in which it keeps for ever what a change of step leaves in them.
     """
     check_positive("accuracy", accuracy, "m")
     if tolerance != "default":
@@ -67,6 +71,11 @@ def check_accuracy(
             f"accuracy={accuracy:g} changes steps, and the trapezoidal rule keeps for ever what "
             f"that leaves in the forces of the {system.constraints.labels[0]}: take "
             "integrator=GeneralizedAlpha(0.9)"
+        )
+    if isinstance(solver, QuasiNewton) and solver.memory == "full":
+        raise InputError(
+            f"accuracy={accuracy:g} needs a factor that is renewed as the body moves, and "
+            f"{solver!r} keeps its first: take solver='auto' or a number of pairs"
         )
     return integrator
 
@@ -120,6 +129,9 @@ def solve_accurately(
             f"accuracy = {accuracy:.3g} m is below what double precision can hold in a scene of "
             f"{size:.3g} m, about {NOISE * size:.2g} m: ask for more than that"
         )
+    if solver == "auto":
+        # Error estimates use its factor, which must be one of the body as it lies.
+        solver = ModifiedNewton(seed_frame="fixed")
     total = RunStats(runs=0, threads=threads)
     before: States | None = None
     local, shrink, error, stuck = FIRST * accuracy * math.sqrt(accuracy / size), LEAST, np.inf, 0

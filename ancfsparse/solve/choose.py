@@ -11,7 +11,7 @@ from ancfsparse.nonlinear.iteration import describe
 DENSE_AHEAD = 1.2
 
 # Seeds that turn with the body keep nine vectors more.  On long chains, whose factor is not much
-# larger and whose sweeps are cheap, that is memory for little; on nets it is nothing beside the factor.
+# larger and whose sweeps are cheap, that is memory for little; on nets the factor is far larger.
 FRAME_UP_TO, FRAME_FROM_FLOPS = 20_000, 100
 
 

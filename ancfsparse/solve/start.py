@@ -76,7 +76,7 @@ def starting_state(system: System, seed: SparseSeed, integrator: Implicit, dt: f
     system : System
         At its initial state ``q0``, ``v0``.
     seed : SparseSeed
-        On the pattern of the system; it is left with the factor of the mass matrix.
+        On the pattern of the system; it is left with a factor that is of no use later.
     integrator : Implicit
         The weights.
     dt : float
@@ -89,12 +89,38 @@ def starting_state(system: System, seed: SparseSeed, integrator: Implicit, dt: f
     b = a
     if integrator.shift != 0.0 or system.n_multipliers:
         jerk = initial_jerk(system, seed, a, lam, 1e-2 * dt)
-        b = a + integrator.shift * dt * jerk
         if system.n_multipliers:
             rate = integrator.velocity_constant * dt**2 * (_phi_q(system) @ jerk)
             change, _ = _solve(system, seed, np.zeros(system.n_all), rate)
             v = v + change
+        if integrator.shift != 0.0:
+            scale = integrator.scale * dt**2
+            seed.factor(system.assembly.matrix(1.0, scale, system.q0, lam, amplitudes))
+            b = a + integrator.shift * dt * resolved(system, seed, jerk)
     return Start(system.q0, v, a, b, lam, amplitudes)
+
+
+def resolved(system: System, seed: SparseSeed, rate: Vector) -> Vector:
+    """Return the part of a rate of accelerations that a step can follow, (n_all,) [m/s3, 1/s3].
+
+    ``S^-1 M``, S the matrix of the step, leaves slow modes alone and takes modes of dt omega >> 1
+    for what they are: stiff, and at rest but for what the start throws into them.  The part across
+    constraints stays what it is.
+
+    Parameters
+    ----------
+    system : System
+        At its initial state.
+    seed : SparseSeed
+        With the factor of the matrix of a step.
+    rate : (n_all,) float
+        All of it.
+    """
+    n = system.n_free
+    force = np.concatenate([system.assembly.inertia(rate)[:n], _phi_q(system) @ rate])
+    out = np.zeros(system.n_all)
+    out[:n] = seed.solve(force)[:n]
+    return out
 
 
 def initial_acceleration(system: System, seed: SparseSeed) -> tuple[Vector, Vector]:

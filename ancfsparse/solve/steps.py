@@ -191,9 +191,12 @@ class Stepper:
         jerk = self.march.jerk
         change_v = np.zeros(self.system.n_all)
         if self.system.n_multipliers:
-            phi_q = self.system.constraints.jacobian(self.march.state[0])
+            q, _, _, lam = self.march.state
+            phi_q, n = self.system.constraints.jacobian(q), self.system.n_free
             rate = self.integrator.velocity_constant * (dt**2 - self.dt**2) * (phi_q @ jerk)
-            n = self.system.n_free
+            # Across the constraints as they are now, not as they were when the seed was made.
+            none = self.system.loads.amplitudes(np.zeros(1))[0]
+            self.seed.factor(self.system.assembly.matrix(1.0, 0.0, q, lam, none))
             change_v[:n] = self.seed.solve(np.concatenate([np.zeros(n), rate]))[:n]
         change_b = self.integrator.shift * (dt - self.dt) * jerk
         self.march.change_step(dt, self.integrator, change_b, change_v)

@@ -18,7 +18,10 @@ STEEL = 2.1e11
 def run_of(frame, update="bfgs", tolerance="default", t_end=1.0, dt=5e-4, carry=True, **options):
     scene, _ = pendulum("l2t2", **options)
     solver = ancf.QuasiNewton(update, 20, carry=carry, seed_frame=frame)
-    return ancf.simulate(scene, t_end, dt, solver=solver, tolerance=tolerance, save_every=100)
+    return ancf.simulate(
+        scene, t_end, dt, solver=solver, tolerance=tolerance, save_every=100,
+        integrator=ancf.Newmark(),
+    )  # fmt: skip
 
 
 def share(run):

@@ -13,7 +13,6 @@ from ancfsparse.system import System
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 T_END, TIMES = 1.0, 200
-INTEGRATOR = ancf.GeneralizedAlpha(0.9)
 
 
 def swinging_pendulum():
@@ -73,7 +72,6 @@ def fixed(scene, dt, **options):
         dt,
         save_every=round(T_END / TIMES / dt),
         tolerance=1e-4,
-        integrator=INTEGRATOR,
         **options,
     )
     return positions(run), run.stats
@@ -94,7 +92,7 @@ def distance(found, exact):
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-5, 1e-6])
 def test_the_accuracy_is_met(case, accuracy):
     make, exact = case
-    run = ancf.simulate(make(), T_END, accuracy=accuracy, integrator=INTEGRATOR)
+    run = ancf.simulate(make(), T_END, accuracy=accuracy)
     error = distance(positions(run), exact)
     assert len(run.t) == TIMES + 1
     assert run.stats.error <= accuracy
@@ -117,7 +115,7 @@ def test_it_costs_at_most_three_times_the_cheapest_fixed_step(case):
         swept.append((distance(found, exact), cost(stats)))
     errors, costs = np.log(np.array(swept)[::-1].T)
     for accuracy in (1e-4, 1e-5, 2e-6):
-        run = ancf.simulate(make(), T_END, accuracy=accuracy, integrator=INTEGRATOR)
+        run = ancf.simulate(make(), T_END, accuracy=accuracy)
         cheapest = math.exp(np.interp(math.log(accuracy), errors, costs))
         assert cost(run.stats) < 3.0 * cheapest
 
@@ -166,6 +164,7 @@ def test_states_between_steps_are_those_of_a_cubic():
         ({"accuracy": 1e-4, "tolerance": 1e-3}, "sets the tolerance of the iteration by itself"),
         ({"accuracy": 1e-4, "integrator": ancf.Newmark(0.1)}, "is of first order"),
         ({"accuracy": 1e-4, "integrator": ancf.CentralDifference()}, "changes steps"),
+        ({"accuracy": 1e-4, "solver": ancf.QuasiNewton("bfgs")}, "a factor that is renewed"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(options, part):

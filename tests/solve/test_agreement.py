@@ -21,8 +21,9 @@ T_END, DT, TIGHT = 2.0, 5e-4, 1e-9
 def run(solver, tolerance, element="l2t2", dt=DT, t_end=T_END, save_every=10, **options):
     scene, rod = pendulum(element, **options)
     found = ancf.simulate(
-        scene, t_end, dt, solver=solver, tolerance=tolerance, save_every=save_every
-    )
+        scene, t_end, dt, solver=solver, tolerance=tolerance, save_every=save_every,
+        integrator=ancf.Newmark(),
+    )  # fmt: skip
     return found.position(rod.end), found
 
 
