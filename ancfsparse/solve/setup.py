@@ -66,6 +66,7 @@ def prepare(
         tolerance_of(tolerance, scale, force_scale, rounding(system) / EPSILON),
         Costs.of(system.operations("residual"), system.operations("tangent"), seed, frame),
         frame,
+        weights,
     )
     divide(system, threads, march, iteration, inverse)
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":

@@ -45,7 +45,7 @@ MOST_GAIN = 0.01
 
 # Steps are calm where elements turn less [rad] and change their length by less than these; there
 # damped Newton may save at most this share of the steps.
-CALM_TURN, CALM_STRETCH, CALM_SHARE = 0.3, 0.01, 0.05
+CALM_TURN, CALM_STRETCH, CALM_SHARE = 0.3, 1e-3, 0.05
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ TRUSS_LENGTH, TRUSS_MASS, TRUSS_SPEED = 3.0443, 6.57, 7.72
 TRUSS_AREA = 0.05
 
 # The force on the compressed beam, in terms of Euler's, and the time in which it comes [s].
-LOAD, RISE = 1.1, 0.05
+LOAD, RISE = 1.1, 0.1
 
 
 class Case(NamedTuple):
