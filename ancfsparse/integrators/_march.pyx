@@ -6,7 +6,7 @@ multipliers divided by it, so the matrix of a step, ``[M + scale K, phi_q^T; phi
 degrade as dt goes to zero.  `integrators.implicit` has the formulas.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
-from libc.math cimport sqrt
+from libc.math cimport fmax, sqrt
 from libc.string cimport memcpy
 
 import numpy as np
@@ -69,6 +69,7 @@ cdef enum:
     TOO_INACCURATE = 5
     MAY_GROW = 6
 
+cdef double NEWEST = 0.25  # share of the last step in the mean rate of the accelerations
 cdef ptrdiff_t WATCH_EVERY = 16  # steps: an energy costs about one of the 40 residuals they take
 
 
@@ -84,8 +85,10 @@ cdef struct Control:
     double *weight
     double *change  # of the accelerations over the step
     double *filtered
+    double *jerk
     double constant, limit, easy, error
     int patience, calm
+    ptrdiff_t judged
 
 
 cdef struct Motion:
@@ -214,7 +217,8 @@ cdef class March:
         self.arrays["change"] = np.zeros(self.motion.n_all)
         self.arrays["filtered"] = np.zeros(self.interface.n)
         control.weight, control.change = first(self.arrays["weight"]), first(self.arrays["change"])
-        control.filtered = first(self.arrays["filtered"])
+        self.arrays["jerk"] = np.zeros(self.motion.n_all)
+        control.filtered, control.jerk = first(self.arrays["filtered"]), first(self.arrays["jerk"])
         control.constant, control.limit, control.easy = constant, limit, easy
         control.patience = patience
 
@@ -225,8 +229,8 @@ cdef class March:
 
     @property
     def jerk(self):
-        """Rate of the accelerations over the last step that was judged, (n_all,)."""
-        return self.arrays["change"] / self.motion.dt
+        """Rate of the accelerations over the last accepted steps, (n_all,)."""
+        return self.arrays["jerk"].copy()
 
     def set_threads(self, ptrdiff_t threads):
         """Set the number of threads for passes over vectors."""
@@ -452,7 +456,7 @@ cdef int judge(Motion *self) noexcept nogil:
     """
     cdef Control *c = &self.control
     cdef ptrdiff_t i
-    cdef double total = 0.0
+    cdef double total = 0.0, newest
     for i in range(self.n_all):
         c.change[i] = self.a[i] - self.a0[i]
     self.system.inertia(self.system.context, c.change, self.r)
@@ -467,6 +471,11 @@ cdef int judge(Motion *self) noexcept nogil:
     if not c.error <= c.limit:
         c.calm = 0
         return TOO_INACCURATE
+    # Stiff modes change sides with every step: a mean over some steps leaves little of them.
+    c.judged += 1
+    newest = fmax(1.0 / c.judged, NEWEST)
+    for i in range(self.n_all):
+        c.jerk[i] += newest * (c.change[i] / self.dt - c.jerk[i])
     c.calm = c.calm + 1 if c.error <= c.easy else 0
     if c.calm < c.patience:
         return 0

@@ -194,9 +194,13 @@ class Stepper:
             q, _, _, lam = self.march.state
             phi_q, n = self.system.constraints.jacobian(q), self.system.n_free
             rate = self.integrator.velocity_constant * (dt**2 - self.dt**2) * (phi_q @ jerk)
-            # Across the constraints as they are now, not as they were when the seed was made.
-            none = self.system.loads.amplitudes(np.zeros(1))[0]
-            self.seed.factor(self.system.assembly.matrix(1.0, 0.0, q, lam, none))
+            # Across the constraints as they are now, not as they were when the seed was made; and
+            # spread by the stiffness: by the mass alone it would shake the nodes that are held.
+            scale, none = (
+                self.integrator.scale * dt**2,
+                self.system.loads.amplitudes(np.zeros(1))[0],
+            )
+            self.seed.factor(self.system.assembly.matrix(1.0, scale, q, lam, none))
             change_v[:n] = self.seed.solve(np.concatenate([np.zeros(n), rate]))[:n]
         change_b = self.integrator.shift * (dt - self.dt) * jerk
         self.march.change_step(dt, self.integrator, change_b, change_v)
