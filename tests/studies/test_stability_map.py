@@ -171,6 +171,11 @@ def test_ten_seconds_where_fixed_steps_are_known_to_die(dt):
         above = (energy.total - energy.total[0]) / energy.kinetic.max()
         assert above.max() < 1e-3
         assert -0.4 < above[-1] < 0.0
+    for rho, longest in ((0.8, 5e-3), (0.9, 2e-3)):
+        if dt <= longest:
+            integrator = ancf.GeneralizedAlpha(rho)
+            energy = ancf.simulate(pendulum("thin").scene, 10.0, dt, integrator=integrator).energy
+            assert (energy.total - energy.total[0]).max() < 1e-3 * energy.kinetic.max()
     with pytest.raises(ancf.StepFailure, match=r"smaller dt|GeneralizedAlpha") as stop:
         ancf.simulate(pendulum("thin").scene, 10.0, dt, integrator=ancf.Newmark(0.0))
     assert stop.value.time < 10.0
