@@ -17,7 +17,7 @@ from ancfsparse.studies.bench_kernels import bench_kernels as run_bench_kernels
 from ancfsparse.studies.bench_paper import PaperBench
 from ancfsparse.studies.bench_paper import bench_paper as run_bench_paper
 from ancfsparse.studies.commands import study
-from ancfsparse.studies.pendulum import SOLVERS, PendulumRun, run_pendulum
+from ancfsparse.studies.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendulum
 from ancfsparse.studies.table1 import table1 as run_table1
 
 EXIT_FAILURE, EXIT_INPUT = 1, 2
@@ -65,18 +65,33 @@ def pendulum(
     dim: Annotated[
         int | None, typer.Option(help="2 or 3 [default: 3 for thick, 2 for the others].")
     ] = None,
-    step: Annotated[float, typer.Option(help="Time step [s].")] = 5e-4,
+    step: Annotated[
+        float, typer.Option(help="Time step, or with --accuracy time between saved states [s].")
+    ] = 5e-4,
     time: Annotated[float, typer.Option(help="Simulated time [s], whole steps.")] = 2.0,
-    solver: Annotated[str, typer.Option(help=", ".join(SOLVERS))] = "davidon",
+    integrator: Annotated[str, typer.Option(help=", ".join(INTEGRATORS))] = "newmark",
+    accuracy: Annotated[
+        float | None,
+        typer.Option(help="Largest error of a position that the steps may cause [m]."),
+    ] = None,
+    solver: Annotated[
+        str | None,
+        typer.Option(help=", ".join(SOLVERS) + " [default: davidon; auto with --accuracy]."),
+    ] = None,
     memory: Annotated[str, typer.Option(help="'full' or a number of secant pairs.")] = "full",
-    alpha: Annotated[float, typer.Option(help="Numerical damping of Newmark's method.")] = 0.0,
+    alpha: Annotated[
+        float, typer.Option(help="Numerical damping of Newmark's method or HHT's.")
+    ] = 0.0,
+    rho_inf: Annotated[
+        float, typer.Option(help="What generalised-alpha leaves of the highest frequencies.")
+    ] = 0.9,
     tolerance: Annotated[
-        str,
+        str | None,
         typer.Option(
             help="'paper': residual below 1e-6. 'default' or a number: error that a step may "
-            "leave in the accelerations [m/s2]."
+            "leave in the accelerations [m/s2] [default: paper; default with --accuracy]."
         ),
-    ] = "paper",
+    ] = None,
     nu: Annotated[float, typer.Option(help="Poisson's ratio, for thick.")] = 0.3,
     strain: Annotated[str | None, typer.Option(help="green or biot, for thin.")] = None,
     section_strain: Annotated[
@@ -94,9 +109,12 @@ def pendulum(
         dim=dim,
         step=step,
         time=time,
+        integrator=integrator,
+        accuracy=accuracy,
         solver=solver,
         memory=memory,
         alpha=alpha,
+        rho_inf=rho_inf,
         tolerance=tolerance,
         nu=nu,
         save_every=save_every,

@@ -143,3 +143,37 @@ def test_a_folder_that_is_missing_is_noticed_before_the_run(capsys, tmp_path):
         main(["pendulum", "--json", str(tmp_path / "nowhere" / "run.json")])
     assert caught.value.code == 2
     assert "there is no folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        (("--integrator", "hht", "--alpha", "0.1"), "quasi-Newton (davidon, full memory)"),
+        (("--integrator", "generalized-alpha", "--rho-inf", "0.8"), "quasi-Newton (davidon, full"),
+        (("--integrator", "central-difference", "--step", "2e-4"), "CentralDifference()"),
+        (("--integrator", "rkn8", "--step", "2.5e-4"), "RungeKuttaNystrom(order=8)"),
+    ],
+)
+def test_integrators_by_name_agree(capsys, words, name):
+    _, out, _ = run(capsys, *SHORT, *words)
+    found = json.loads(out)
+    _, out, _ = run(capsys, *SHORT)
+    np.testing.assert_allclose(found["tip"][-1], json.loads(out)["tip"][-1], atol=1e-7)
+    assert found["settings"]["chosen"].startswith(name)
+
+
+def test_an_accuracy_is_asked_for_and_told(capsys):
+    code, out, _ = run(capsys, *SHORT, "--accuracy", "1e-6", "--step", "1e-3",
+                       "--integrator", "generalized-alpha")  # fmt: skip
+    data = json.loads(out)
+    assert code == 0
+    assert 0.0 < data["estimated_error"] <= 1e-6
+    assert len(data["time"]) == 11
+    assert data["settings"]["solver"] == "auto"
+    assert "modified Newton" in data["settings"]["chosen"]
+
+
+def test_an_unknown_integrator_is_refused(capsys):
+    code, _, err = run(capsys, *SHORT, "--integrator", "verlet")
+    assert code == 2
+    assert "unknown integrator 'verlet'" in err

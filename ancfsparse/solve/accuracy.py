@@ -129,9 +129,9 @@ def solve_accurately(
             f"accuracy = {accuracy:.3g} m is below what double precision can hold in a scene of "
             f"{size:.3g} m, about {NOISE * size:.2g} m: ask for more than that"
         )
+    chosen, why = "", "error estimates use its factor, which is one of the body as it lies"
     if solver == "auto":
-        # Error estimates use its factor, which must be one of the body as it lies.
-        solver = ModifiedNewton(seed_frame="fixed")
+        solver, chosen = ModifiedNewton(seed_frame="fixed"), f"modified Newton: {why}"
     total = RunStats(runs=0, threads=threads)
     before: States | None = None
     local, shrink, error, stuck = FIRST * accuracy * math.sqrt(accuracy / size), LEAST, np.inf, 0
@@ -160,7 +160,7 @@ def solve_accurately(
             bar.update()
             bar.set_postfix_str(f"error {error:.1e} m")
             if states is not None and error <= accuracy:
-                total.error = error
+                total.error, total.solver = error, chosen or total.solver
                 total.seconds["set-up"] = time.perf_counter() - begin - total.march_seconds
                 return states, total
             before = states

@@ -7,12 +7,21 @@ from typing import Any
 
 from ancfsparse.dispatch import instruction_set
 from ancfsparse.errors import InputError, check_choice
-from ancfsparse.integrators import Newmark
+from ancfsparse.integrators import (
+    HHT,
+    CentralDifference,
+    Explicit,
+    GeneralizedAlpha,
+    Implicit,
+    Newmark,
+    RungeKuttaNystrom,
+)
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.problems import pendulum
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
 
+INTEGRATORS = ("newmark", "hht", "generalized-alpha", "central-difference", "rkn4", "rkn8")
 SOLVERS = ("newton", "modified-newton", "broyden", "davidon", "dfp", "bfgs", "auto")
 
 
@@ -29,15 +38,20 @@ class PendulumRun:
     dim : int or None
         2 or 3; None takes 3 for the thick beam and 2 for the cables.
     step, time : float
-        Time step and simulated time [s].
-    solver : str
-        One of `SOLVERS`.
+        Time step, or with an accuracy the time between saved states, and simulated time [s].
+    integrator : str
+        One of `INTEGRATORS`.
+    accuracy : float or None
+        Largest error that the steps may cause [m], instead of a fixed step.
+    solver : str or None
+        One of `SOLVERS`; None takes Davidon's where steps are fixed and implicit, else "auto".
     memory : str
         ``"full"`` or a number of secant pairs; only the quasi-Newton methods have one.
-    alpha : float
-        Numerical damping of Newmark's method [-].
-    tolerance : str
-        ``"paper"``, ``"default"`` or a number [m/s2].
+    alpha, rho_inf : float
+        Numerical damping of Newmark's method or HHT's, and of generalised-alpha [-].
+    tolerance : str or None
+        ``"paper"``, ``"default"`` or a number [m/s2]; None takes the paper's where steps are fixed
+        and implicit.
     nu : float
         Poisson's ratio [-].
     save_every : int
@@ -51,10 +65,13 @@ class PendulumRun:
     dim: int | None = None
     step: float = 5e-4
     time: float = 2.0
-    solver: str = "davidon"
+    integrator: str = "newmark"
+    accuracy: float | None = None
+    solver: str | None = None
     memory: str = "full"
     alpha: float = 0.0
-    tolerance: str = "paper"
+    rho_inf: float = 0.9
+    tolerance: str | None = None
     nu: float = 0.3
     save_every: int = 1
     options: dict[str, str] = field(default_factory=dict)
@@ -74,21 +91,26 @@ def run_pendulum(wish: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         The motion.
     summary : dict
         ``time`` (k,) [s], ``tip`` (k, dim) [m], ``march_seconds`` [s], ``steps``, ``iterations``,
-        ``residual_evaluations``, ``factorizations``, ``energy_drift`` [-] and ``settings``, made
-        of lists and numbers.
+        ``residual_evaluations``, ``factorizations``, ``energy_drift`` [-], ``estimated_error`` [m]
+        of a run to an accuracy, and ``settings``, made of lists and numbers.
     """
     options: dict[str, Any] = wish.options
     problem = pendulum(wish.element, wish.elements, wish.dim, wish.nu, **options)
+    integrator = integrator_of(wish.integrator, wish.alpha, wish.rho_inf)
+    fixed = wish.accuracy is None and isinstance(integrator, Implicit)
+    solver = wish.solver or ("davidon" if fixed else "auto")
+    tolerance = wish.tolerance or ("paper" if fixed else "default")
     run = simulate(
         problem.scene,
         wish.time,
         wish.step,
-        integrator=Newmark(wish.alpha),
-        solver=solver_of(wish.solver, wish.memory),
-        tolerance=_number_or_name("tolerance", wish.tolerance, ("paper", "default")),
+        accuracy=wish.accuracy,
+        integrator=integrator,
+        solver=solver_of(solver, wish.memory),
+        tolerance=_number_or_name("tolerance", tolerance, ("paper", "default")),
         save_every=wish.save_every,
     )
-    settings = asdict(wish)
+    settings = asdict(wish) | {"solver": solver, "tolerance": tolerance}
     settings |= settings.pop("options")
     settings["dim"] = problem.scene.dim
     settings |= {"chosen": run.stats.solver, "instruction_set": instruction_set()}
@@ -103,7 +125,31 @@ def run_pendulum(wish: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         "energy_drift": run.energy.drift,
         "settings": settings,
     }
+    if wish.accuracy is not None:
+        summary["estimated_error"] = run.stats.error
     return run, summary
+
+
+def integrator_of(name: str, alpha: float = 0.0, rho_inf: float = 0.9) -> Implicit | Explicit:
+    """Return the integrator behind a name of the command line.
+
+    Parameters
+    ----------
+    name : str
+        One of `INTEGRATORS`.
+    alpha, rho_inf : float, optional
+        Damping, read by those that have one [-].
+    """
+    check_choice("integrator", name, INTEGRATORS)
+    if name == "newmark":
+        return Newmark(alpha)
+    if name == "hht":
+        return HHT(alpha)
+    if name == "generalized-alpha":
+        return GeneralizedAlpha(rho_inf)
+    if name == "central-difference":
+        return CentralDifference()
+    return RungeKuttaNystrom(int(name.removeprefix("rkn")))
 
 
 def solver_of(name: str, memory: str = "full") -> Method | str:
