@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -214,5 +213,5 @@ def kinds(run: Run) -> str:
         return f"recovered by {rung} in {100 * (run.newton + run.new_seed):.2g} % of the steps"
     if run.whole:
         return run.outcome
-    time = run.steps * run.place.dt
-    return f"{run.outcome} at {time:.3g} s" + (f" ({run.reason})" if math.isfinite(time) else "")
+    said = f"{run.outcome} at {run.steps * run.place.dt:.3g} s"
+    return f"{said} ({run.reason})" if run.outcome == FAILED else said
