@@ -50,9 +50,12 @@ charts: .venv/.peers ## Draw docs/gallery anew, and the tables of the pages with
 	$(ONE_THREAD) $(BIN)/ancfsparse table1 --readme README.md
 	$(ONE_THREAD) $(BIN)/ancfsparse study work-precision --peers --page docs/accuracy.md
 	$(ONE_THREAD) $(BIN)/ancfsparse study total-error --peers --page docs/accuracy.md
+	$(ONE_THREAD) $(BIN)/ancfsparse study stability --page docs/stability.md
+	$(ONE_THREAD) $(BIN)/ancfsparse study long-runs --page docs/stability.md
 	$(ONE_THREAD) $(BIN)/ancfsparse study scaling --peers
 	$(ONE_THREAD) $(BIN)/ancfsparse study memory
 	cp results/scaling.png results/memory.png docs/gallery/
+	mkdir -p docs/data && cp results/stability.csv docs/data/
 
 lint: setup ## Check style, types and the order of the rooms
 	$(BIN)/ruff check

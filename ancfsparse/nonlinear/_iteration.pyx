@@ -135,6 +135,7 @@ cdef struct Loop:
     double *z
     double *values
     double *diagonal  # of the last matrix that was factored
+    const double *softest  # what the matrix has at least in each coordinate, NULL if not known
     const int64_t *column_start
     Counts counts
     bint timed
@@ -155,11 +156,11 @@ cdef class Iteration:
                   bint by_correction, int max_iterations, double force_tolerance,
                   double constraint_tolerance, double correction_tolerance, double noise,
                   double cost_iteration, double cost_rotation, double cost_seed,
-                  double patience):
+                  double patience, const double[::1] softest=None):
         cdef Loop *loop = &self.loop
         cdef double[:, ::1] vectors
         cdef double[::1] values
-        self.owners = (equations, seed, inverse, frame, column_start)
+        self.owners = (equations, seed, inverse, frame, column_start, softest)
         loop.equations = <const ancf_equations *>PyCapsule_GetPointer(
             equations.capsule, "ancf_equations")
         loop.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
@@ -188,6 +189,10 @@ cdef class Iteration:
         loop.r, loop.r_new, loop.diagonal = &vectors[0, 0], &vectors[1, 0], &vectors[2, 0]
         loop.s, loop.y, loop.z = &values[0], &values[loop.n], &values[2 * loop.n]
         loop.values, loop.column_start = &values[0], &column_start[0]
+        if softest is not None:
+            if len(softest) < loop.equations.n_coordinates:
+                raise ValueError("softest needs a number for each coordinate")
+            loop.softest = &softest[0]
         self.interface.context, self.interface.solve = loop, solve
         self.capsule = PyCapsule_New(&self.interface, "ancf_nonlinear", NULL)
 
@@ -416,12 +421,21 @@ cdef bint residual_agrees(const Loop *self, const double *r) noexcept nogil:
     """Whether a small correction can be believed: an inverse that learned may be nearly singular.
 
     The residual over the diagonal of the last matrix is a correction that owes nothing to learning.
+    But a stiff bar is stiff in all coordinates and soft across itself: where the least that the
+    matrix can have is known, the mass, the geometric mean of both takes the place of the diagonal,
+    unless what is left is rounding.
     """
     cdef ptrdiff_t nq = self.equations.n_coordinates, i
-    cdef double total = 0.0, bound = BELIEF * fmax(self.correction_tolerance, self.noise)
+    cdef double weak = 0.0, strong = 0.0, noise = BELIEF * self.noise
+    cdef double bound = BELIEF * self.correction_tolerance
     for i in range(nq):
-        total += (r[i] / self.diagonal[i]) * (r[i] / self.diagonal[i])
-    return (total <= bound * bound * nq
+        weak += (r[i] / self.diagonal[i]) * (r[i] / self.diagonal[i])
+    if self.softest != NULL:
+        for i in range(nq):
+            strong += r[i] * r[i] / fabs(self.diagonal[i] * self.softest[i])
+    else:
+        strong = weak
+    return ((strong <= bound * bound * nq or weak <= noise * noise * nq)
             and all_below(r + nq, self.n - nq, self.constraint_tolerance))
 
 
@@ -443,8 +457,11 @@ cdef void finish(Loop *self, double size) noexcept nogil:
         self.counts.last_corrections += 1
 
 
-cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil:
-    """Iterate from the predictor; return CONVERGED or the reason why not."""
+cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *used) noexcept nogil:
+    """Iterate from the predictor; return CONVERGED or the reason why not.
+
+    If economical, a new seed is taken wherever waiting would cost more.
+    """
     cdef const ancf_equations *eq = self.equations
     cdef double *s = self.s
     cdef double *z = self.z
@@ -515,7 +532,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, int *used) noexcept nogil
             renew_seed(self, newton, 0.0)
             multiply(self, self.r)
             continue
-        if self.economical and (it > 0 or theta > 0.7):
+        if economical and (it > 0 or theta > 0.7):
             if self.by_correction:
                 remaining = size / self.correction_tolerance
             else:
@@ -550,20 +567,25 @@ cdef int solve(void *context) noexcept nogil:
     cdef int outcome
     cdef double cost
     self.step += 1
-    outcome = attempt(self, self.newton, False, &used)
+    outcome = attempt(self, self.newton, False, self.economical, &used)
     if outcome != CONVERGED and not self.newton:
         record(self, NEW_SEED, outcome)
         eq.restart(eq.context)
         self.reseed_due = True
         self.cost_since += used * iteration_cost(self)
         used = 0
-        outcome = attempt(self, False, False, &used)
+        outcome = attempt(self, False, False, True, &used)
         self.counts.recoveries_reseed += outcome == CONVERGED
     if outcome != CONVERGED:
         record(self, DAMPED_NEWTON, outcome)
         eq.restart(eq.context)
         used = 0
-        outcome = attempt(self, True, True, &used)
+        outcome = attempt(self, True, True, False, &used)
+        if outcome != CONVERGED and not self.newton:
+            # Damping can hold back what whole corrections solve, and Newton alone would try these.
+            eq.restart(eq.context)
+            used = 0
+            outcome = attempt(self, True, False, False, &used)
         self.counts.recoveries_newton += outcome == CONVERGED
         self.reseed_due = True
     if outcome != CONVERGED:

@@ -143,6 +143,7 @@ def make_iteration(
     tolerance: Tolerance,
     costs: Costs,
     frame: Any = None,
+    softest: NDArray[np.float64] | None = None,
 ) -> Any:
     """Build the compiled loop; a finite-difference seed is taken at the present iterate.
 
@@ -156,6 +157,9 @@ def make_iteration(
         How it is solved.
     frame : compiled object with a ``capsule`` "ancf_frame", optional
         Rotations of the body, needed unless `methods.seed_frame_of` says fixed.
+    softest : (n,) float, optional
+        What the diagonal of the matrix would be if nothing were stiff, for example that of the mass
+        matrix; with it residuals say more about the error that they leave.
     """
     wish = seed_frame_of(method)
     turns = wish != "fixed"
@@ -187,6 +191,7 @@ def make_iteration(
         cost_seed=costs.seed,
         # Iterations are whole numbers and a mean is not; and pairs are lost with their seed.
         patience=1.0 if isinstance(method, QuasiNewton) else 0.0,
+        softest=softest,
     )
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
         inverse.matrix = np.linalg.inv(finite_difference(equations))

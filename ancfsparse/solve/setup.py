@@ -67,6 +67,8 @@ def prepare(
         tolerance_of(tolerance, scale, force_scale, rounding(system) / EPSILON),
         Costs.of(system.operations("residual"), system.operations("tangent"), seed, frame),
         frame,
+        # Where the tangent is all that is known and nothing binds, corrections need no belief.
+        weights if isinstance(method, QuasiNewton) or system.n_multipliers else None,
     )
     divide(system, threads, march, iteration, inverse)
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":

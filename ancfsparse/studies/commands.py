@@ -10,16 +10,22 @@ import typer
 from ancfsparse.errors import check_count, check_positive
 from ancfsparse.studies import (
     error_budget_report,
+    long_runs_report,
     memory_report,
     paper,
     scaling_report,
+    stability_findings,
+    stability_report,
     total_error_report,
     work_precision_report,
 )
 from ancfsparse.studies.charts import fill_page
 from ancfsparse.studies.error_budget import error_budget as run_error_budget
+from ancfsparse.studies.long_runs import long_runs as run_long_runs
 from ancfsparse.studies.memory import memory as run_memory
 from ancfsparse.studies.scaling import scaling as run_scaling
+from ancfsparse.studies.stability import stability as run_stability
+from ancfsparse.studies.stability_scenes import SCENES
 from ancfsparse.studies.total_error import total_error as run_total_error
 from ancfsparse.studies.work_precision import work_precision as run_work_precision
 
@@ -119,3 +125,46 @@ def total_error(
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
     if page is not None:
         fill_page(page, "total-error", total_error_report.as_markdown(result), written[-1])
+
+
+@study.command()
+def stability(
+    scene: Annotated[list[str] | None, typer.Option(help="Only this scene; repeatable.")] = None,
+    step: Annotated[list[float] | None, typer.Option(help="Only this time step [s].")] = None,
+    stiffness: Annotated[
+        list[float] | None, typer.Option(help="Only this Young's modulus [Pa].")
+    ] = None,
+    output: OutputOption = Path("results"),
+    page: PageOption = None,
+) -> None:
+    """Map which runs live, over step, stiffness, integrator and solver; minutes."""
+    options = {"steps": step, "stiffnesses": stiffness}
+    result = run_stability(
+        tuple(scene or SCENES),
+        **{name: tuple(given) for name, given in options.items() if given},
+        progress=True,
+    )
+    typer.echo(stability_report.as_text(result))
+    written = stability_report.write(result, output)
+    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+    if page is not None:
+        scenes = stability_report.scenes_of(result)
+        text = stability_findings.integrator_table(result, scenes)
+        fill_page(page, "stability", text, written[-2])
+        text = stability_findings.solver_table(result)
+        fill_page(page, "stability-solvers", text, written[-1])
+
+
+@study.command("long-runs")
+def long_runs(
+    steps: Annotated[int, typer.Option(help="Time steps of 5e-4 s.")] = 1_000_000,
+    output: OutputOption = Path("results"),
+    page: PageOption = None,
+) -> None:
+    """Let the pendulum fall for a million steps: memory, energy, and what dies when."""
+    result = run_long_runs(steps, progress=True)
+    typer.echo(long_runs_report.table(result))
+    written = long_runs_report.write(result, output)
+    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+    if page is not None:
+        fill_page(page, "long-runs", long_runs_report.table(result), written[-1])

@@ -1,0 +1,142 @@
+"""What the stability map says, in sentences and tables that are worked out from its runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from statistics import median
+
+from ancfsparse.studies.stability import (
+    CALM_SHARE,
+    CALM_STRETCH,
+    CALM_TURN,
+    FOR_ALL_SOLVERS,
+    MOST_GAIN,
+    Stability,
+)
+from ancfsparse.studies.stability_run import (
+    FAILED,
+    GAINED,
+    INTEGRATORS,
+    RECOVERED,
+    SOLVERS,
+    Run,
+    kinds,
+)
+
+
+def alive(runs: Sequence[Run]) -> float:
+    """Return the share of runs that came to their end [%]."""
+    return 100.0 * sum(run.whole for run in runs) / max(len(runs), 1)
+
+
+def with_integrator(result: Stability, integrator: str, solver: str = "auto") -> list[Run]:
+    """Return the runs of all scenes with an integrator and a solver."""
+    return [
+        run for run in result.runs
+        if (run.place.integrator, run.place.solver) == (integrator, solver)
+    ]  # fmt: skip
+
+
+def safe_step(runs: Sequence[Run]) -> float:
+    """Return the longest step up to which every run came to its end [s]; 0 if there is none."""
+    steps = sorted({run.place.dt for run in runs})
+    dead = min((run.place.dt for run in runs if not run.whole), default=float("inf"))
+    return max((dt for dt in steps if dt < dead), default=0.0)
+
+
+def findings(result: Stability) -> list[str]:
+    """Say what the map shows: one sentence each."""
+    beside = list(result.beside_newton())
+    lost = result.worse_than_newton(FAILED)
+    gained = result.worse_than_newton(GAINED)
+    better = sum(run.whole and not newton.whole for run, newton in beside)
+    calm, often, hidden = result.calm(), result.often_rescued(), result.hidden_gains()
+    most = max((run.newton for run in calm), default=0.0)
+    said = [
+        f"Other solvers beside Newton at the same {len(beside)} points: {len(lost)} failed and "
+        f"{len(gained)} were stopped for energy where Newton finished, {better} finished where "
+        "Newton did not.",
+        *(f"Only Newton finishes: {_where(run)}: {kinds(run)}." for run in [*lost, *gained]),
+        f"Where no element turns by {CALM_TURN:g} rad or stretches by {CALM_STRETCH:g} within a "
+        f"step, in {len(calm)} runs, damped Newton saved at most {100 * most:.2g} % of the steps "
+        f"of a run (aim: {100 * CALM_SHARE:g} %, {_verdict(not often)}).",
+        f"Runs that came to their end with more than {100 * MOST_GAIN:g} % of the largest kinetic "
+        f"energy above what they were given: {len(hidden)} of "
+        f"{sum(run.whole for run in result.runs)} (aim: none, {_verdict(not hidden)}).",
+        *(
+            f"Gained between two looks of the watch: {_where(run)}: {100 * run.gain:.2g} %, with "
+            f"stretches of {100 * run.stretch:.2g} % and turns of {run.turn:.2g} rad in a step."
+            for run in hidden
+        ),
+    ]  # fmt: skip
+    return said
+
+
+def _where(run: Run) -> str:
+    p = run.place
+    return f"{p.scene}, {p.youngs_modulus:.0e} Pa, dt = {p.dt:g} s, {p.integrator}, {p.solver}"
+
+
+def _verdict(holds: bool) -> str:
+    return "met" if holds else "missed"
+
+
+def headline(result: Stability) -> str:
+    """Sum up the first chart: which integrator lives most often and which least."""
+    shares = {name: alive(with_integrator(result, name)) for name in INTEGRATORS}
+    ordered = sorted(shares, key=lambda name: shares[name])
+    least, most = ordered[0], ordered[-1]
+    return (
+        f"{least} comes to its end in {shares[least]:.0f} % of the runs, "
+        f"{most} in {shares[most]:.0f} %"
+    )
+
+
+def solver_headline(result: Stability) -> str:
+    """Sum up the second chart: what the solver changes."""
+    shares = [
+        alive(with_integrator(result, integrator, solver))
+        for integrator in FOR_ALL_SOLVERS for solver in SOLVERS
+    ]  # fmt: skip
+    half = len(SOLVERS)
+    words = [
+        f"{name}: {min(part):.0f} to {max(part):.0f} %"
+        for name, part in zip(FOR_ALL_SOLVERS, (shares[:half], shares[half:]), strict=True)
+    ]
+    return "Runs that come to their end, over all solvers, " + "; ".join(words)
+
+
+def integrator_table(result: Stability, scenes: Sequence[str]) -> str:
+    """Set the table of integrators for a page: safe step and share of the runs, by scene."""
+    lines = [
+        '| with `"auto"` | ' + " | ".join(scenes) + " |",
+        "|---|" + "---:|" * len(scenes),
+    ]
+    for name in INTEGRATORS:
+        runs = with_integrator(result, name)
+        cells = []
+        for scene in scenes:
+            here = [run for run in runs if run.place.scene == scene]
+            step = safe_step(here)
+            cells.append(f"{f'{step:g} s' if step else 'none'}, {alive(here):.0f} %")
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
+
+
+def solver_table(result: Stability) -> str:
+    """Set the table of solvers for a page."""
+    lines = [
+        "| | integrator | finished | with help | gained energy | failed | corrections per step |",
+        "|---|---|---:|---:|---:|---:|---:|",
+    ]
+    for solver in SOLVERS:
+        for integrator in FOR_ALL_SOLVERS:
+            runs = with_integrator(result, integrator, solver)
+            counts = [
+                sum(run.whole for run in runs),
+                *(sum(run.outcome == kind for run in runs) for kind in (RECOVERED, GAINED, FAILED)),
+            ]
+            work = median(run.iterations for run in runs if run.whole)
+            cells = " | ".join(str(each) for each in counts)
+            lines.append(f"| {solver} | {integrator} | {cells} | {work:.2f} |")
+    return "\n".join(lines)

@@ -1,0 +1,100 @@
+"""The four scenes of the stability map, each at any stiffness."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.problems import pendulum
+from ancfsparse.scene import Beam, Material, Rectangle, Scene
+
+Vector = NDArray[np.float64]
+
+# Kuhl and Crisfield (1999): a bar of 3.0443 m and 6.57 kg/m whose tip is thrown across at 7.72 m/s.
+TRUSS_LENGTH, TRUSS_MASS, TRUSS_SPEED = 3.0443, 6.57, 7.72
+# Its EA is 1e10 N at 2e11 Pa.
+TRUSS_AREA = 0.05
+
+# The force on the compressed beam, in terms of Euler's, and the time in which it comes [s].
+LOAD, RISE = 1.1, 0.1
+
+
+class Case(NamedTuple):
+    """A scene of the map.
+
+    Attributes
+    ----------
+    scene : Scene
+        Ready to simulate.
+    rod : Beam
+        Its beam.
+    force : callable, optional
+        The force on the end of the beam over time [s], shape (2,) [N].
+    """
+
+    scene: Scene
+    rod: Beam
+    force: Callable[[float], tuple[float, float]] | None = None
+
+
+def swinging(youngs_modulus: float) -> Case:
+    """Set up the paper's pendulum, thin, ten elements, falling from rest."""
+    return Case(*pendulum("thin", 10, youngs_modulus=youngs_modulus))
+
+
+def truss(youngs_modulus: float) -> Case:
+    """Set up a truss pendulum: one stocky cable element, thrown across, without weight."""
+    scene = Scene((0.0, 0.0))
+    side = math.sqrt(TRUSS_AREA)
+    rod = scene.add_beam(
+        "l2t2", (0.0, 0.0), (TRUSS_LENGTH, 0.0), 1, Rectangle(side, side),
+        Material(youngs_modulus, TRUSS_MASS / TRUSS_AREA), velocity=_turning,
+    )  # fmt: skip
+    scene.pin(rod.start)
+    return Case(scene, rod)
+
+
+def _turning(places: Vector) -> Vector:
+    rate = TRUSS_SPEED / TRUSS_LENGTH
+    return np.stack([-rate * places[:, 1], rate * places[:, 0]], axis=1)
+
+
+def hanging(youngs_modulus: float) -> Case:
+    """Set up the pendulum with its tip on a massless rod of 1 m: a constraint that turns."""
+    scene, rod = pendulum("thin", 10, youngs_modulus=youngs_modulus)
+    scene.rod(rod.end, (2.0, 1.0))
+    return Case(scene, rod)
+
+
+def compressed(youngs_modulus: float) -> Case:
+    """Set up a clamped beam of 1 m under a little more than Euler's load, and nudge it."""
+    scene = Scene((0.0, 0.0))
+    rod = scene.add_beam(
+        "thin", (0.0, 0.0), (1.0, 0.0), 10, Rectangle(0.05, 0.05), Material(youngs_modulus, 4000.0),
+        velocity=_nudged,
+    )  # fmt: skip
+    scene.clamp(rod.start)
+    euler = 0.25 * math.pi**2 * rod.parameters()["bending_stiffness"]
+
+    def force(t: float) -> tuple[float, float]:
+        return -LOAD * euler * 0.5 * (1.0 - math.cos(math.pi * min(t / RISE, 1.0))), 0.0
+
+    scene.point_force(rod.end, force)
+    return Case(scene, rod, force)
+
+
+def _nudged(places: Vector) -> Vector:
+    return np.stack([0.0 * places[:, 0], 0.01 * places[:, 0] ** 2], axis=1)
+
+
+SCENES: dict[str, Callable[[float], Case]] = {
+    "pendulum": swinging,
+    "truss pendulum": truss,
+    "rod at the tip": hanging,
+    "compressed beam": compressed,
+}
+"""Each takes Young's modulus [Pa]."""

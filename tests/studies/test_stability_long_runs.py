@@ -1,0 +1,59 @@
+"""The study of long runs, on short ones."""
+
+import json
+
+import numpy as np
+import pytest
+
+from ancfsparse.cli import main
+from ancfsparse.studies.long_runs import ENTRANTS, NOISE, LongRun, LongRuns, long_runs
+from ancfsparse.studies.long_runs_report import findings, headline
+
+
+def test_damped_runs_never_gain_and_memory_does_not_grow():
+    (run,) = long_runs(40_000, ENTRANTS[:1]).runs
+    assert run.reason == ""
+    assert run.t[-1] == pytest.approx(20.0)
+    assert run.rise < 1e-3
+    assert run.rate < 0.0
+    assert run.kept
+    assert run.growth < NOISE
+
+
+def test_the_trapezoidal_rule_dies_sooner_with_longer_steps():
+    wanted = [each for each in ENTRANTS if each.name == "Newmark(0)" and each.share >= 4.0]
+    runs = long_runs(20_000, wanted).runs
+    ends = [run.stopped for run in runs]
+    assert len(ends) == 3
+    assert ends[0] > ends[1] > ends[2]
+    assert {run.reason for run in runs} <= {"EnergyGain", "StepFailure"}
+    assert not any(run.kept for run in runs)
+
+
+def test_what_is_said_follows_the_numbers():
+    t = np.array([0.0, 1.0, 2.0])
+
+    def run(label, end, reason="", growth=0.0):
+        energy = np.array([0.0, 0.5 * end, end])
+        return LongRun(label, 1e-3, t, energy, 2.0, reason, 1.0, growth)
+
+    result = LongRuns([run("a", -0.5), run("b", -0.01), run("c", 0.02, "EnergyGain", 9e6)], {})
+    said = findings(result)
+    assert "a; b. The one that keeps most is b: -1 % in 2 s." in said[0]
+    assert said[1] == "c was stopped at 2 s: gained energy."
+    assert said[2].startswith("Memory grew in c by more than 4 MB")
+    assert headline(result).startswith("2 of 3 runs come to 2 s; b keeps its energy best")
+
+
+def test_command(tmp_path, capsys):
+    page = tmp_path / "page.md"
+    page.write_text("<!-- long-runs:begin -->\n<!-- long-runs:end -->\n", encoding="utf-8")
+    with pytest.raises(SystemExit) as left:
+        main(["study", "long-runs", "--steps", "400", "--output", str(tmp_path),
+              "--page", str(page)])  # fmt: skip
+    assert left.value.code == 0
+    assert "| GeneralizedAlpha(0.8), dt = 0.0005 s | 0.2 s |" in capsys.readouterr().out
+    assert "Memory grew in no run" in page.read_text(encoding="utf-8")
+    data = json.loads((tmp_path / "long-runs.json").read_text(encoding="utf-8"))
+    assert len(data["runs"]) == len(ENTRANTS)
+    assert (tmp_path / "gallery" / "long-runs.png").stat().st_size > 10_000

@@ -1,0 +1,220 @@
+"""The stability map as shipped: its claims, and its borders run again."""
+
+import csv
+import itertools
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.cli import main
+from ancfsparse.problems import pendulum
+from ancfsparse.studies.stability import (
+    CALM_SHARE,
+    FOR_ALL_SOLVERS,
+    MOST_GAIN,
+    STEPS,
+    STIFFNESSES,
+    places,
+    read,
+)
+from ancfsparse.studies.stability_run import (
+    FAILED,
+    FINISHED,
+    GAINED,
+    INTEGRATORS,
+    OUTCOMES,
+    RECOVERED,
+    SOLVERS,
+    Place,
+    Run,
+    energy_balance,
+    largest_changes,
+    run_at,
+    saved_shares,
+    work_of,
+)
+from ancfsparse.studies.stability_scenes import SCENES, Case
+
+SHIPPED = Path(__file__).parents[2] / "docs" / "data" / "stability.csv"
+
+# Where steps are so long that elements change by this much of their length within one, which of two
+# motions a step finds is open, and the watch may look beside a peak.
+ROUGH = 0.05
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    return read(SHIPPED)
+
+
+def some(runs, n):
+    """Take n of them, evenly."""
+    runs = list(runs)
+    return [runs[k] for k in np.linspace(0, len(runs) - 1, min(n, len(runs))).astype(int)]
+
+
+def test_the_table_is_the_whole_cut(shipped):
+    wanted = places(tuple(SCENES), STIFFNESSES, STEPS)
+    assert [run.place for run in shipped.runs] == wanted
+    n_cut = 2 * len(INTEGRATORS) + len(FOR_ALL_SOLVERS) * (len(SOLVERS) - 2)
+    assert len(wanted) == len(SCENES) * len(STIFFNESSES) * len(STEPS) * n_cut
+    assert {run.outcome for run in shipped.runs} == set(OUTCOMES)
+    assert SHIPPED.stat().st_size < 1e6
+
+
+def test_what_newton_solves_the_others_solve(shipped):
+    assert shipped.worse_than_newton(FAILED) == []
+    for run in shipped.worse_than_newton(GAINED):
+        assert run.stretch > ROUGH, run
+    assert len(shipped.worse_than_newton(GAINED)) < 10
+
+
+def test_no_run_ends_well_with_energy_from_nowhere(shipped):
+    for run in shipped.hidden_gains():
+        assert run.stretch > ROUGH, run
+    assert len(shipped.hidden_gains()) < 10
+
+
+def test_calm_steps_hardly_need_damped_newton(shipped):
+    assert len(shipped.calm()) > 0.6 * len(shipped.runs)
+    assert max(run.newton for run in shipped.calm()) <= CALM_SHARE
+
+
+def test_the_shipped_borders_are_where_runs_end_today(shipped):
+    borders = shipped.borders()
+    assert len(borders) > 100
+    for scene in SCENES:
+        of_scene = [pair for pair in borders if pair[0].place.scene == scene]
+        for lives, dies in some(of_scene, 8):
+            assert run_at(lives.place).whole, lives
+            assert not run_at(dies.place).whole, dies
+
+
+def test_newton_and_the_others_agree_today(shipped):
+    # Independent of what is shipped: at the edge of what Newton solves, the others run once more.
+    edges = [lives for lives, _ in shipped.borders() if lives.place.solver == "Newton"]
+    for lives in some(edges, 6):
+        newton = run_at(lives.place)
+        assert newton.whole
+        for solver in SOLVERS:
+            place = lives.place._replace(solver=solver)
+            if place in shipped.at:
+                run = run_at(place)
+                assert run.outcome != FAILED, run
+                assert run.whole or run.stretch > ROUGH, run
+                assert run.gain < MOST_GAIN or run.stretch > ROUGH, run
+
+
+def test_energies_are_those_of_a_formula_of_ones_own():
+    # A truss: EA L e^2 / 2 with Green's strain, and a consistent mass of cubic shape functions.
+    case = SCENES["truss pendulum"](1e9)
+    path = ancf.simulate(case.scene, 0.2, 1e-3, integrator=ancf.Newmark(0.0), tolerance=1e-6)
+    u, weight = np.polynomial.legendre.leggauss(6)
+    x, weight = 0.5 * (u + 1.0), 0.5 * weight
+    length, given = case.rod.length, case.rod.stiffnesses()
+    shapes = np.stack([1 - 3 * x**2 + 2 * x**3, length * (x - 2 * x**2 + x**3),
+                       3 * x**2 - 2 * x**3, length * (x**3 - x**2)])  # fmt: skip
+    ends = [case.rod.start, case.rod.end]
+    speed = np.zeros((len(path.t), 6, 2))
+    rates = [np.gradient(path.slope(node), path.t, axis=0, edge_order=2) for node in ends]
+    for k, node in enumerate(ends):
+        speed += shapes[2 * k][None, :, None] * path.velocity(node)[:, None]
+        speed += shapes[2 * k + 1][None, :, None] * rates[k][:, None]
+    kinetic = 0.5 * given["mass_per_length"] * length * np.sum(speed**2, axis=2) @ weight
+    np.testing.assert_allclose(kinetic[1:-1], path.energy.kinetic[1:-1], rtol=2e-3)
+
+
+def test_work_of_a_force_is_force_times_way():
+    scene = ancf.Scene((0.0, 0.0))
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Rectangle(0.05, 0.05),
+                         ancf.Material(1e8, 4000.0))  # fmt: skip
+
+    def force(t):
+        return 10.0 * t, 0.0
+
+    scene.point_force(rod.end, force)
+    case = Case(scene, rod, force)
+    path = ancf.simulate(scene, 0.2, 1e-3, integrator=ancf.Newmark(0.0))
+    # A free rod of 10 kg: a = t, so half its speed squared times its mass, but for vibrations.
+    assert work_of(path, case)[-1] == pytest.approx(0.5 * 10.0 * (0.2**2 / 2) ** 2, rel=0.05)
+    gain, loss = energy_balance(path, case)
+    assert gain < 1e-3
+    assert loss < 1e-3
+
+
+def test_turns_and_stretches_are_those_of_the_chords():
+    case = SCENES["truss pendulum"](1e10)
+    path = ancf.simulate(case.scene, 0.1, 1e-3)
+    turn, stretch = largest_changes(path, case)
+    assert turn == pytest.approx(1e-3 * 7.72 / 3.0443, rel=1e-3)
+    assert stretch < 1e-6
+
+
+def test_saved_steps_are_counted_by_rung():
+    scene, _ = pendulum("l2t2")
+    solver = ancf.ModifiedNewton(max_iterations=2)
+    path = ancf.simulate(scene, 0.5, 1e-3, solver=solver, tolerance="paper")
+    seed, newton = saved_shares(path)
+    assert (seed + newton) * path.stats.steps == pytest.approx(path.stats.recoveries)
+    assert ancf.simulate(scene, 0.1, 1e-3).stats.recoveries == 0
+
+
+@pytest.mark.parametrize("dt", [2e-3, 4e-3, 5e-3, 1e-2, 2e-2, 5e-2])
+def test_ten_seconds_where_fixed_steps_are_known_to_die(dt):
+    # Strong damping of second order comes through; the trapezoidal rule is stopped and says so.
+    for integrator in (ancf.GeneralizedAlpha(0.5), ancf.HHT(0.3)):
+        energy = ancf.simulate(pendulum("thin").scene, 10.0, dt, integrator=integrator).energy
+        above = (energy.total - energy.total[0]) / energy.kinetic.max()
+        assert above.max() < 1e-3
+        assert -0.4 < above[-1] < 0.0
+    for rho, longest in ((0.8, 5e-3), (0.9, 2e-3)):
+        if dt <= longest:
+            integrator = ancf.GeneralizedAlpha(rho)
+            energy = ancf.simulate(pendulum("thin").scene, 10.0, dt, integrator=integrator).energy
+            assert (energy.total - energy.total[0]).max() < 1e-3 * energy.kinetic.max()
+    with pytest.raises(ancf.StepFailure, match=r"smaller dt|GeneralizedAlpha") as stop:
+        ancf.simulate(pendulum("thin").scene, 10.0, dt, integrator=ancf.Newmark(0.0))
+    assert stop.value.time < 10.0
+
+
+def test_rows_survive_the_table():
+    place = Place("pendulum", 1e8, 1e-3, "Newmark(0)", "auto")
+    run = Run(place, RECOVERED, 2000, "", 2.25, 0.25, 0.125, 0.01, 1e-3, 0.0, 1e-4)
+    assert Run.of({name: str(value) for name, value in run.record().items()}) == run
+
+
+def test_a_small_map(tmp_path, capsys):
+    page = tmp_path / "page.md"
+    marks = [f"<!-- {name}:{end} -->" for name, end in
+             itertools.product(("stability", "stability-solvers"), ("begin", "end"))]  # fmt: skip
+    page.write_text("\n".join(marks), encoding="utf-8")
+    words = ["--scene", "truss pendulum", "--stiffness", "1e6", "--stiffness", "2e11",
+             "--step", "0.01", "--step", "0.02"]  # fmt: skip
+    with pytest.raises(SystemExit) as left:
+        main(["study", "stability", *words, "--output", str(tmp_path), "--page", str(page)])
+    assert left.value.code == 0
+    out = capsys.readouterr().out
+    assert f"{2 * 2 * 32} runs: " in out
+    with (tmp_path / "stability.csv").open(encoding="utf-8") as file:
+        table = list(csv.DictReader(file))
+    assert len(table) == 2 * 2 * 32
+    assert {row["outcome"] for row in table} <= set(OUTCOMES)
+    assert all(math.isfinite(float(row["gain"])) for row in table)
+    soft = [row for row in table if row["youngs_modulus"] == "1000000.0"]
+    assert {row["outcome"] for row in soft} == {FINISHED}
+    data = json.loads((tmp_path / "stability.json").read_text(encoding="utf-8"))
+    assert "damped Newton saved at most" in " ".join(data["findings"])
+    assert "| GeneralizedAlpha(0.5) | 0.0" in page.read_text(encoding="utf-8")
+    for name in ("stability.png", "stability-solvers.png"):
+        assert (tmp_path / "gallery" / name).stat().st_size > 10_000
+
+
+def test_unknown_scenes_and_bad_steps_are_refused():
+    for words, said in ((["--scene", "pendulums"], "scene"), (["--step", "-1"], "step")):
+        with pytest.raises(SystemExit) as left:
+            main(["study", "stability", *words])
+        assert left.value.code != 0, said
