@@ -55,8 +55,6 @@ class Halving:
         self._force_scale = system.force_scale(system.q0) if most else 0.0
         self.events: list[Event] = []
         self.stuck = False
-        n, m = system.n_all, system.n_multipliers
-        self._unused = [np.empty((1, width)) for width in (n, n, n, m)]
 
     def cross(self, step: int, outcome: Outcome) -> Outcome:
         """Try a step in parts, each time from where the last attempt came to.
@@ -69,6 +67,8 @@ class Halving:
             Why it failed.
         """
         cause, rate, level, left = outcome, self._iteration.contraction, 0, 1
+        n, m = self._system.n_all, self._system.n_multipliers
+        unused = [np.empty((1, width)) for width in (n, n, n, m)]
         while left and outcome in CURABLE and level < self._most:
             level, left = level + 1, 2 * left
             dt = self._dt / 2**level
@@ -78,7 +78,7 @@ class Halving:
                 self._iteration.step = step - 1
                 left -= 1
                 loads = self._system.loads.amplitudes(np.array([self._dt * step - dt * left]))
-                _, code = self._march.advance(self._iteration, 1, loads, 2, 0, *self._unused)
+                _, code = self._march.advance(self._iteration, 1, loads, 2, 0, *unused)
                 outcome = Outcome(code)
             left += outcome != Outcome.CONVERGED
         self._change(self._dt)

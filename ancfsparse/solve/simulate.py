@@ -146,8 +146,8 @@ def simulate(
     Notes
     -----
     A step that does not converge is tried again with a new seed, then with Newton, damped and at
-    last whole; these are counted in ``stats.recoveries``.  Then it is halved, if that is allowed.  No step is accepted
-    unconverged.
+    last whole; these are counted in ``stats.recoveries``.  Then it is halved, if that is allowed.
+    No step is accepted unconverged.
     """
     if accuracy is not None and dt is None:
         dt = check_positive("t_end", t_end, "s") / SAVED
