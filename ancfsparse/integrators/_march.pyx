@@ -71,8 +71,9 @@ cdef enum:
     MAY_GROW = 6
 
 cdef double NEWEST = 0.25  # share of the last step in the mean rate of the accelerations
-# An energy costs about one residual; steps that take many, because they are long, are watched closely.
-cdef ptrdiff_t WATCH_EVERY = 16, WATCH_RESIDUALS = 40
+# An energy costs about one residual.  Steps that take many, because they are long, are watched more
+# closely, and one that took this many alone is looked at by itself.
+cdef ptrdiff_t WATCH_EVERY = 16, WATCH_RESIDUALS = 40, HARD_STEP = 5
 
 
 cdef struct Weights:
@@ -298,13 +299,14 @@ cdef class March:
         cdef const ancf_nonlinear *solver = <const ancf_nonlinear *>PyCapsule_GetPointer(
             nonlinear.capsule, "ancf_nonlinear")
         cdef Motion *motion = &self.motion
-        cdef ptrdiff_t k, row
+        cdef ptrdiff_t k, row, before
         cdef int outcome = 0
         self.loads = amplitudes
         with nogil:
             for k in range(n_steps):
                 motion.amplitudes = &amplitudes[k, 0] if amplitudes.shape[1] > 0 else NULL
                 restart(motion)
+                before = motion.evaluated
                 outcome = solver.solve(solver.context)
                 if outcome != 0:
                     if gains_energy(motion):  # the likely cause
@@ -324,7 +326,7 @@ cdef class March:
                         memcpy(&lam_out[row, 0], motion.lam0, motion.m * sizeof(double))
                 motion.unwatched += 1
                 if (motion.unwatched >= WATCH_EVERY or motion.evaluated >= WATCH_RESIDUALS
-                        or k + 1 == n_steps):
+                        or motion.evaluated - before >= HARD_STEP or k + 1 == n_steps):
                     motion.unwatched = motion.evaluated = 0
                     if gains_energy(motion):
                         outcome = GAINED_ENERGY
