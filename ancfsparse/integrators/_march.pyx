@@ -260,6 +260,10 @@ cdef class March:
         """Energy above what was given, and the largest energy exchanged, at the last look [J]."""
         return self.motion.watch.gain, self.motion.watch.exchanged
 
+    def gains_energy(self):
+        """Whether the energy is now too far above what was given: the last look of a run."""
+        return bool(gains_energy(&self.motion))
+
     def prepare(self, const double[:, ::1] amplitudes):
         """Set the loads of the next step and put its predictor in place."""
         self.loads = amplitudes
@@ -326,7 +330,7 @@ cdef class March:
                         memcpy(&lam_out[row, 0], motion.lam0, motion.m * sizeof(double))
                 motion.unwatched += 1
                 if (motion.unwatched >= WATCH_EVERY or motion.evaluated >= WATCH_RESIDUALS
-                        or motion.evaluated - before >= HARD_STEP or k + 1 == n_steps):
+                        or motion.evaluated - before >= HARD_STEP):
                     motion.unwatched = motion.evaluated = 0
                     if gains_energy(motion):
                         outcome = GAINED_ENERGY

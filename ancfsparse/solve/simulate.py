@@ -291,6 +291,8 @@ def _march(
                         state = (x[None] for x in march.state)
                         recorder.append(np.array([dt * stats.steps]), *state)
             bar.update(taken)
+    if halving is not None and outcome == Outcome.CONVERGED and march.gains_energy():
+        outcome = Outcome.GAINED_ENERGY
     stuck = halving is not None and halving.stuck
     if stats.steps % save_every and not stuck:  # the last state is kept whatever its number
         recorder.append(np.array([dt * stats.steps]), *(x[None] for x in march.state))

@@ -160,6 +160,8 @@ class Stepper:
                 self.stats.steps += taken
                 now = times[taken]
             outcome = Outcome(code)
+            if outcome == Outcome.CONVERGED and now >= end and self.march.gains_energy():
+                outcome = Outcome.GAINED_ENERGY
             if outcome == Outcome.CONVERGED:
                 continue
             if outcome == Outcome.GAINED_ENERGY:
