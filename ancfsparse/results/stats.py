@@ -81,7 +81,7 @@ class RunStats:
     solver : str
         What was chosen and why.
     threads : int
-        Threads that shared the work; 1 for systems so small that more would not pay.
+        Threads that shared the work at most; 1 for systems so small that more would not pay.
     """
 
     march_seconds: float = 0.0
