@@ -80,8 +80,9 @@ def pendulum(
     ] = None,
     memory: Annotated[str, typer.Option(help="'full' or a number of secant pairs.")] = "full",
     alpha: Annotated[
-        float, typer.Option(help="Numerical damping of Newmark's method or HHT's.")
-    ] = 0.0,
+        float | None,
+        typer.Option(help="Numerical damping of Newmark's method [0] or HHT's [0.05]."),
+    ] = None,
     rho_inf: Annotated[
         float, typer.Option(help="What generalised-alpha leaves of the highest frequencies.")
     ] = 0.9,

@@ -22,6 +22,7 @@ from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
 
 INTEGRATORS = ("newmark", "hht", "generalized-alpha", "central-difference", "rkn4", "rkn8")
+ALPHAS = {"newmark": 0.0, "hht": 0.05}
 SOLVERS = ("newton", "modified-newton", "broyden", "davidon", "dfp", "bfgs", "auto")
 
 
@@ -47,8 +48,10 @@ class PendulumRun:
         One of `SOLVERS`; None takes Davidon's where steps are fixed and implicit, else "auto".
     memory : str
         ``"full"`` or a number of secant pairs; only the quasi-Newton methods have one.
-    alpha, rho_inf : float
-        Numerical damping of Newmark's method or HHT's, and of generalised-alpha [-].
+    alpha : float or None
+        Numerical damping of Newmark's method or HHT's; None takes 0 and 0.05 [-].
+    rho_inf : float
+        Numerical damping of generalised-alpha [-].
     tolerance : str or None
         ``"paper"``, ``"default"`` or a number [m/s2]; None takes the paper's where steps are fixed
         and implicit.
@@ -69,7 +72,7 @@ class PendulumRun:
     accuracy: float | None = None
     solver: str | None = None
     memory: str = "full"
-    alpha: float = 0.0
+    alpha: float | None = None
     rho_inf: float = 0.9
     tolerance: str | None = None
     nu: float = 0.3
@@ -96,7 +99,8 @@ def run_pendulum(wish: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
     """
     options: dict[str, Any] = wish.options
     problem = pendulum(wish.element, wish.elements, wish.dim, wish.nu, **options)
-    integrator = integrator_of(wish.integrator, wish.alpha, wish.rho_inf)
+    alpha = ALPHAS.get(wish.integrator, 0.0) if wish.alpha is None else wish.alpha
+    integrator = integrator_of(wish.integrator, alpha, wish.rho_inf)
     fixed = wish.accuracy is None and isinstance(integrator, Implicit)
     solver = wish.solver or ("davidon" if fixed else "auto")
     tolerance = wish.tolerance or ("paper" if fixed else "default")
@@ -110,7 +114,11 @@ def run_pendulum(wish: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         tolerance=_number_or_name("tolerance", tolerance, ("paper", "default")),
         save_every=wish.save_every,
     )
-    settings = asdict(wish) | {"solver": solver, "tolerance": tolerance}
+    settings = asdict(wish) | {
+        "solver": solver,
+        "tolerance": tolerance,
+        "alpha": alpha,
+    }
     settings |= settings.pop("options")
     settings["dim"] = problem.scene.dim
     settings |= {"chosen": run.stats.solver, "instruction_set": instruction_set()}
