@@ -1,0 +1,109 @@
+/* A symmetric quasi-definite matrix, factored by supernodes: what its parts are and where they lie.
+ *
+ * A supernode s is a run of columns with one and the same pattern below: the coordinates of a node, or
+ * more.  With A_s the columns of what is left of the matrix when its turn comes, P_s their square block at
+ * the diagonal and B_s the rows below, kept are
+ *
+ *     P_s^-1,  as diagonal and packed strict lower triangle,   and   G_s = B_s P_s^-1,
+ *
+ * one row for each row of the pattern.  Beside L D L^T this needs as much room and as many operations in
+ * a solve, but no number in it waits for a triangle: on the way down x_rows -= G x_s, on the way up
+ * x_s = P^-1 x_s - G^T x_rows.
+ *
+ * For several threads the supernodes stand in parts that do not update one another, disjoint subtrees of
+ * the elimination tree, and a root that all of them may update and that is left to one thread.  In the
+ * sweeps every part has an image of the root's unknowns behind its own: there it adds, and from there it
+ * reads, so rows of a part that belong to the root are numbered as places of the image.
+ */
+#ifndef ANCF_LDL_H
+#define ANCF_LDL_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct {
+    ptrdiff_t n, n_super, n_positive;
+    const int32_t *permutation, *place; /* unknown eliminated in each place, and its inverse */
+    const int64_t *start;               /* lower triangle of the matrix by columns */
+    const int32_t *index;
+    const int32_t *super_of, *first; /* supernode of each column; first column of each, and the end */
+    const int64_t *row_start, *triangle_start, *block_start;
+    const int32_t *row;
+    double *entries; /* diagonals, triangles and blocks one after another */
+    double *diagonal, *triangle, *block;
+    const int32_t *place_of_entry; /* of the matrix in them; null where these would be too many */
+    double *work;                  /* unknowns in order of elimination, then the images */
+    /* First supernode of each part, of the root and the end; first column and columns of the root. */
+    ptrdiff_t n_parts, root_column, n_root;
+    const int32_t *part;
+    /* Supernodes of the parts with rows in the root, and where what they leave for it is kept. */
+    ptrdiff_t n_boundary;
+    const int32_t *boundary;
+    const int64_t *kept_start;
+    double *kept;
+    double *space; /* for one supernode, for each part: ldl_space numbers */
+    ptrdiff_t space_of_part;
+    ptrdiff_t *outcome;   /* of each part */
+    const double *values; /* what is being factored */
+    const double *r;      /* what is being solved for */
+    double *x;
+} ldl;
+
+#define LDL_INLINE static inline __attribute__((always_inline))
+
+/* Four numbers at once; like `vec` in simd.h, but of a length that nodes have a multiple of. */
+typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
+
+LDL_INLINE quad quad_load(const double *p) { return *(const quad *)p; }
+LDL_INLINE void quad_store(double *p, quad v) { *(quad *)p = v; }
+
+/* Whether loops over a width are unrolled and best left to single numbers: nodes of cables. */
+#define LDL_NARROW(width) (__builtin_constant_p(width) && (width) < 8)
+
+LDL_INLINE ptrdiff_t ldl_width(const ldl *self, ptrdiff_t s)
+{
+    return self->first[s + 1] - self->first[s];
+}
+
+LDL_INLINE ptrdiff_t ldl_rows(const ldl *self, ptrdiff_t s)
+{
+    return self->row_start[s + 1] - self->row_start[s];
+}
+
+/* out -= a x, of length n */
+LDL_INLINE void ldl_subtract(double *restrict out, double a, const double *restrict x, ptrdiff_t n)
+{
+    ptrdiff_t i = 0;
+    if (!LDL_NARROW(n))
+        for (; i + 4 <= n; i += 4)
+            quad_store(out + i, quad_load(out + i) - a * quad_load(x + i));
+    for (; i < n; ++i)
+        out[i] -= a * x[i];
+}
+
+/* Passes in vectors may read and write so many numbers behind what they are for. */
+enum { LDL_SLACK = 15 };
+
+/* The rows of a supernode, transposed, stand this far apart: whole vectors. */
+LDL_INLINE ptrdiff_t ldl_stride(ptrdiff_t n_rows) { return (n_rows + 3) / 4 * 4; }
+
+/* How many rows of a supernode come before a column. */
+LDL_INLINE ptrdiff_t ldl_rows_before(const ldl *self, ptrdiff_t s, ptrdiff_t column)
+{
+    const int32_t *row = self->row + self->row_start[s];
+    ptrdiff_t n = ldl_rows(self, s);
+    while (n > 0 && row[n - 1] >= column)
+        --n;
+    return n;
+}
+
+/* How far the image of the root in the part of supernode s is behind the root. */
+LDL_INLINE ptrdiff_t ldl_image_shift(const ldl *self, ptrdiff_t s)
+{
+    ptrdiff_t part = 0;
+    while (self->part[part + 1] <= s)
+        ++part;
+    return self->n + part * self->n_root - self->root_column;
+}
+
+#endif

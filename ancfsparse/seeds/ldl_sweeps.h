@@ -1,0 +1,197 @@
+/* The two sweeps of a solve with a factor in supernodes. */
+#ifndef ANCF_LDL_SWEEPS_H
+#define ANCF_LDL_SWEEPS_H
+
+#include <string.h>
+
+#include "ldl.h"
+#include "parallel.h"
+
+enum { LDL_SHORT = 12 };
+
+/* g . y, in two chains of additions, so that neither is long */
+LDL_INLINE double ldl_dot(const double *restrict g, const double *restrict y, ptrdiff_t width)
+{
+    double even = 0.0, odd = 0.0;
+    ptrdiff_t c = 0;
+    if (!LDL_NARROW(width)) {
+        quad first = {0}, second = {0};
+        for (; c + 8 <= width; c += 8) {
+            first += quad_load(g + c) * quad_load(y + c);
+            second += quad_load(g + c + 4) * quad_load(y + c + 4);
+        }
+        if (c + 4 <= width) {
+            first += quad_load(g + c) * quad_load(y + c);
+            c += 4;
+        }
+        first += second;
+        even = first[0] + first[2];
+        odd = first[1] + first[3];
+    }
+    for (; c + 2 <= width; c += 2) {
+        even += g[c] * y[c];
+        odd += g[c + 1] * y[c + 1];
+    }
+    if (c < width)
+        even += g[c] * y[c];
+    return even + odd;
+}
+
+/* x_rows -= G x_s */
+LDL_INLINE void ldl_forward(const double *g, const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width,
+                            double *x, const double *y)
+{
+    double held[LDL_SHORT];
+    if (__builtin_constant_p(width)) { /* in registers: no store to x can change them */
+        for (ptrdiff_t c = 0; c < width; ++c)
+            held[c] = y[c];
+        y = held;
+    }
+    for (ptrdiff_t r = 0; r < n_rows; ++r)
+        x[row[r]] -= ldl_dot(g + r * width, y, width);
+}
+
+/* out = P^-1 y - G^T x_rows; y is what the forward sweep left of a supernode.  `low` is working space. */
+LDL_INLINE void ldl_backward(const double *g, const double *diagonal, const double *triangle,
+                             const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width, const double *x,
+                             const double *y, double *restrict low, double *restrict out)
+{
+    /* What comes from above is waited for; all else can be done before. */
+    if (__builtin_constant_p(width)) {
+        double single[LDL_SHORT] = {0}; /* in registers, as the others */
+        quad four[LDL_SHORT / 4] = {{0}};
+        ptrdiff_t fours = LDL_NARROW(width) ? 0 : width / 4;
+        for (ptrdiff_t r = 0; r < n_rows; ++r) {
+            double value = x[row[r]];
+            for (ptrdiff_t k = 0; k < fours; ++k)
+                four[k] += value * quad_load(g + r * width + 4 * k);
+            for (ptrdiff_t c = 4 * fours; c < width; ++c)
+                single[c] += value * g[r * width + c];
+        }
+        for (ptrdiff_t k = 0; k < fours; ++k)
+            quad_store(low + 4 * k, four[k]);
+        for (ptrdiff_t c = 4 * fours; c < width; ++c)
+            low[c] = single[c];
+    } else {
+        for (ptrdiff_t c = 0; c < width; ++c)
+            low[c] = 0.0;
+        for (ptrdiff_t r = 0; r < n_rows; ++r)
+            ldl_subtract(low, -x[row[r]], g + r * width, width);
+    }
+    for (ptrdiff_t c = 0; c < width; ++c) {
+        double total = diagonal[c] * y[c];
+        quad totals = {0};
+        ptrdiff_t k = 0;
+        if (!LDL_NARROW(width))
+            for (; k + 4 <= c; k += 4) {
+                totals += quad_load(triangle + k) * quad_load(y + k);
+                quad_store(out + k, quad_load(out + k) + y[c] * quad_load(triangle + k));
+            }
+        for (; k < c; ++k) {
+            total += triangle[k] * y[k];
+            out[k] += triangle[k] * y[c];
+        }
+        out[c] = (totals[0] + totals[2]) + (totals[1] + totals[3]) + total;
+        triangle += c;
+    }
+    for (ptrdiff_t c = 0; c < width; ++c)
+        out[c] -= low[c];
+}
+
+/* Sweep over supernodes s to end.  The right-hand side comes in just before it is needed, from column
+ * `gathered` on. */
+static void ldl_forward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, ptrdiff_t gathered)
+{
+    double *x = self->work;
+    const double *g = self->block + self->block_start[s];
+    const int32_t *row = self->row + self->row_start[s];
+    ptrdiff_t column = self->first[s], last = self->first[end];
+    for (; s < end; ++s) {
+        ptrdiff_t width = ldl_width(self, s), n_rows = ldl_rows(self, s);
+        ptrdiff_t needed = column + width;
+        for (ptrdiff_t r = n_rows - 1; r >= 0; --r)
+            if (row[r] < last) {
+                needed = row[r] + 1;
+                break;
+            }
+        for (; gathered < needed; ++gathered)
+            x[gathered] = self->r[self->permutation[gathered]];
+        /* Nodes of planar cables, spatial cables and thick beams: loops of known length. */
+        if (width == 4)
+            ldl_forward(g, row, n_rows, 4, x, x + column);
+        else if (width == 6)
+            ldl_forward(g, row, n_rows, 6, x, x + column);
+        else if (width == 12)
+            ldl_forward(g, row, n_rows, 12, x, x + column);
+        else
+            ldl_forward(g, row, n_rows, width, x, x + column);
+        g += n_rows * width;
+        row += n_rows;
+        column += width;
+    }
+}
+
+static void ldl_backward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, double *space)
+{
+    double *x = self->work, held[2 * LDL_SHORT];
+    const double *g = self->block + self->block_start[end];
+    const double *triangle = self->triangle + self->triangle_start[end];
+    const int32_t *row = self->row + self->row_start[end];
+    ptrdiff_t column = self->first[end], begin = s;
+    for (s = end - 1; s >= begin; --s) {
+        ptrdiff_t width = ldl_width(self, s), n_rows = ldl_rows(self, s);
+        double *out = width <= LDL_SHORT ? held : space, *low = out + width;
+        g -= n_rows * width;
+        triangle -= width * (width - 1) / 2;
+        row -= n_rows;
+        column -= width;
+        if (width == 4)
+            ldl_backward(g, self->diagonal + column, triangle, row, n_rows, 4, x, x + column, low, out);
+        else if (width == 6)
+            ldl_backward(g, self->diagonal + column, triangle, row, n_rows, 6, x, x + column, low, out);
+        else if (width == 12)
+            ldl_backward(g, self->diagonal + column, triangle, row, n_rows, 12, x, x + column, low, out);
+        else
+            ldl_backward(g, self->diagonal + column, triangle, row, n_rows, width, x, x + column, low, out);
+        for (ptrdiff_t c = 0; c < width; ++c)
+            self->x[self->permutation[column + c]] = x[column + c] = out[c];
+    }
+}
+
+static void ldl_forward_part(void *context, ptrdiff_t part)
+{
+    const ldl *self = context;
+    memset(self->work + self->n + part * self->n_root, 0, self->n_root * sizeof(double));
+    ldl_forward_range(self, self->part[part], self->part[part + 1], self->first[self->part[part]]);
+}
+
+static void ldl_backward_part(void *context, ptrdiff_t part)
+{
+    const ldl *self = context;
+    memcpy(self->work + self->n + part * self->n_root, self->work + self->root_column,
+           self->n_root * sizeof(double));
+    ldl_backward_range(self, self->part[part], self->part[part + 1],
+                       self->space + part * self->space_of_part);
+}
+
+static void ldl_solve(void *context, const double *r, double *x)
+{
+    ldl *self = context;
+    ptrdiff_t root = self->part[self->n_parts];
+    self->r = r;
+    self->x = x;
+    ancf_in_parts(self->n_parts, ldl_forward_part, self);
+    if (self->n_root > 0) {
+        for (ptrdiff_t k = self->root_column; k < self->n; ++k) {
+            double sum = r[self->permutation[k]];
+            for (ptrdiff_t part = 0; part < self->n_parts; ++part)
+                sum += self->work[k - self->root_column + self->n + part * self->n_root];
+            self->work[k] = sum;
+        }
+        ldl_forward_range(self, root, self->n_super, self->n);
+        ldl_backward_range(self, root, self->n_super, self->space);
+    }
+    ancf_in_parts(self->n_parts, ldl_backward_part, self);
+}
+
+#endif
