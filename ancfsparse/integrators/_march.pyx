@@ -17,6 +17,7 @@ cdef extern from "parallel.h":
         ptrdiff_t, void (*)(void *, ptrdiff_t) noexcept nogil, void *) noexcept nogil
 
 cdef extern from "vectors.h":
+    double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
     void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
 
 cdef extern from "solver_abi.h":
@@ -45,7 +46,7 @@ cdef extern from "solver_abi.h":
         void *context
         ptrdiff_t n, n_coordinates, n_values
         void (*restart)(void *) noexcept nogil
-        void (*correct)(void *, const double *) noexcept nogil
+        double (*correct)(void *, double, const double *) noexcept nogil
         void (*residual)(void *, double *) noexcept nogil
         void (*matrix)(void *, double *) noexcept nogil
         void (*material)(void *, double *) noexcept nogil
@@ -70,6 +71,7 @@ cdef enum:
     TOO_INACCURATE = 5
     MAY_GROW = 6
 
+cdef ptrdiff_t PIECE = 512  # of vectors that are passed over more than once
 cdef double NEWEST = 0.25  # share of the last step in the mean rate of the accelerations
 # An energy costs about one residual.  Steps that take many, because they are long, are watched more
 # closely, and one that took this many alone is looked at by itself.
@@ -99,6 +101,7 @@ cdef struct Motion:
     ptrdiff_t n_free, n_all, m, n_parts
     ptrdiff_t unwatched, evaluated  # steps and residuals since the last look at the energy
     bint shifted  # whether b is not the true acceleration
+    bint moved  # whether a is no longer a0
     double dt
     Weights weights
     ancf_watch watch
@@ -118,7 +121,9 @@ cdef struct Motion:
     const double *amplitudes
     double *r
     double *phi
-    const double *s  # the correction under way
+    const double *s  # the correction under way, its factor, and the squares of each part
+    double factor
+    double *squares
 
 
 cdef class March:
@@ -157,7 +162,7 @@ cdef class March:
         self.owner = system
         motion.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
         motion.n_free, motion.n_all = motion.system.n_free, motion.system.n_all
-        motion.m, motion.n_parts = motion.system.n_multipliers, 1
+        motion.m = motion.system.n_multipliers
         motion.shifted = integrator.shift != 0.0
         # Never empty, so that a pointer to the first multiplier or amplitude always exists.
         lam = np.append(lam, 0.0)
@@ -167,6 +172,7 @@ cdef class March:
                 "dead_load": dead_load, "r": np.zeros(len(q)), "phi": np.zeros(len(lam)),
                 "amplitudes0": np.append(amplitudes, 0.0)}.items()}
         own = self.arrays
+        self.set_threads(1)
         own["b0"] = np.array(b, dtype=float) if motion.shifted else own["a0"]
         if motion.system.damped:
             own["v"] = np.array(v, dtype=float)
@@ -239,6 +245,8 @@ cdef class March:
     def set_threads(self, ptrdiff_t threads):
         """Set the number of threads for passes over vectors."""
         self.motion.n_parts = threads
+        self.arrays["squares"] = np.zeros(threads)
+        self.motion.squares = first(self.arrays["squares"])
 
     @property
     def state(self):
@@ -279,7 +287,7 @@ cdef class March:
 
     def correct(self, const double[::1] s):
         """Add a correction ``(n,)`` to the present iterate."""
-        correct(&self.motion, &s[0])
+        correct(&self.motion, 1.0, &s[0])
 
     def matrix(self):
         """Return the values of the scaled iteration matrix at the present iterate."""
@@ -374,7 +382,9 @@ cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
     for i in range(begin, end):
         self.q[i] = self.q0[i] + dt * self.v0[i] + w.q_b * self.b0[i] + w.q_a * self.a0[i]
-        self.a[i] = self.a0[i]
+    if self.moved:
+        for i in range(begin, end):
+            self.a[i] = self.a0[i]
     if self.system.damped:
         for i in range(begin, end):
             self.v[i] = self.v0[i] + w.v_b * self.b0[i] + v_a * self.a0[i]
@@ -385,6 +395,7 @@ cdef void restart(void *context) noexcept nogil:
     cdef Motion *self = <Motion *>context
     cdef ptrdiff_t i
     in_parts(self.n_parts, restart_part, self)
+    self.moved = False
     for i in range(self.m):
         self.lam[i] = self.lam0[i]
 
@@ -392,25 +403,34 @@ cdef void restart(void *context) noexcept nogil:
 cdef void correct_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef Motion *self = <Motion *>context
     cdef const double *s = self.s
-    cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
-    cdef double factor = 1.0 / self.weights.scale, rate = self.weights.v_new * factor
-    for i in range(begin, end):
-        self.q[i] += s[i]
-        self.a[i] += factor * s[i]
-    if self.system.damped:
-        for i in range(begin, end):
-            self.v[i] += rate * s[i]
+    cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), stop, i
+    cdef double factor = self.factor, of_a = factor / self.weights.scale, total = 0.0
+    cdef double of_v = of_a * self.weights.v_new
+    while begin < end:
+        stop = min(begin + PIECE, end)
+        for i in range(begin, stop):
+            self.q[i] += factor * s[i]
+            self.a[i] += of_a * s[i]
+        if self.system.damped:
+            for i in range(begin, stop):
+                self.v[i] += of_v * s[i]
+        total += dot(s + begin, s + begin, stop - begin)
+        begin = stop
+    self.squares[part] = factor * factor * total
 
 
-cdef void correct(void *context, const double *s) noexcept nogil:
+cdef double correct(void *context, double factor, const double *s) noexcept nogil:
     """Equation 10; where no force depends on it, the velocity follows when the step is accepted."""
     cdef Motion *self = <Motion *>context
     cdef ptrdiff_t i
-    cdef double factor = 1.0 / self.weights.scale
-    self.s = s
+    cdef double total = 0.0
+    self.s, self.factor, self.moved = s, factor, True
     in_parts(self.n_parts, correct_part, self)
     for i in range(self.m):
-        self.lam[i] += factor * s[self.n_free + i]
+        self.lam[i] += factor / self.weights.scale * s[self.n_free + i]
+    for i in range(self.n_parts):
+        total += self.squares[i]
+    return total
 
 
 cdef void residual(void *context, double *r) noexcept nogil:
@@ -439,15 +459,18 @@ cdef void material(void *context, double *values) noexcept nogil:
 cdef void accept_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef Motion *self = <Motion *>context
     cdef Weights w = self.weights
-    cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
-    for i in range(begin, end):
-        self.v0[i] += w.v_b * self.b0[i] + w.v_a * self.a0[i] + w.v_new * self.a[i]
-        self.q0[i] = self.q[i]
-    if self.shifted:
-        for i in range(begin, end):
-            self.b0[i] = w.b_b * self.b0[i] + w.b_a * self.a0[i] + w.b_new * self.a[i]
-    for i in range(begin, end):
-        self.a0[i] = self.a[i]
+    cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), stop, i
+    while begin < end:  # in pieces, so that the later loops find in the cache what the first has read
+        stop = min(begin + PIECE, end)
+        for i in range(begin, stop):
+            self.v0[i] += w.v_b * self.b0[i] + w.v_a * self.a0[i] + w.v_new * self.a[i]
+            self.q0[i] = self.q[i]
+        if self.shifted:
+            for i in range(begin, stop):
+                self.b0[i] = w.b_b * self.b0[i] + w.b_a * self.a0[i] + w.b_new * self.a[i]
+        for i in range(begin, stop):
+            self.a0[i] = self.a[i]
+        begin = stop
 
 
 cdef void accept(Motion *self) noexcept nogil:
@@ -457,6 +480,7 @@ cdef void accept(Motion *self) noexcept nogil:
             self.system.context, self.q0, self.amplitudes0, self.q, self.amplitudes, self.r)
         memcpy(self.amplitudes0, self.amplitudes, self.system.n_amplitudes * sizeof(double))
     in_parts(self.n_parts, accept_part, self)
+    self.moved = False
     for i in range(self.m):
         self.lam0[i] = self.lam[i]
 

@@ -51,10 +51,11 @@ typedef struct {
 typedef struct {
     void *context;
     ptrdiff_t n, n_coordinates, n_values; /* unknowns; coordinates among them come first */
-    void (*restart)(void *context);                   /* x back to the predictor */
-    void (*correct)(void *context, const double *s);  /* x += s */
-    void (*residual)(void *context, double *r);       /* scaled residual at x */
-    void (*matrix)(void *context, double *values);    /* scaled iteration matrix at x */
+    void (*restart)(void *context); /* x back to the predictor */
+    /* x += factor s; the sum of the squares of factor s over the coordinates */
+    double (*correct)(void *context, double factor, const double *s);
+    void (*residual)(void *context, double *r);    /* scaled residual at x */
+    void (*matrix)(void *context, double *values); /* scaled iteration matrix at x */
     /* A positive definite neighbour of it, for seeds where it is indefinite; NULL if there is none */
     void (*material)(void *context, double *values);
     const double *q; /* all coordinates at x, fixed ones last; NULL if nothing turns with them */

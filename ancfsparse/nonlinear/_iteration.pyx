@@ -38,7 +38,7 @@ cdef extern from "solver_abi.h":
         void *context
         ptrdiff_t n, n_coordinates, n_values
         void (*restart)(void *) noexcept nogil
-        void (*correct)(void *, const double *) noexcept nogil
+        double (*correct)(void *, double, const double *) noexcept nogil
         void (*residual)(void *, double *) noexcept nogil
         void (*matrix)(void *, double *) noexcept nogil
         void (*material)(void *, double *) noexcept nogil
@@ -447,13 +447,13 @@ cdef void finish(Loop *self, double size) noexcept nogil:
     """
     cdef ptrdiff_t n = self.n
     if self.carry:
+        scaled(self.parts, self.s, -1.0, self.z, n)
         combined(self.parts, self.y, 1.0, self.r_new, -1.0, self.r, n)
         learn(self, self.r_new)
     elif self.polishes:
         multiply(self, self.r_new)
     if self.polishes and rms(self, self.z, self.equations.n_coordinates) <= size:
-        scaled(self.parts, self.s, -1.0, self.z, n)
-        self.equations.correct(self.equations.context, self.s)
+        self.equations.correct(self.equations.context, -1.0, self.z)
         self.counts.last_corrections += 1
 
 
@@ -463,7 +463,6 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
     If economical, a new seed is taken wherever waiting would cost more.
     """
     cdef const ancf_equations *eq = self.equations
-    cdef double *s = self.s
     cdef double *z = self.z
     cdef double *swap
     cdef ptrdiff_t n = self.n
@@ -483,11 +482,9 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         start_from_seed(self)
     multiply(self, self.r)
     for it in range(self.max_iterations):
-        scaled(self.parts, s, -1.0, z, n)
-        eq.correct(eq.context, s)
+        size = sqrt(eq.correct(eq.context, -1.0, z) / eq.n_coordinates)
         used[0] += 1
         self.counts.iterations += 1
-        size = rms(self, s, eq.n_coordinates)
         if last_size > 0.0:
             self.rate = fmin(fmax(0.3 * self.rate, size / last_size), 0.99)
         last_size = size
@@ -505,9 +502,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
             halvings = 0
             while not norm_new <= norm and halvings < 6 and not small:
                 halvings += 1
-                scaled(self.parts, s, -0.5, s, n)
-                eq.correct(eq.context, s)
-                scaled(self.parts, s, -1.0, s, n)
+                eq.correct(eq.context, 0.5**halvings, z)
                 evaluate(self, self.r_new)
                 norm_new = rms(self, self.r_new, n)
         if not isfinite(norm_new):
@@ -522,7 +517,8 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         if norm_new > GROWTH * start and it > 0 and not damped:
             return DIVERGED
         theta = self.contraction = norm_new / norm
-        if not newton:
+        if learns:
+            scaled(self.parts, self.s, -1.0, z, n)
             combined(self.parts, self.y, 1.0, self.r_new, -1.0, self.r, n)
         swap = self.r
         self.r = self.r_new
@@ -545,7 +541,10 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                 last_theta = theta
                 continue
         last_theta = theta
-        learn(self, self.r)
+        if learns:
+            learn(self, self.r)
+        else:
+            multiply(self, self.r)
     return TOO_MANY
 
 

@@ -15,6 +15,7 @@ _NAME = b"ancf_equations"
 _NUMBERS = ct.POINTER(ct.c_double)
 _DO = ct.CFUNCTYPE(None, ct.c_void_p)
 _PASS = ct.CFUNCTYPE(None, ct.c_void_p, _NUMBERS)
+_CORRECT = ct.CFUNCTYPE(ct.c_double, ct.c_void_p, ct.c_double, _NUMBERS)
 
 
 class _Interface(ct.Structure):
@@ -26,7 +27,7 @@ class _Interface(ct.Structure):
         ("n_coordinates", ct.c_ssize_t),
         ("n_values", ct.c_ssize_t),
         ("restart", _DO),
-        ("correct", _PASS),
+        ("correct", _CORRECT),
         ("residual", _PASS),
         ("matrix", _PASS),
         ("material", _PASS),
@@ -64,10 +65,12 @@ class Equations:
             self.trace.append("restart")
             self.x = self.start.copy()
 
-        def correct(_, s):
+        def correct(_, factor, s):
             self.trace.append("correct")
             with np.errstate(all="ignore"):  # a diverging loop may overflow
-                self.x = self.x + np.ctypeslib.as_array(s, (n,))
+                change = factor * np.ctypeslib.as_array(s, (n,))
+                self.x = self.x + change
+                return np.sum(change[: self.n_coordinates] ** 2)
 
         def write_residual(_, r):
             self.trace.append("residual")
@@ -87,7 +90,7 @@ class Equations:
 
         self.interface = _Interface(
             None, n, self.n_coordinates, len(self.row),
-            _DO(restart), _PASS(correct), _PASS(write_residual), _PASS(write_matrix),
+            _DO(restart), _CORRECT(correct), _PASS(write_residual), _PASS(write_matrix),
             _PASS() if material is None else _PASS(write_material), None,
         )  # fmt: skip
         self.capsule = _new_capsule(ct.addressof(self.interface), _NAME, None)
