@@ -163,29 +163,22 @@ cdef class Ldl:
         length = [np.arange(w - 1, -1, -1) + r for w, r in zip(width, rows)]
         start = np.concatenate([[0], np.cumsum(np.concatenate(length))])
         row, lower = np.empty(start[-1], dtype=np.int32), np.empty(start[-1])
-        pivot = np.empty(self.data.n)
-        diagonal, triangles, blocks = np.split(
+        pivot, triangles, blocks = np.split(
             a["entries"], [self.data.n, self.data.n + int(a["triangle_start"][-1])])
         for s, (f, end) in enumerate(zip(a["first"][:-1], a["first"][1:])):
             below = a["row"][a["row_start"][s]:a["row_start"][s + 1]]
             image = below - self.data.n
             below = np.where(image < 0, below, self.data.root_column + image % self.data.n_root
                              if self.data.n_root else 0)
-            inverse = np.diag(diagonal[f:end])
-            inverse[np.tril_indices(end - f, -1)] = (
+            left = np.eye(end - f)
+            left[np.tril_indices(end - f, -1)] = (
                 triangles[a["triangle_start"][s]:a["triangle_start"][s + 1]])
-            left = np.linalg.inv(inverse + np.tril(inverse, -1).T)  # to be eliminated, then L
-            block = blocks[a["block_start"][s]:a["block_start"][s + 1]].reshape(-1, end - f)
-            for c in range(end - f):
-                pivot[f + c] = left[c, c]
-                left[c:, c] /= pivot[f + c]
-                left[c + 1:, c + 1:] -= pivot[f + c] * np.outer(left[c + 1:, c], left[c + 1:, c])
-            block = block @ np.tril(left)
+            block = blocks[a["block_start"][s]:a["block_start"][s + 1]].reshape(-1, end - f) @ left
             for c in range(end - f):
                 place = slice(start[f + c], start[f + c + 1])
                 row[place] = np.concatenate([np.arange(f + c + 1, end), below])
                 lower[place] = np.concatenate([left[c + 1:, c], block[:, c]])
-        return start, row, lower, pivot, a["permutation"].copy()
+        return start, row, lower, 1.0 / pivot, a["permutation"].copy()
 
 
 cdef images(int32_t[::1] row, row_start, ptrdiff_t n, ptrdiff_t root, parts):

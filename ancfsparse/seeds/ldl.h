@@ -1,14 +1,15 @@
 /* A symmetric quasi-definite matrix, factored by supernodes: what its parts are and where they lie.
  *
  * A supernode s is a run of columns with one and the same pattern below: the coordinates of a node, or
- * more.  With A_s the columns of what is left of the matrix when its turn comes, P_s their square block at
- * the diagonal and B_s the rows below, kept are
+ * more.  Of what is left of the matrix when its turn comes, P is the square block at the diagonal and B
+ * are the rows below, one for each row of the pattern.  Kept are
  *
- *     P_s^-1,  as diagonal and packed strict lower triangle,   and   G_s = B_s P_s^-1,
+ *     P = L D L^T,  as 1/D and the packed strict triangle of L,   and   G = B P^-1, row by row.
  *
- * one row for each row of the pattern.  Beside L D L^T this needs as much room and as many operations in
- * a solve, but no number in it waits for a triangle: on the way down x_rows -= G x_s, on the way up
- * x_s = P^-1 x_s - G^T x_rows.
+ * Beside L and D of the whole matrix this takes as much room and as many operations in a solve, but the
+ * way from one supernode to the next does not lead through a triangle: down x_rows -= G x_s, up
+ * x_s = P^-1 x_s - G^T x_rows.  It is as stable as L D L^T up to the root of the condition of P (block LU
+ * of a definite matrix: Demmel, Higham and Schreiber 1995); with P^-1 itself it would not be.
  *
  * For several threads the supernodes stand in parts that do not update one another, disjoint subtrees of
  * the elimination tree, and a root that all of them may update and that is left to one thread.  In the
@@ -68,6 +69,36 @@ LDL_INLINE ptrdiff_t ldl_width(const ldl *self, ptrdiff_t s)
 LDL_INLINE ptrdiff_t ldl_rows(const ldl *self, ptrdiff_t s)
 {
     return self->row_start[s + 1] - self->row_start[s];
+}
+
+enum { LDL_SHORT = 12 };
+
+/* g . y, in two chains of additions, so that neither is long */
+LDL_INLINE double ldl_dot(const double *restrict g, const double *restrict y, ptrdiff_t width)
+{
+    double even = 0.0, odd = 0.0;
+    ptrdiff_t c = 0;
+    if (!LDL_NARROW(width)) {
+        quad first = {0}, second = {0};
+        for (; c + 8 <= width; c += 8) {
+            first += quad_load(g + c) * quad_load(y + c);
+            second += quad_load(g + c + 4) * quad_load(y + c + 4);
+        }
+        if (c + 4 <= width) {
+            first += quad_load(g + c) * quad_load(y + c);
+            c += 4;
+        }
+        first += second;
+        even = first[0] + first[2];
+        odd = first[1] + first[3];
+    }
+    for (; c + 2 <= width; c += 2) {
+        even += g[c] * y[c];
+        odd += g[c + 1] * y[c + 1];
+    }
+    if (c < width)
+        even += g[c] * y[c];
+    return even + odd;
 }
 
 /* out -= a x, of length n */

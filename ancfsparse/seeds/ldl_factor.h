@@ -1,4 +1,4 @@
-/* Elimination, supernode by supernode: each, once inverted, updates those that its rows belong to. */
+/* Elimination, supernode by supernode: each, once factored, updates those that its rows belong to. */
 #ifndef ANCF_LDL_FACTOR_H
 #define ANCF_LDL_FACTOR_H
 
@@ -10,11 +10,11 @@
 #include "parallel.h"
 #include "simd.h"
 
-/* Numbers of working space for a supernode: inverse, one row of it, rows transposed, products. */
+/* Numbers of working space for a supernode: rows, rows times the inverse, both transposed; products. */
 static inline ptrdiff_t ldl_space(ptrdiff_t width, ptrdiff_t n_rows)
 {
     ptrdiff_t stride = ldl_stride(n_rows);
-    return width * width + width + width * stride + stride + 4 * LDL_SLACK;
+    return width * stride + 4 * width + stride + width + 3 * LDL_SLACK;
 }
 
 /* product[k] = sum over c of g[c] b[c * stride + k], for k < n; up to LDL_SLACK more are read and written. */
@@ -40,53 +40,55 @@ LDL_INLINE void ldl_products(const double *restrict g, ptrdiff_t width, const do
     }
 }
 
-/* Invert the block P of a supernode into `inverse`, full; 0, 1 + the first unknown whose pivot has the
- * wrong sign, or minus that where the pivot is none.
- *
- * The sweep operator (Goodnight 1979): after all columns are swept, -P^-1 has taken the place of P.
- * Its pivots are those of L D L^T. */
-LDL_INLINE ptrdiff_t ldl_invert(const ldl *self, ptrdiff_t s, ptrdiff_t width,
-                                double *restrict inverse, double *restrict held)
+/* Factor the block at the diagonal of a supernode, L D L^T in place, D inverted; 0, 1 + the first unknown
+ * whose pivot has the wrong sign, or minus that where the pivot is none. */
+LDL_INLINE ptrdiff_t ldl_pivots(const ldl *self, ptrdiff_t s, ptrdiff_t width)
 {
     const int32_t *permutation = self->permutation + self->first[s];
-    double *restrict diagonal = self->diagonal + self->first[s];
+    double *restrict inverse = self->diagonal + self->first[s];
     double *restrict triangle = self->triangle + self->triangle_start[s];
-    double *entry = triangle;
+    double *restrict entry = triangle;
     ptrdiff_t bad = 0;
-    for (ptrdiff_t i = 0; i < width; ++i) {
-        for (ptrdiff_t k = 0; k < i; ++k)
-            inverse[i * width + k] = inverse[k * width + i] = *entry++;
-        inverse[i * width + i] = diagonal[i];
-    }
-    for (ptrdiff_t k = 0; k < width; ++k) {
-        double pivot = inverse[k * width + k], over = 1.0 / pivot;
-        double sign = permutation[k] < self->n_positive ? 1.0 : -1.0;
+    for (ptrdiff_t c = 0; c < width; ++c) {
+        double pivot = inverse[c], sign = permutation[c] < self->n_positive ? 1.0 : -1.0;
+        const double *above = triangle;
+        for (ptrdiff_t k = 1; k < c; ++k) {
+            entry[k] -= ldl_dot(above, entry, k);
+            above += k;
+        }
+        for (ptrdiff_t k = 0; k < c; ++k) {
+            double scaled = entry[k] * inverse[k];
+            pivot -= entry[k] * scaled;
+            entry[k] = scaled;
+        }
+        inverse[c] = 1.0 / pivot;
         if (!(pivot * sign > 0.0 && pivot * sign < INFINITY)) { /* a NaN ends here too */
             if (bad == 0)
-                bad = 1 + permutation[k];
+                bad = 1 + permutation[c];
             if (pivot == 0.0 || !isfinite(pivot))
                 return -bad;
         }
-        for (ptrdiff_t j = 0; j < width; ++j)
-            held[j] = inverse[k * width + j];
-        for (ptrdiff_t i = 0; i < width; ++i) {
-            double factor = held[i] * over;
-            ldl_subtract(inverse + i * width, factor, held, width);
-            inverse[i * width + k] = factor;
-        }
-        for (ptrdiff_t j = 0; j < width; ++j)
-            inverse[k * width + j] = held[j] * over;
-        inverse[k * width + k] = -over;
-    }
-    for (ptrdiff_t i = 0; i < width * width; ++i)
-        inverse[i] = -inverse[i];
-    entry = triangle;
-    for (ptrdiff_t i = 0; i < width; ++i) {
-        for (ptrdiff_t k = 0; k < i; ++k)
-            *entry++ = inverse[i * width + k];
-        diagonal[i] = inverse[i * width + i];
+        entry += c;
     }
     return bad;
+}
+
+/* Four rows times the inverse of the block, by its factor: y[c] holds column c of them. */
+LDL_INLINE void ldl_divide(const double *triangle, const double *inverse, ptrdiff_t width, quad *y)
+{
+    const double *entry = triangle;
+    for (ptrdiff_t c = 1; c < width; ++c) {
+        for (ptrdiff_t k = 0; k < c; ++k)
+            y[c] -= entry[k] * y[k];
+        entry += c;
+    }
+    for (ptrdiff_t c = 0; c < width; ++c)
+        y[c] *= inverse[c];
+    for (ptrdiff_t c = width - 1; c > 0; --c) {
+        entry -= c;
+        for (ptrdiff_t k = 0; k < c; ++k)
+            y[k] -= entry[k] * y[c];
+    }
 }
 
 /* Subtract what supernode s gives to the columns of its rows r to end; `b` are its rows, transposed.
@@ -126,26 +128,28 @@ LDL_INLINE void ldl_update(const ldl *self, ptrdiff_t s, ptrdiff_t width, ptrdif
     }
 }
 
-/* Eliminate a supernode and update its part; return as `ldl_invert` does.  What it has for the root, if
+/* Eliminate a supernode and update its part; return as `ldl_pivots` does.  What it has for the root, if
  * anything, is kept: the root comes later, from one thread.  In the root itself there are only such rows. */
 LDL_INLINE ptrdiff_t ldl_eliminate(const ldl *self, ptrdiff_t s, ptrdiff_t width, double *space,
                                    double **kept)
 {
-    double *inverse = space, *held = inverse + width * width + LDL_SLACK;
-    double *b = held + width + LDL_SLACK, *product;
     double *g = self->block + self->block_start[s];
-    ptrdiff_t n_rows = ldl_rows(self, s), stride = ldl_stride(n_rows), end = n_rows;
-    ptrdiff_t bad = ldl_invert(self, s, width, inverse, held);
+    ptrdiff_t n_rows = ldl_rows(self, s), stride = ldl_stride(n_rows), end = n_rows, bad;
+    double *b = space, *product = b + width * stride + LDL_SLACK;
+    quad held[LDL_SHORT], *y = __builtin_constant_p(width) ? held : (quad *)(product + stride + LDL_SLACK);
+    for (ptrdiff_t r = 0; r < n_rows; ++r)
+        for (ptrdiff_t c = 0; c < width; ++c)
+            b[c * stride + r] = g[r * width + c];
+    bad = ldl_pivots(self, s, width);
     if (bad < 0)
         return bad;
-    product = b + width * stride + LDL_SLACK;
-    for (ptrdiff_t r = 0; r < n_rows; ++r) {
+    for (ptrdiff_t r = 0; r < n_rows; r += 4) {
         for (ptrdiff_t c = 0; c < width; ++c)
-            b[c * stride + r] = g[c];
-        ldl_products(g, width, inverse, width, width, held);
-        for (ptrdiff_t c = 0; c < width; ++c)
-            g[c] = held[c];
-        g += width;
+            y[c] = quad_load(b + c * stride + r);
+        ldl_divide(self->triangle + self->triangle_start[s], self->diagonal + self->first[s], width, y);
+        for (ptrdiff_t k = r; k < n_rows && k < r + 4; ++k)
+            for (ptrdiff_t c = 0; c < width; ++c)
+                g[k * width + c] = y[c][k - r];
     }
     if (s < self->part[self->n_parts]) {
         end = ldl_rows_before(self, s, self->root_column);
@@ -158,7 +162,7 @@ LDL_INLINE ptrdiff_t ldl_eliminate(const ldl *self, ptrdiff_t s, ptrdiff_t width
     return bad;
 }
 
-/* Eliminate supernodes s to end; return as `ldl_invert` does. */
+/* Eliminate supernodes s to end; return as `ldl_pivots` does. */
 static ptrdiff_t ldl_eliminate_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, double *space,
                                      double *kept)
 {

@@ -7,36 +7,6 @@
 #include "ldl.h"
 #include "parallel.h"
 
-enum { LDL_SHORT = 12 };
-
-/* g . y, in two chains of additions, so that neither is long */
-LDL_INLINE double ldl_dot(const double *restrict g, const double *restrict y, ptrdiff_t width)
-{
-    double even = 0.0, odd = 0.0;
-    ptrdiff_t c = 0;
-    if (!LDL_NARROW(width)) {
-        quad first = {0}, second = {0};
-        for (; c + 8 <= width; c += 8) {
-            first += quad_load(g + c) * quad_load(y + c);
-            second += quad_load(g + c + 4) * quad_load(y + c + 4);
-        }
-        if (c + 4 <= width) {
-            first += quad_load(g + c) * quad_load(y + c);
-            c += 4;
-        }
-        first += second;
-        even = first[0] + first[2];
-        odd = first[1] + first[3];
-    }
-    for (; c + 2 <= width; c += 2) {
-        even += g[c] * y[c];
-        odd += g[c + 1] * y[c + 1];
-    }
-    if (c < width)
-        even += g[c] * y[c];
-    return even + odd;
-}
-
 /* x_rows -= G x_s */
 LDL_INLINE void ldl_forward(const double *g, const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width,
                             double *x, const double *y)
@@ -51,10 +21,42 @@ LDL_INLINE void ldl_forward(const double *g, const int32_t *row, ptrdiff_t n_row
         x[row[r]] -= ldl_dot(g + r * width, y, width);
 }
 
-/* out = P^-1 y - G^T x_rows; y is what the forward sweep left of a supernode.  `low` is working space. */
-LDL_INLINE void ldl_backward(const double *g, const double *diagonal, const double *triangle,
+/* y = P^-1 y */
+LDL_INLINE void ldl_divide_one(const double *entry, const double *inverse, ptrdiff_t width,
+                               double *restrict y)
+{
+    if (__builtin_constant_p(width)) { /* straight lines, so that all that does not wait overlaps */
+#pragma GCC unroll 12
+        for (ptrdiff_t c = 1; c < width; ++c)
+#pragma GCC unroll 12
+            for (ptrdiff_t k = 0; k < c; ++k)
+                y[c] -= entry[c * (c - 1) / 2 + k] * y[k];
+#pragma GCC unroll 12
+        for (ptrdiff_t c = 0; c < width; ++c)
+            y[c] *= inverse[c];
+#pragma GCC unroll 12
+        for (ptrdiff_t c = width - 1; c > 0; --c)
+#pragma GCC unroll 12
+            for (ptrdiff_t k = 0; k < c; ++k)
+                y[k] -= entry[c * (c - 1) / 2 + k] * y[c];
+        return;
+    }
+    for (ptrdiff_t c = 1; c < width; ++c) {
+        y[c] -= ldl_dot(entry, y, c);
+        entry += c;
+    }
+    for (ptrdiff_t c = 0; c < width; ++c)
+        y[c] *= inverse[c];
+    for (ptrdiff_t c = width - 1; c > 0; --c) {
+        entry -= c;
+        ldl_subtract(y, y[c], entry, c);
+    }
+}
+
+/* y = P^-1 y - G^T x_rows, of the unknowns of a supernode; `low` is working space. */
+LDL_INLINE void ldl_backward(const double *g, const double *inverse, const double *triangle,
                              const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width, const double *x,
-                             const double *y, double *restrict low, double *restrict out)
+                             double *restrict y, double *restrict low)
 {
     /* What comes from above is waited for; all else can be done before. */
     if (__builtin_constant_p(width)) {
@@ -78,24 +80,9 @@ LDL_INLINE void ldl_backward(const double *g, const double *diagonal, const doub
         for (ptrdiff_t r = 0; r < n_rows; ++r)
             ldl_subtract(low, -x[row[r]], g + r * width, width);
     }
-    for (ptrdiff_t c = 0; c < width; ++c) {
-        double total = diagonal[c] * y[c];
-        quad totals = {0};
-        ptrdiff_t k = 0;
-        if (!LDL_NARROW(width))
-            for (; k + 4 <= c; k += 4) {
-                totals += quad_load(triangle + k) * quad_load(y + k);
-                quad_store(out + k, quad_load(out + k) + y[c] * quad_load(triangle + k));
-            }
-        for (; k < c; ++k) {
-            total += triangle[k] * y[k];
-            out[k] += triangle[k] * y[c];
-        }
-        out[c] = (totals[0] + totals[2]) + (totals[1] + totals[3]) + total;
-        triangle += c;
-    }
+    ldl_divide_one(triangle, inverse, width, y);
     for (ptrdiff_t c = 0; c < width; ++c)
-        out[c] -= low[c];
+        y[c] -= low[c];
 }
 
 /* Sweep over supernodes s to end.  The right-hand side comes in just before it is needed, from column
@@ -131,30 +118,42 @@ static void ldl_forward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, ptrdi
     }
 }
 
+/* With the unknowns in registers. */
+#define LDL_BACKWARD(width)                                                                    \
+    do {                                                                                       \
+        for (ptrdiff_t c = 0; c < (width); ++c)                                                \
+            held[c] = y[c];                                                                    \
+        ldl_backward(g, inverse, triangle, row, n_rows, (width), x, held, low);                \
+        for (ptrdiff_t c = 0; c < (width); ++c)                                                \
+            self->x[out[c]] = y[c] = held[c];                                                  \
+    } while (0)
+
 static void ldl_backward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, double *space)
 {
-    double *x = self->work, held[2 * LDL_SHORT];
+    double *x = self->work;
     const double *g = self->block + self->block_start[end];
     const double *triangle = self->triangle + self->triangle_start[end];
     const int32_t *row = self->row + self->row_start[end];
     ptrdiff_t column = self->first[end], begin = s;
     for (s = end - 1; s >= begin; --s) {
         ptrdiff_t width = ldl_width(self, s), n_rows = ldl_rows(self, s);
-        double *out = width <= LDL_SHORT ? held : space, *low = out + width;
+        const double *inverse = self->diagonal + (column -= width);
+        const int32_t *out = self->permutation + column;
+        double held[LDL_SHORT], low[LDL_SHORT], *y = x + column;
         g -= n_rows * width;
         triangle -= width * (width - 1) / 2;
         row -= n_rows;
-        column -= width;
         if (width == 4)
-            ldl_backward(g, self->diagonal + column, triangle, row, n_rows, 4, x, x + column, low, out);
+            LDL_BACKWARD(4);
         else if (width == 6)
-            ldl_backward(g, self->diagonal + column, triangle, row, n_rows, 6, x, x + column, low, out);
+            LDL_BACKWARD(6);
         else if (width == 12)
-            ldl_backward(g, self->diagonal + column, triangle, row, n_rows, 12, x, x + column, low, out);
-        else
-            ldl_backward(g, self->diagonal + column, triangle, row, n_rows, width, x, x + column, low, out);
-        for (ptrdiff_t c = 0; c < width; ++c)
-            self->x[self->permutation[column + c]] = x[column + c] = out[c];
+            LDL_BACKWARD(12);
+        else {
+            ldl_backward(g, inverse, triangle, row, n_rows, width, x, y, space);
+            for (ptrdiff_t c = 0; c < width; ++c)
+                self->x[out[c]] = y[c];
+        }
     }
 }
 

@@ -111,6 +111,36 @@ def test_new_values_on_the_old_pattern(kind, rng):
         assert np.abs(seed.solve(r) - expected).max() <= 1e-9 * np.abs(expected).max()
 
 
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("width", [1, 2, 3, 4, 5, 6, 7, 8, 9, 12, 13, 18])
+def test_nodes_of_any_width(width, threads, rng):
+    # Loops of known length for some, vectors with a rest for others.
+    a = chain(rng, 20, width)
+    indptr, indices, values = lower_csc(a)
+    seed = SparseSeed(indptr, indices, len(a), threads)
+    assert seed.factor(values) == 0
+    assert_factors(seed, a)
+    r = rng.normal(size=len(a))
+    expected = np.linalg.solve(a, r)
+    assert np.abs(seed.solve(r) - expected).max() <= 1e-11 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("grade", [1e4, 1e8])
+def test_stiff_nodes_cost_no_more_digits_than_block_elimination_must(grade, rng):
+    # Axial stiffness beside bending in one node.  Demmel, Higham and Schreiber (1995): block LU of a
+    # definite matrix is stable up to the root of its condition.
+    scale = np.tile([grade, 1.0, np.sqrt(grade), 1.0], 12)
+    a = chain(rng)
+    turn = np.kron(np.eye(12), np.linalg.qr(rng.normal(size=(4, 4)))[0])
+    a = turn @ (np.sqrt(scale)[:, None] * a * np.sqrt(scale)) @ turn.T
+    seed = seed_of(a, len(a))
+    assert seed.factor(lower_csc(a)[2]) == 0
+    r = rng.normal(size=len(a))
+    x = seed.solve(r)
+    bound = np.finfo(float).eps * np.linalg.norm(a, 2) * np.linalg.norm(x)
+    assert np.linalg.norm(a @ x - r) <= np.sqrt(grade) * bound
+
+
 def test_zeros_among_the_first_values_are_places_for_later(rng):
     # A straight beam has zero couplings that fill up as it bends.
     a = chain(rng, 8)
