@@ -12,9 +12,10 @@ from ancfsparse.seeds.cholmod import Supernodal, order
 from ancfsparse.seeds.shape import Upper, parts_of, shape_of
 
 Indices = NDArray[np.integer[Any]]
-# Operations for each entry of L from which CHOLMOD's dense blocks beat our loops: between square
-# nets of 30 (149, four times slower) and of 60 cables a side (257, a quarter faster).
-DENSE_BLOCKS = 200.0
+# Operations for each entry of L from which CHOLMOD's dense blocks beat our loops on one thread:
+# between square nets of 140 (496, a tenth slower) and of 200 cables a side (665, a tenth faster).
+# Cubes of 30^3 unknowns (637) are a quarter slower yet.
+DENSE_BLOCKS = 600.0
 
 
 class SparseSeed:

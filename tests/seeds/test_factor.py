@@ -264,7 +264,7 @@ def wide_grid(n):
 
 
 def test_cholmod_factors_where_dense_blocks_pay():
-    lower = wide_grid(18)
+    lower = wide_grid(30)
     seed = SparseSeed(lower.indptr, lower.indices, lower.shape[0])
     assert seed.supernodal
     whole = lower + sp.tril(lower, -1).T
@@ -281,7 +281,7 @@ def test_cholmod_factors_where_dense_blocks_pay():
 
 
 def test_an_exception_in_cholmod_reaches_the_caller(monkeypatch):
-    lower = wide_grid(18)
+    lower = wide_grid(30)
     seed = SparseSeed(lower.indptr, lower.indices, lower.shape[0])
     inverse = compiled("inverse").Limited(seed, "broyden", 0)
 
