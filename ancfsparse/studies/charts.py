@@ -15,7 +15,12 @@ from matplotlib.transforms import blended_transform_factory
 from ancfsparse.errors import InputError
 from ancfsparse.studies.race import OURS, Point
 
-DPI = 110
+DPI = 120
+
+# A page shows a picture 800 pixels wide: what is drawn at this width [in] keeps its letters, of
+# 8 points and more, at ten pixels and more.
+WIDTH = 9.0
+SMALL = 8.0
 
 
 def failures(points: Sequence[Point]) -> list[str]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ancfsparse.errors import check_count, check_positive
+from ancfsparse.errors import InputError, check_count, check_positive
 from ancfsparse.studies import (
     error_budget_report,
     long_runs_report,
@@ -24,6 +24,7 @@ from ancfsparse.studies.error_budget import error_budget as run_error_budget
 from ancfsparse.studies.long_runs import long_runs as run_long_runs
 from ancfsparse.studies.memory import memory as run_memory
 from ancfsparse.studies.scaling import scaling as run_scaling
+from ancfsparse.studies.stability import read as read_stability
 from ancfsparse.studies.stability import stability as run_stability
 from ancfsparse.studies.stability_scenes import SCENES
 from ancfsparse.studies.total_error import total_error as run_total_error
@@ -134,22 +135,33 @@ def stability(
     stiffness: Annotated[
         list[float] | None, typer.Option(help="Only this Young's modulus [Pa].")
     ] = None,
+    table: Annotated[
+        Path | None,
+        typer.Option("--from", help="Run nothing: tables and charts of this stability.csv."),
+    ] = None,
     output: OutputOption = Path("results"),
     page: PageOption = None,
 ) -> None:
     """Map which runs live, over step, stiffness, integrator and solver; minutes."""
     options = {"steps": step, "stiffnesses": stiffness}
-    result = run_stability(
-        tuple(scene or SCENES),
-        **{name: tuple(given) for name, given in options.items() if given},
-        progress=True,
-    )
+    if table is not None:
+        if scene or step or stiffness:
+            raise InputError(
+                f"--from {table} shows a map that is finished: leave out --scene, --step and "
+                "--stiffness, or --from"
+            )
+        result = read_stability(table)
+    else:
+        result = run_stability(
+            tuple(scene or SCENES),
+            **{name: tuple(given) for name, given in options.items() if given},
+            progress=True,
+        )
     typer.echo(stability_report.as_text(result))
     written = stability_report.write(result, output)
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
     if page is not None:
-        scenes = stability_report.scenes_of(result)
-        text = stability_findings.integrator_table(result, scenes)
+        text = stability_findings.integrator_table(result)
         fill_page(page, "stability", text, written[-2])
         text = stability_findings.solver_table(result)
         fill_page(page, "stability-solvers", text, written[-1])
