@@ -273,7 +273,7 @@ def test_the_solver_chart_shows_the_worst_and_frames_what_differs():
     frames = [[(p.get_x() + 0.5, p.get_linestyle()) for p in ax.patches]
               for ax in (newton, kept, full)]  # fmt: skip
     assert frames == [[], [(0.0, "-"), (1.0, ":")], [(1.0, ":")]]
-    assert newton.lines == []  # losses belong to integrators, and are marked in their chart
+    assert list(newton.lines) == []  # losses belong to integrators, and are marked in their chart
 
 
 def test_unknown_scenes_and_bad_steps_are_refused():
