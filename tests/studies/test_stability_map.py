@@ -23,7 +23,7 @@ from ancfsparse.studies.stability import (
     places,
     read,
 )
-from ancfsparse.studies.stability_charts import solver_chart
+from ancfsparse.studies.stability_charts import integrator_chart, solver_chart
 from ancfsparse.studies.stability_findings import solver_headline
 from ancfsparse.studies.stability_run import (
     FAILED,
@@ -225,6 +225,11 @@ def test_charts_and_tables_come_from_the_table_too(tmp_path, capsys):
     assert (tmp_path / "stability.csv").read_bytes() == SHIPPED.read_bytes()
     for name in ("stability.png", "stability-solvers.png"):
         assert (tmp_path / name).stat().st_size > 10_000
+
+
+def test_the_charts_can_be_read(shipped, readable):
+    readable(integrator_chart(shipped))
+    readable(solver_chart(shipped))
 
 
 def test_a_table_that_is_none_is_refused(tmp_path, capsys):
