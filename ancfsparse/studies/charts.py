@@ -1,13 +1,10 @@
-"""What the charts of the studies have in common: failures in the margin, files, pages."""
+"""What the charts of the studies have in common: sizes, findings, keys, failures in the margin."""
 
 from __future__ import annotations
 
-import json
-import shutil
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from itertools import zip_longest
-from pathlib import Path
 from typing import Any, cast
 
 from matplotlib.axes import Axes
@@ -15,10 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import blended_transform_factory
 
-from ancfsparse.errors import InputError
 from ancfsparse.studies.race import OURS, Point
-
-DPI = 120
 
 # A page shows a picture 800 pixels wide: what is drawn at this width [in] has letters of ten pixels
 # and more if they are of 8 points; notes, which no finding needs, of 8.6 pixels.
@@ -165,44 +159,3 @@ def _wrapped(notes: Sequence[str]) -> list[str]:
         line for each in notes
         for line in textwrap.wrap(each, NOTE_LETTERS, subsequent_indent=4 * " ")
     ]  # fmt: skip
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write a chart."""
-    figure.savefig(path, dpi=DPI)
-
-
-def write_json(data: dict[str, Any], path: Path) -> None:
-    """Write one JSON object."""
-    path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-
-
-def fill_page(page: Path, name: str, text: str, chart: Path) -> None:
-    """Put generated text on a page and a chart into the folder ``gallery`` beside it.
-
-    Parameters
-    ----------
-    page : Path
-        A page with the two markers of that name.
-    name : str
-        What the markers are called.
-    text : str
-        What to put between them.
-    chart : Path
-        A picture.
-
-    Raises
-    ------
-    InputError
-        If a marker is missing; nothing is written.
-    """
-    begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
-    old = page.read_text(encoding="utf-8")
-    before, opened, rest = old.partition(begin)
-    _, closed, after = rest.partition(end)
-    if not (opened and closed):
-        raise InputError(f"{page} has no place for {name}: add {begin} and {end} to it")
-    page.write_text(f"{before}{begin}\n{text}\n{end}{after}", encoding="utf-8")
-    gallery = page.parent / "gallery"
-    gallery.mkdir(exist_ok=True)
-    shutil.copy(chart, gallery)

@@ -10,18 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from ancfsparse.studies.charts import (
-    SMALL,
-    WIDTH,
-    save,
-    set_head,
-    set_legend,
-    set_title,
-    write_json,
-)
+from ancfsparse.studies.charts import SMALL, WIDTH, set_head, set_legend, set_title
 from ancfsparse.studies.error_budget import DEFAULT, PARTS, Budget, Part
+from ancfsparse.studies.files import save, write_csv, write_json
 from ancfsparse.studies.models import MODELS
-from ancfsparse.studies.scaling_report import write_csv
 
 COLOURS = dict(zip(MODELS, ("#0072b2", "#009e73", "#e69f00", "#d55e00", "#cc79a7"), strict=True))
 """One colour per model, told apart by colour-blind eyes too."""

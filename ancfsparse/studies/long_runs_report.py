@@ -6,16 +6,9 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.charts import (
-    WIDTH,
-    save,
-    set_head,
-    set_legend,
-    set_title,
-    write_json,
-)
+from ancfsparse.studies.charts import WIDTH, set_head, set_legend, set_title
+from ancfsparse.studies.files import save, write_csv, write_json
 from ancfsparse.studies.long_runs import MOST_RISE, NOISE, LongRun, LongRuns
-from ancfsparse.studies.scaling_report import write_csv
 
 REASONS = {
     "EnergyGain": "gained energy",

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ancfsparse.studies.charts import save, write_json
-from ancfsparse.studies.scaling_report import write_csv
+from ancfsparse.studies.files import save, write_csv, write_json
 from ancfsparse.studies.stability import Stability
 from ancfsparse.studies.stability_charts import integrator_chart, solver_chart
 from ancfsparse.studies.stability_findings import findings, integrator_table, solver_table

@@ -17,16 +17,14 @@ from ancfsparse.studies.charts import (
     WIDTH,
     failures,
     mark_failures,
-    save,
     set_head,
     set_legend,
     set_title,
-    write_json,
     write_notes,
 )
 from ancfsparse.studies.error_budget_report import COLOURS
+from ancfsparse.studies.files import save, write_csv, write_json
 from ancfsparse.studies.race import OURS, Point
-from ancfsparse.studies.scaling_report import write_csv
 from ancfsparse.studies.total_error import MESHES, TotalError, element_forces
 from ancfsparse.studies.total_error_findings import about_steps, about_thick, findings, headline
 

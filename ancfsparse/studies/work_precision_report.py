@@ -14,16 +14,14 @@ from ancfsparse.studies.charts import (
     WIDTH,
     failures,
     mark_failures,
-    save,
     set_head,
     set_legend,
     set_title,
-    write_json,
     write_notes,
 )
 from ancfsparse.studies.entrants import INTEGRATORS
+from ancfsparse.studies.files import save, write_csv, write_json
 from ancfsparse.studies.race import OURS, Point, fastest
-from ancfsparse.studies.scaling_report import write_csv
 from ancfsparse.studies.work_precision import LEVELS, WorkPrecision
 from ancfsparse.studies.work_precision_findings import (
     count_title,
