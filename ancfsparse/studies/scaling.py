@@ -149,26 +149,20 @@ def leave_out(
     return {"note": f"{expected:.0f} s expected, above the cap of {cap:g} s"}
 
 
-def enough(longest: float, rounds: int) -> int:
-    """Return how many rounds to run if the longest run of one takes this long [s]."""
-    wanted = math.ceil(ENOUGH / max(longest, SHORT))
+def enough(seconds: float, rounds: int) -> int:
+    """Return how many rounds to run of one that takes so long [s]."""
+    wanted = math.ceil(ENOUGH / max(seconds, SHORT))
     return max(rounds, min(wanted, MORE * rounds))
 
 
 def _race(rows: list[Row], rounds: int, limit: float) -> None:
-    """Run all rows in turn, each in its own process."""
+    """Run all rows in turn, each in its own process; those that are short once more, and more."""
     with ExitStack() as stack:
         workers = [stack.enter_context(Worker()) for _ in rows]
-        done, planned = 0, rounds
-        while done < planned:
+        for done in range(MORE * rounds):
             for row, worker in zip(rows, workers, strict=True):
-                if row.note:
+                if row.note or (done >= rounds and done >= enough(row.fastest, rounds)):
                     continue
                 row.record = worker.run(row.job, limit)
                 if not row.note:
                     row.seconds.append(row.record["seconds"])
-            done += 1
-            if done == 1:
-                planned = enough(
-                    max((s for row in rows for s in row.seconds), default=ENOUGH), rounds
-                )
