@@ -261,13 +261,16 @@ class System:
                     **_damping(beam, kind, self.elements(beam)),
                 }
             )
+        constraints, changing, moments = self._terms()
         return compiled("assembly").Assembly(
             self.n_free,
             self.n_all,
             self.pattern.n_values,
             self.loads.n_amplitudes,
-            groups,
-            *self._terms(),
+            compiled("elements").Elements(groups),
+            compiled("moments").Moments(moments),
+            constraints,
+            changing,
         )
 
     def _gravity(self) -> Vector:
