@@ -7,7 +7,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test codegen codegen-check bench-paper bench-kernels bench-accuracy charts lint format clean
+.PHONY: help setup demo test codegen codegen-check bench-paper bench-kernels bench-time bench-error charts lint format clean
 
 help: ## Show this list
 	@echo 'make TARGET            (ARGS="..." is handed on to the command behind it)'
@@ -42,19 +42,27 @@ bench-paper: .venv/.peers ## Time the paper's pendulum beside Exudyn, one thread
 bench-kernels: setup ## Time every element kernel on every instruction set
 	$(ONE_THREAD) $(BIN)/ancfsparse bench-kernels $(ARGS)
 
-bench-accuracy: .venv/.peers ## Measure seconds against error, and the whole error, beside peers
+bench-time: .venv/.peers ## Measure seconds against the error of the steps, beside peers
 	$(ONE_THREAD) $(BIN)/ancfsparse study work-precision --peers $(ARGS)
+
+bench-error: .venv/.peers ## Measure the whole error against its cost, beside peers
 	$(ONE_THREAD) $(BIN)/ancfsparse study total-error --peers $(ARGS)
 
-charts: .venv/.peers ## Draw docs/gallery anew, and the tables of the pages with it
-	$(ONE_THREAD) $(BIN)/ancfsparse table1 --readme README.md
-	$(ONE_THREAD) $(BIN)/ancfsparse study work-precision --peers --page docs/accuracy.md
-	$(ONE_THREAD) $(BIN)/ancfsparse study total-error --peers --page docs/accuracy.md
-	$(ONE_THREAD) $(BIN)/ancfsparse study stability --page docs/stability.md
-	$(ONE_THREAD) $(BIN)/ancfsparse study long-runs --page docs/stability.md
-	$(ONE_THREAD) $(BIN)/ancfsparse study scaling --peers
-	$(ONE_THREAD) $(BIN)/ancfsparse study memory
-	cp results/scaling.png results/memory.png docs/gallery/
+# First what counts and looks at no clock, last what takes longest; each says that it begins.
+STUDIES := \
+  'study stability --page docs/stability.md' \
+  'table1 --readme README.md' \
+  'study memory --page docs/large.md' \
+  'study long-runs --page docs/stability.md' \
+  'study total-error --peers --page docs/accuracy.md' \
+  'study work-precision --peers --page docs/accuracy.md' \
+  'study scaling --peers --largest 1000000 --largest-net 200 --page docs/large.md'
+
+charts: .venv/.peers ## Draw docs/gallery anew, and the tables of the pages with it; an hour
+	@for study in $(STUDIES); do \
+	  echo "== ancfsparse $$study"; \
+	  $(ONE_THREAD) $(BIN)/ancfsparse $$study || exit; \
+	done
 	mkdir -p docs/data && cp results/stability.csv docs/data/
 
 lint: setup ## Check style, types and the order of the rooms

@@ -118,18 +118,17 @@ def make_inverse(
     smallest_y : float
         Differences of residuals below this are rounding, and their pairs are skipped.
     """
-    module = compiled("inverse")
     if isinstance(method, QuasiNewton) and method.memory == "full":
         if seed.n > DENSE_LIMIT:
             raise InputError(
                 f"memory='full' would keep a dense inverse of {seed.n} x {seed.n} numbers, "
                 f"{8 * seed.n**2 / 1e9:.3g} GB: use QuasiNewton({method.update!r}, memory=10)"
             )
-        inverse = module.Dense(seed, method.update)
+        inverse = compiled("dense").Dense(seed, method.update)
     elif isinstance(method, QuasiNewton):
-        inverse = module.Limited(seed, method.update, int(method.memory), weights)
+        inverse = compiled("limited").Limited(seed, method.update, int(method.memory), weights)
     else:
-        inverse = module.Limited(seed, "broyden", 0)
+        inverse = compiled("limited").Limited(seed, "broyden", 0)
     inverse.set_smallest_y(smallest_y)
     return inverse
 

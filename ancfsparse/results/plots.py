@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError, check_finite
+from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.results.source import Array
 from ancfsparse.results.trajectory import Trajectory
 from ancfsparse.scene import Beam
@@ -42,15 +43,7 @@ def centre_line(
     slope = np.stack([trajectory.slope(each)[rows] for each in nodes], axis=1)
     length = beam.length / beam.n_elements
     xi = np.linspace(0.0, 1.0, per_element, endpoint=False)
-    shape = np.stack(
-        [
-            1.0 - 3.0 * xi**2 + 2.0 * xi**3,
-            length * (xi - 2.0 * xi**2 + xi**3),
-            3.0 * xi**2 - 2.0 * xi**3,
-            length * (xi**3 - xi**2),
-        ],
-        axis=1,
-    )
+    shape = position_weights(xi, length)
     ends = np.stack([position[:, :-1], slope[:, :-1], position[:, 1:], slope[:, 1:]], axis=2)
     inner = np.einsum("pc,jecd->jepd", shape, ends).reshape(len(rows), -1, beam.dim)
     return np.concatenate([inner, position[:, -1:]], axis=1)

@@ -50,9 +50,9 @@ def divide(system: System, threads: int, *loops: Any) -> None:
     """
     if threads == 1:
         return
-    layouts = [group["layout"] for group in system.assembly.groups]
+    layouts = [group["layout"] for group in system.assembly.elements.groups]
     dealt = share(layouts, system.n_free, system.n_all, threads)
     if dealt is not None:
-        system.assembly.divide(*dealt)
+        system.assembly.elements.divide(*dealt)
     for loop in loops:
         loop.set_threads(threads)

@@ -1,21 +1,62 @@
-"""What the charts of the studies have in common: failures in the margin, files, pages."""
+"""What the charts of the studies have in common: sizes, findings, keys, failures in the margin."""
 
 from __future__ import annotations
 
-import json
-import shutil
-from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import Any
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
+from itertools import zip_longest
+from typing import Any, cast
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import blended_transform_factory
 
-from ancfsparse.errors import InputError
 from ancfsparse.studies.race import OURS, Point
 
-DPI = 110
+# A page shows a picture 800 pixels wide: what is drawn at this width [in] has letters of ten pixels
+# and more if they are of 8 points; notes, which no finding needs, of 8.6 pixels.
+WIDTH = 9.0
+SMALL = 8.0
+NOTE_SIZE = 7.0
+
+# Letters that fit above the whole picture, above one of two panels beside each other, and into a
+# column of notes.
+HEAD_LETTERS, TITLE_LETTERS, NOTE_LETTERS = 96, 64, 71
+
+
+def set_head(figure: Figure, text: str) -> None:
+    """Set the finding of a picture above it, in as many lines as it takes."""
+    figure.suptitle(_fill(text, HEAD_LETTERS), fontsize="large")
+
+
+def set_title(ax: Axes, text: str) -> None:
+    """Set the finding of one of two panels beside each other above it."""
+    ax.set_title(_fill(text, TITLE_LETTERS), fontsize=SMALL)
+
+
+def _fill(text: str, letters: int) -> str:
+    return "\n".join(textwrap.fill(line, letters) for line in text.splitlines())
+
+
+def set_legend(figure: Figure, shown: Mapping[str, Any], columns: int, title: str = "") -> None:
+    """Set the key of all panels below them.
+
+    Parameters
+    ----------
+    figure : Figure
+        Of constrained layout.
+    shown : mapping
+        What was drawn, by name.
+    columns : int
+        Into how many columns.
+    title : str, optional
+        What it says of all.
+    """
+    figure.legend(
+        shown.values(), shown, loc="outside lower center", ncols=columns, fontsize=SMALL,
+        title_fontsize=SMALL, frameon=False, title=title or None,
+    )  # fmt: skip
 
 
 def failures(points: Sequence[Point]) -> list[str]:
@@ -73,62 +114,48 @@ def mark_failures(
             markeredgecolor=colour(members[0]), clip_on=False,
         )  # fmt: skip
         ax.annotate(
-            str(len(notes)), (x, 0.915), xycoords=place, ha="center", va="center", fontsize=7
+            str(len(notes)), (x, 0.91), xycoords=place, ha="center", va="center", fontsize=SMALL
         )
     if groups:
         low, high = ax.get_ylim()
         ax.set_ylim(low, high * (high / low) ** 0.12)  # room for them above the curves
 
 
-def write_notes(figure: Figure, notes: Sequence[str], columns: int = 2) -> None:
-    """Set the reasons of the hollow markers below the panels."""
-    if not notes:
-        return
-    rows = -(-len(notes) // columns)
-    width = max(len(each) for each in notes[:rows])
-    block = ["   ".join(f"{each:<{width}}" for each in notes[row::rows]) for row in range(rows)]
-    figure.supxlabel(
-        "hollow markers, runs without result\n" + "\n".join(line.rstrip() for line in block),
-        fontsize=7, x=0.01, ha="left", family="monospace",
-    )  # fmt: skip
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write a chart."""
-    figure.savefig(path, dpi=DPI)
-
-
-def write_json(data: dict[str, Any], path: Path) -> None:
-    """Write one JSON object."""
-    path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-
-
-def fill_page(page: Path, name: str, text: str, chart: Path) -> None:
-    """Put generated text on a page and a chart into the folder ``gallery`` beside it.
+def write_notes(figure: Figure, notes: Sequence[str]) -> None:
+    """Set the reasons of the hollow markers in two columns below all else.
 
     Parameters
     ----------
-    page : Path
-        A page with the two markers of that name.
-    name : str
-        What the markers are called.
-    text : str
-        What to put between them.
-    chart : Path
-        A picture.
-
-    Raises
-    ------
-    InputError
-        If a marker is missing; nothing is written.
+    figure : Figure
+        Of constrained layout, complete otherwise with one key; it grows by what the notes take.
+    notes : sequence of str
+        As `mark_failures` leaves them.
     """
-    begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
-    old = page.read_text(encoding="utf-8")
-    before, opened, rest = old.partition(begin)
-    _, closed, after = rest.partition(end)
-    if not (opened and closed):
-        raise InputError(f"{page} has no place for {name}: add {begin} and {end} to it")
-    page.write_text(f"{before}{begin}\n{text}\n{end}{after}", encoding="utf-8")
-    gallery = page.parent / "gallery"
-    gallery.mkdir(exist_ok=True)
-    shutil.copy(chart, gallery)
+    if not notes:
+        return
+    half = -(-len(notes) // 2)
+    columns = [_wrapped(part) for part in (notes[:half], notes[half:])]
+    lines = [
+        f"{left:<{NOTE_LETTERS + 2}}{right}".rstrip()
+        for left, right in zip_longest(*columns, fillvalue="")
+    ]
+    # The layout keeps one thing free below the panels: here that is the notes with the key on them.
+    above = figure.get_figheight()
+    below = (len(lines) + 2) * 1.3 * NOTE_SIZE / 72.0
+    keys = [legend.get_window_extent().height / figure.dpi for legend in figure.legends]
+    figure.set_figheight(above + below)
+    share, floor = below / (above + below), (below + sum(keys)) / (above + below)
+    cast(ConstrainedLayoutEngine, figure.get_layout_engine()).set(rect=(0, floor, 1, 1 - floor))
+    for legend in figure.legends:
+        legend.set_bbox_to_anchor((0, share, 1, floor - share), figure.transFigure)
+    figure.text(
+        0.01, share, "\n".join(["hollow markers, runs without result", *lines]),
+        fontsize=NOTE_SIZE, va="top", family="monospace",
+    )  # fmt: skip
+
+
+def _wrapped(notes: Sequence[str]) -> list[str]:
+    return [
+        line for each in notes
+        for line in textwrap.wrap(each, NOTE_LETTERS, subsequent_indent=4 * " ")
+    ]  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ancfsparse.errors import check_count, check_positive
+from ancfsparse.errors import InputError, check_count, check_positive
 from ancfsparse.studies import (
     error_budget_report,
     long_runs_report,
@@ -19,11 +19,12 @@ from ancfsparse.studies import (
     total_error_report,
     work_precision_report,
 )
-from ancfsparse.studies.charts import fill_page
 from ancfsparse.studies.error_budget import error_budget as run_error_budget
+from ancfsparse.studies.files import fill_page
 from ancfsparse.studies.long_runs import long_runs as run_long_runs
 from ancfsparse.studies.memory import memory as run_memory
 from ancfsparse.studies.scaling import scaling as run_scaling
+from ancfsparse.studies.stability import read as read_stability
 from ancfsparse.studies.stability import stability as run_stability
 from ancfsparse.studies.stability_scenes import SCENES
 from ancfsparse.studies.total_error import total_error as run_total_error
@@ -46,10 +47,13 @@ def scaling(
     nets: Annotated[bool, typer.Option(help="Whether to run nets.")] = True,
     largest_net: Annotated[int, typer.Option(help="Nodes along a side of the largest net.")] = 60,
     peers: Annotated[bool, typer.Option("--peers", help="Run Exudyn beside ours.")] = False,
-    rounds: Annotated[int, typer.Option(help="Runs of each solver, in turn.")] = 3,
+    rounds: Annotated[
+        int, typer.Option(help="Runs of each solver, in turn; more of short ones.")
+    ] = 3,
     cap: Annotated[float, typer.Option(help="Leave out runs expected to take longer [s].")] = 60.0,
     threads: Annotated[int, typer.Option(help="If more than 1, auto on so many threads too.")] = 1,
     output: OutputOption = Path("results"),
+    page: PageOption = None,
 ) -> None:
     """Measure cost per element and step, and memory, against size, and the roofline."""
     check_count("largest", largest)
@@ -64,6 +68,8 @@ def scaling(
     typer.echo(scaling_report.as_text(result))
     written = scaling_report.write(result, output)
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+    if page is not None:
+        fill_page(page, "scaling", scaling_report.as_markdown(result), written[-1])
 
 
 @study.command()
@@ -73,6 +79,7 @@ def memory(
     steps: Annotated[int, typer.Option(help="Time steps of 5e-4 s.")] = 200,
     rounds: Annotated[int, typer.Option(help="Runs of each, in turn.")] = 3,
     output: OutputOption = Path("results"),
+    page: PageOption = None,
 ) -> None:
     """Measure what secant pairs are worth: all updates, memory lengths, carried or not."""
     check_count("steps", steps)
@@ -81,6 +88,8 @@ def memory(
     typer.echo(memory_report.as_text(result))
     written = memory_report.write(result, output)
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+    if page is not None:
+        fill_page(page, "memory", memory_report.as_markdown(result), written[-1])
 
 
 @study.command("work-precision")
@@ -134,22 +143,33 @@ def stability(
     stiffness: Annotated[
         list[float] | None, typer.Option(help="Only this Young's modulus [Pa].")
     ] = None,
+    table: Annotated[
+        Path | None,
+        typer.Option("--from", help="Run nothing: tables and charts of this stability.csv."),
+    ] = None,
     output: OutputOption = Path("results"),
     page: PageOption = None,
 ) -> None:
     """Map which runs live, over step, stiffness, integrator and solver; minutes."""
     options = {"steps": step, "stiffnesses": stiffness}
-    result = run_stability(
-        tuple(scene or SCENES),
-        **{name: tuple(given) for name, given in options.items() if given},
-        progress=True,
-    )
+    if table is not None:
+        if scene or step or stiffness:
+            raise InputError(
+                f"--from {table} shows a map that is finished: leave out --scene, --step and "
+                "--stiffness, or --from"
+            )
+        result = read_stability(table)
+    else:
+        result = run_stability(
+            tuple(scene or SCENES),
+            **{name: tuple(given) for name, given in options.items() if given},
+            progress=True,
+        )
     typer.echo(stability_report.as_text(result))
     written = stability_report.write(result, output)
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
     if page is not None:
-        scenes = stability_report.scenes_of(result)
-        text = stability_findings.integrator_table(result, scenes)
+        text = stability_findings.integrator_table(result)
         fill_page(page, "stability", text, written[-2])
         text = stability_findings.solver_table(result)
         fill_page(page, "stability-solvers", text, written[-1])

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from ancfsparse.studies.charts import save, write_json
+from ancfsparse.studies.charts import SMALL, WIDTH, set_head, set_legend, set_title
 from ancfsparse.studies.error_budget import DEFAULT, PARTS, Budget, Part
+from ancfsparse.studies.files import save, write_csv, write_json
 from ancfsparse.studies.models import MODELS
-from ancfsparse.studies.scaling_report import write_csv
 
 COLOURS = dict(zip(MODELS, ("#0072b2", "#009e73", "#e69f00", "#d55e00", "#cc79a7"), strict=True))
 """One colour per model, told apart by colour-blind eyes too."""
@@ -79,7 +79,7 @@ def write(budget: Budget, folder: Path) -> list[Path]:
 
 def chart(budget: Budget) -> Figure:
     """Draw each part against what it depends on, and the distances between the models."""
-    figure = Figure(figsize=(11.5, 8.6), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 7.6), layout="constrained")
     panels = figure.subplots(2, 2, sharey=True).ravel()
     shown: dict[str, Any] = {}
     for ax, part in zip(panels, AXES, strict=False):
@@ -88,10 +88,10 @@ def chart(budget: Budget) -> Figure:
         chosen = {"mesh": budget.elements, "time step": budget.dt, "solver": DEFAULT}[part]
         ax.axvline(chosen, color="black", linewidth=0.8, linestyle=":")
         ax.set_xscale("log")
-        ax.set_xlabel(AXES[part] + f"; dotted: {chosen:g}")
+        ax.set_xlabel(AXES[part] + f"; dotted: {chosen:g}", fontsize="small")
         ax.set_ylabel("tip error [m]")
         ax.tick_params(labelleft=True)
-        ax.set_title(_title(budget, part), fontsize="small")
+        set_title(ax, _title(budget, part))
     meshes = sorted({int(p.value) for p in budget.parts if p.part == "mesh"})
     panels[0].set_xticks(meshes, [str(n) for n in meshes])
     _models(panels[3], budget)
@@ -99,11 +99,9 @@ def chart(budget: Budget) -> Figure:
         ax.set_yscale("log")
         ax.xaxis.set_minor_formatter(NullFormatter())
         ax.grid(alpha=0.3, which="major")
-    figure.legend(
-        shown.values(), shown, loc="outside lower center", ncols=len(shown), frameon=False,
-        title="hollow: not larger than what the reference may be off",
-    )  # fmt: skip
-    figure.suptitle(_headline(budget))
+    said = "hollow: not larger than what the reference may be off"
+    set_legend(figure, shown, len(shown), said)
+    set_head(figure, _headline(budget))
     return figure
 
 
@@ -131,9 +129,9 @@ def _models(ax: Axes, budget: Budget) -> None:
         )  # fmt: skip
     ax.set_xticks(
         range(len(pairs)), [f"{p.model} – {p.value}" for p in pairs], rotation=35, ha="right",
-        fontsize="x-small",
+        fontsize=SMALL,
     )  # fmt: skip
-    ax.set_xlabel("two models, both converged in mesh and time")
+    ax.set_xlabel("two models, both converged in mesh and time", fontsize="small")
     ax.set_ylabel("distance of the tips [m]")
     ax.tick_params(labelleft=True)
     known = [p.error for p in pairs if p.known]
@@ -141,7 +139,7 @@ def _models(ax: Axes, budget: Budget) -> None:
         said = f"Model: converged motions differ by {min(known):.0e} to {max(known):.0e} m"
         alike = [f"{p.model} and {p.value}" for p in pairs if not p.known]
         said += f"\nnot told apart: {', '.join(alike)}" if alike else ""
-        ax.set_title(said, fontsize="small")
+        set_title(ax, said)
 
 
 def _title(budget: Budget, part: str) -> str:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.charts import save, write_json
+from ancfsparse.studies.charts import WIDTH, set_head, set_legend, set_title
+from ancfsparse.studies.files import save, write_csv, write_json
 from ancfsparse.studies.long_runs import MOST_RISE, NOISE, LongRun, LongRuns
-from ancfsparse.studies.scaling_report import write_csv
 
 REASONS = {
     "EnergyGain": "gained energy",
@@ -100,7 +100,7 @@ def write(result: LongRuns, folder: Path) -> list[Path]:
 
 def chart(result: LongRuns) -> Figure:
     """Draw energy against time: all runs, and the small changes of those that keep it."""
-    figure = Figure(figsize=(13.0, 5.2), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
     axes = figure.subplots(1, 2)
     alive = [run for run in result.runs if not run.reason]
     died = [run for run in result.runs if run.reason]
@@ -117,17 +117,14 @@ def chart(result: LongRuns) -> Figure:
                 ax.plot(run.t[-1], 100 * run.energy[-1], "x", color=colour, markersize=7)
         ax.set_xscale("log")
         ax.set_xlabel("time [s]")
-        ax.set_ylabel("energy above the start [% of the largest kinetic]")
+        ax.set_ylabel("energy gained [% of the largest kinetic]")
         ax.grid(alpha=0.3)
     axes[0].set_ylim(-70.0, 10.0)
-    axes[0].set_title(f"all; x: stopped, {len(died)} runs", fontsize="small")
+    set_title(axes[0], f"All; x: stopped, {len(died)} runs")
     axes[1].set_ylim(-3.0, 3.0)
     axes[1].axhline(100 * MOST_RISE, color="grey", linestyle=":", linewidth=1.0)
-    axes[1].set_title(
-        f"the same, nearer; dotted: what the energy may rise; {len(alive)} runs live",
-        fontsize="small",
-    )
-    figure.suptitle(headline(result))
+    set_title(axes[1], f"Nearer: {len(alive)} runs live; dotted: what the energy may rise")
+    set_head(figure, headline(result))
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right center", fontsize="small", frameon=False)
+    set_legend(figure, dict(zip(labels, handles, strict=True)), 3)
     return figure

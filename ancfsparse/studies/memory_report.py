@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -11,8 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ancfsparse.nonlinear.methods import UPDATES
-from ancfsparse.studies.memory import SAME, MemoryStudy
-from ancfsparse.studies.scaling_report import write_csv
+from ancfsparse.studies.charts import SMALL, WIDTH, set_head, set_legend
+from ancfsparse.studies.files import save, write_csv, write_json
+from ancfsparse.studies.memory import SAME, MemoryStudy, Run
 
 COLOURS = dict(zip(UPDATES, ["#e69f00", "#0072b2", "#009e73", "#cc79a7"], strict=True))
 
@@ -41,6 +42,24 @@ def as_text(result: MemoryStudy) -> str:
     return "\n".join([*lines, "", *result.findings()])
 
 
+def as_markdown(result: MemoryStudy) -> str:
+    """Set the chord and the best of both kinds of pairs, scene by scene, for a page."""
+    lines = [
+        "| | | corrections per step | seeds | cost by counts | seconds |",
+        "|---|---|---:|---:|---:|---:|",
+    ]
+    for scene in result.scenes:
+        chord = result.of(scene)[0]
+        for run in (chord, result.best(scene, False), result.best(scene, True)):
+            name = f"{run.update}, {run.pairs} pairs{' carried' * run.carry}"
+            lines.append(
+                f"| {scene} | {'chord' if run is chord else name} | {run.iterations_per_step:.2f} "
+                f"| {run.factorizations} | {run.model_cost / chord.model_cost:.2f} | "
+                f"{run.seconds / chord.seconds:.2f} |"
+            )
+    return "\n".join([*lines, "", *(f"- {each}." for each in result.findings())])
+
+
 def write(result: MemoryStudy, folder: Path) -> list[Path]:
     """Write memory.csv, memory.json and memory.png.
 
@@ -64,28 +83,37 @@ def write(result: MemoryStudy, folder: Path) -> list[Path]:
         del row["rounds"]
         rows.append(row)
     write_csv(rows, paths[0])
-    text = json.dumps(result.record(), indent=1, allow_nan=False)
-    paths[1].write_text(text + "\n", encoding="utf-8")
-    chart(result).savefig(paths[2], dpi=120)
+    write_json(result.record(), paths[1])
+    save(chart(result), paths[2])
     return paths
 
 
+ROWS: tuple[tuple[str, Callable[[Run, Run], float]], ...] = (
+    ("corrections\nper step", lambda run, chord: run.iterations_per_step),
+    ("seeds", lambda run, chord: run.factorizations),
+    ("cost by counts\nbeside the chord", lambda run, chord: run.model_cost / chord.model_cost),
+    ("seconds\nbeside the chord", lambda run, chord: run.seconds / chord.seconds),
+)
+"""What is drawn against memory length, from the top down."""
+
+
 def chart(result: MemoryStudy) -> Figure:
-    """Draw iterations and modelled cost against memory length, a column per scene."""
+    """Draw corrections, seeds, modelled cost and seconds against memory length, by scene."""
     scenes = result.scenes
-    figure = Figure(figsize=(3.2 * len(scenes), 6.4), layout="constrained")
-    axes = figure.subplots(2, len(scenes), sharex=True, squeeze=False)
-    for top, bottom, scene in zip(*axes, scenes, strict=True):
-        _panel(top, bottom, result, scene)
-        top.set_title(scene, fontsize="medium")
-        bottom.set_xlabel("pairs")
-    axes[0, 0].set_ylabel("iterations per step")
-    axes[1, 0].set_ylabel("cost by counts, beside the chord")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc="outside lower center", ncols=4, fontsize="small", frameon=False
-    )
-    figure.suptitle(_headline(result))
+    figure = Figure(figsize=(WIDTH, 8.6), layout="constrained")
+    axes = figure.subplots(len(ROWS), len(scenes), sharex=True, squeeze=False)
+    shown: dict[str, Any] = {}
+    for column, scene in zip(axes.T, scenes, strict=True):
+        for ax, (_, value) in zip(column, ROWS, strict=True):
+            _panel(ax, result.of(scene), value, shown)
+        column[0].set_title(scene, fontsize=SMALL)
+        column[-1].set_xlabel("pairs", fontsize=SMALL)
+    for ax, (name, _) in zip(axes[:, 0], ROWS, strict=True):
+        ax.set_ylabel(name, fontsize=SMALL)
+    for ax in axes[2:].ravel():
+        ax.axhline(1.0, color="black", linewidth=0.8)
+    set_legend(figure, shown, 4)
+    set_head(figure, _headline(result))
     return figure
 
 
@@ -107,22 +135,20 @@ def _headline(result: MemoryStudy) -> str:
     )
 
 
-def _panel(top: Axes, bottom: Axes, result: MemoryStudy, scene: str) -> None:
-    chord, *runs = result.of(scene)
+def _panel(
+    ax: Axes, runs: list[Run], value: Callable[[Run, Run], float], shown: dict[str, Any]
+) -> None:
+    """Draw one number of a scene for each update, from no pair on."""
+    chord, *others = runs
     for update, colour in COLOURS.items():
         for carry in (False, True):
-            chosen = [run for run in runs if run.update == update and run.carry is carry]
+            chosen = [run for run in others if run.update == update and run.carry is carry]
             x = [0, *(run.pairs for run in chosen)]
+            y = [value(run, chord) for run in (chord, *chosen)]
             label = f"{update}, {'carried' if carry else 'this step'}"
-            style: dict[str, Any] = {"color": colour, "marker": ".", "label": label}
-            line = "--" if carry else "-"
-            iterations = [run.iterations_per_step for run in (chord, *chosen)]
-            costs = [run.model_cost / chord.model_cost for run in (chord, *chosen)]
-            top.plot(x, iterations, line, **style)
-            bottom.plot(x, costs, line, **style)
-    bottom.axhline(1.0, color="black", linewidth=0.8)
-    for ax in (top, bottom):
-        ax.set_xscale("symlog", linthresh=1.0)
-        ax.set_xticks([0, 1, 2, 5, 10, 20], ["0", "1", "2", "5", "10", "20"])
-        ax.minorticks_off()
-        ax.grid(alpha=0.3)
+            (shown[label],) = ax.plot(x, y, "--" if carry else "-", color=colour, marker=".")
+    ax.set_xscale("symlog", linthresh=1.0)
+    ax.set_xticks([0, 1, 2, 5, 10, 20], ["0", "1", "2", "5", "10", "20"])
+    ax.minorticks_off()
+    ax.tick_params(labelsize=SMALL)
+    ax.grid(alpha=0.3)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import select
 import subprocess
 import sys
 import time
@@ -198,13 +199,26 @@ class Worker:
             self.process.kill()
         self.process.communicate()
 
-    def run(self, job: Job) -> dict[str, Any]:
-        """Run a job; a process that dies leaves a note in place of its record."""
+    def run(self, job: Job, limit: float | None = None) -> dict[str, Any]:
+        """Run a job; a process that dies, or is ended, leaves a note in place of its record.
+
+        Parameters
+        ----------
+        job : Job
+            What to run.
+        limit : float, optional
+            After so long [s] the process is ended.
+        """
         assert self.process.stdin is not None
         assert self.process.stdout is not None
         try:
             self.process.stdin.write(json.dumps(asdict(job)) + "\n")
             self.process.stdin.flush()
+            # One answer per job and none before it, so nothing waits in the buffer of the file.
+            if not select.select([self.process.stdout], [], [], limit)[0]:
+                self.process.kill()
+                self.process.wait()
+                return {"note": f"ended after {limit:g} s"}
             answer = self.process.stdout.readline()
         except BrokenPipeError:
             answer = ""

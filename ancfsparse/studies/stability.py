@@ -15,7 +15,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ancfsparse.errors import check_choice, check_positive
+from ancfsparse.errors import InputError, check_choice, check_positive
 from ancfsparse.studies.settings import environment
 from ancfsparse.studies.stability_run import (
     FAILED,
@@ -67,6 +67,11 @@ class Stability:
     def at(self) -> dict[Place, Run]:
         """Runs by their place."""
         return {run.place: run for run in self.runs}
+
+    @property
+    def scenes(self) -> list[str]:
+        """Names of the scenes, in order."""
+        return list(dict.fromkeys(run.place.scene for run in self.runs))
 
     def of(self, scene: str, integrator: str, solver: str) -> list[Run]:
         """Return a panel of the map."""
@@ -189,6 +194,22 @@ def stability(
 
 
 def read(path: Path) -> Stability:
-    """Read a map from the table that the study writes."""
+    """Read a map from the table that the study writes.
+
+    Raises
+    ------
+    InputError
+        If the file is not such a table.
+    """
     with path.open(encoding="utf-8", newline="") as file:
-        return Stability([Run.of(row) for row in csv.DictReader(file)], {})
+        rows = list(csv.DictReader(file))
+    try:
+        runs = [Run.of(row) for row in rows]
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(
+            f"{path} is not a table of `ancfsparse study stability`: a column or number is "
+            f"missing ({error})"
+        ) from error
+    if not runs:
+        raise InputError(f"{path} holds no run of `ancfsparse study stability`")
+    return Stability(runs, {"read_from": path.name})

@@ -93,29 +93,30 @@ def headline(result: Stability) -> str:
 
 
 def solver_headline(result: Stability) -> str:
-    """Sum up the second chart: what the solver changes."""
-    shares = [
-        alive(with_integrator(result, integrator, solver))
-        for integrator in FOR_ALL_SOLVERS for solver in SOLVERS
+    """Sum up the second chart: how often other solvers end otherwise than Newton does."""
+    pairs = [
+        (run, newton) for run, newton in result.beside_newton()
+        if run.place.integrator in FOR_ALL_SOLVERS
     ]  # fmt: skip
-    half = len(SOLVERS)
-    words = [
-        f"{name}: {min(part):.0f} to {max(part):.0f} %"
-        for name, part in zip(FOR_ALL_SOLVERS, (shares[:half], shares[half:]), strict=True)
-    ]
-    return "Runs that come to their end, over all solvers, " + "; ".join(words)
+    living = [run for run, newton in pairs if newton.whole]
+    dead = [run for run, newton in pairs if not newton.whole]
+    lost, won = sum(not run.whole for run in living), sum(run.whole for run in dead)
+    return (
+        f"Where Newton finishes so do the others, in all but {lost} of {len(living):,} runs;\n"
+        f"where it does not, {won} of {len(dead)} do"
+    )
 
 
-def integrator_table(result: Stability, scenes: Sequence[str]) -> str:
+def integrator_table(result: Stability) -> str:
     """Set the table of integrators for a page: safe step and share of the runs, by scene."""
     lines = [
-        '| with `"auto"` | ' + " | ".join(scenes) + " |",
-        "|---|" + "---:|" * len(scenes),
+        '| with `"auto"` | ' + " | ".join(result.scenes) + " |",
+        "|---|" + "---:|" * len(result.scenes),
     ]
     for name in INTEGRATORS:
         runs = with_integrator(result, name)
         cells = []
-        for scene in scenes:
+        for scene in result.scenes:
             here = [run for run in runs if run.place.scene == scene]
             step = safe_step(here)
             cells.append(f"{f'{step:g} s' if step else 'none'}, {alive(here):.0f} %")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,18 +12,27 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, ScalarFormatter
 
 from ancfsparse.studies import paper
-from ancfsparse.studies.charts import failures, mark_failures, save, write_json, write_notes
+from ancfsparse.studies.charts import (
+    SMALL,
+    WIDTH,
+    failures,
+    mark_failures,
+    set_head,
+    set_legend,
+    set_title,
+    write_notes,
+)
 from ancfsparse.studies.error_budget_report import COLOURS
+from ancfsparse.studies.files import save, write_csv, write_json
 from ancfsparse.studies.race import OURS, Point
-from ancfsparse.studies.scaling_report import write_csv
 from ancfsparse.studies.total_error import MESHES, TotalError, element_forces
 from ancfsparse.studies.total_error_findings import about_steps, about_thick, findings, headline
 
 PEERS = {"Exudyn": ("#555555", "s"), "PyElastica": ("#a0522d", "^")}
 """Colour and marker by peer."""
 
-# Letters in a line of a title.
-WIDTH = 80
+# Labels of two runs on the front need errors this far apart.
+APART = 2.0
 
 Size = Callable[[Point], float]
 
@@ -105,17 +113,16 @@ def write(result: TotalError, folder: Path) -> list[Path]:
 
 def chart(result: TotalError) -> Figure:
     """Draw cost against error with its front, in seconds and counts, and error by mesh and step."""
-    figure = Figure(figsize=(13.0, 10.4), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 9.6), layout="constrained")
     seconds, counts, mesh, step = figure.subplots(2, 2).ravel()
     shown: dict[str, Any] = {}
     notes: list[str] = []
     _cloud(seconds, result, lambda p: p.seconds, "seconds", shown)
     mark_failures(seconds, result.points, _colour, notes)
     low, high = result.model_spread()
-    seconds.set_title(_front_title(result), fontsize="small")
+    set_title(seconds, _front_title(result))
     _cloud(counts, result, element_forces, "forces of elements evaluated", shown)
-    counts.set_title("The same without a clock: forces of elements that were evaluated",
-                     fontsize="small")  # fmt: skip
+    set_title(counts, "The same without a clock: forces of elements that were evaluated")
     _by_mesh(mesh, result)
     _by_step(step, result)
     for ax in (seconds, counts, mesh, step):
@@ -123,11 +130,8 @@ def chart(result: TotalError) -> Figure:
     for ax in (seconds, counts):
         if not math.isnan(low):
             shown["distance between models"] = ax.axvspan(low, high, color="#dddddd", zorder=0)
-    figure.legend(
-        shown.values(), shown, loc="outside right center", fontsize="small", frameon=False,
-        title="areas: elements",
-    )  # fmt: skip
-    figure.suptitle(headline(result))
+    set_legend(figure, shown, 5, "areas of dots: number of elements")
+    set_head(figure, headline(result))
     write_notes(figure, notes)
     return figure
 
@@ -157,10 +161,14 @@ def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str,
     (shown["front"],) = ax.step(
         [p.error for p in best], [size(p) for p in best], "k-", where="pre", linewidth=1.5
     )
+    said = math.inf
     for p in best[:: max(1, len(best) // 6)]:
+        if p.error > said / APART:
+            continue
+        said = p.error
         label = f"{p.task.elements}, {p.task.value:.2g} s{'*' * explicit(p)}"
         ax.annotate(
-            label, (p.error, size(p)), fontsize=7,
+            label, (p.error, size(p)), fontsize=SMALL,
             xytext=(-6, -4), textcoords="offset points", ha="right", va="top",
         )  # fmt: skip
     for p in result.paper_choices():
@@ -176,8 +184,8 @@ def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str,
             )  # fmt: skip
     ax.set_xscale("log")
     ax.set_yscale("log")
-    ax.set_xlim(0.15 * min(p.error for p in best), 1.5)  # room for labels
-    ax.set_xlabel("tip error, mesh and time together [m]; labels: elements, step (*: explicit)")
+    ax.set_xlim(0.06 * min(p.error for p in best), 1.5)  # room for labels
+    ax.set_xlabel("tip error [m]; labels: elements, step (*: explicit)")
     ax.set_ylabel(unit)
 
 
@@ -204,7 +212,7 @@ def _by_mesh(ax: Axes, result: TotalError) -> None:
     ax.set_xlabel("elements")
     ax.set_ylabel(f"tip error at dt = {paper.DT:g} s [m]")
     about = about_thick(result) or ["Error by mesh"]
-    ax.set_title(textwrap.fill(about[0], WIDTH), fontsize="small")
+    set_title(ax, about[0])
 
 
 def _by_step(ax: Axes, result: TotalError) -> None:
@@ -224,4 +232,4 @@ def _by_step(ax: Axes, result: TotalError) -> None:
     ax.set_ylabel("tip error [m]")
     thin = result.at("Thin", paper.ELEMENTS, paper.DT)
     about = about_steps(result, thin) if thin else "Error by step"
-    ax.set_title(textwrap.fill(about, WIDTH), fontsize="small")
+    set_title(ax, about)

@@ -108,7 +108,7 @@ def title(result: WorkPrecision, model: str) -> str:
         alike = result.ratio(model, "Exudyn", 1e-5, implicit=True, alike=True)
         if all(0.0 < each < math.inf for each in (best_of_all, alike)):
             said += (
-                f",\nExudyn {best_of_all:.0f} times as long; implicit against implicit {alike:.0f}"
+                f", Exudyn {best_of_all:.0f} times as long; implicit against implicit {alike:.0f}"
             )
     return said
 

@@ -10,10 +10,18 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.charts import failures, mark_failures, save, write_json, write_notes
+from ancfsparse.studies.charts import (
+    WIDTH,
+    failures,
+    mark_failures,
+    set_head,
+    set_legend,
+    set_title,
+    write_notes,
+)
 from ancfsparse.studies.entrants import INTEGRATORS
+from ancfsparse.studies.files import save, write_csv, write_json
 from ancfsparse.studies.race import OURS, Point, fastest
-from ancfsparse.studies.scaling_report import write_csv
 from ancfsparse.studies.work_precision import LEVELS, WorkPrecision
 from ancfsparse.studies.work_precision_findings import (
     count_title,
@@ -131,25 +139,22 @@ def write(result: WorkPrecision, folder: Path) -> list[Path]:
 def chart(result: WorkPrecision) -> Figure:
     """Draw seconds against error for each model, and residuals against error for the first."""
     models = list(result.references)
-    figure = Figure(figsize=(13.0, 5.0 * -(-(len(models) + 1) // 2)), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 1.6 + 3.9 * -(-(len(models) + 1) // 2)), layout="constrained")
     panels = figure.subplots(-(-(len(models) + 1) // 2), 2, squeeze=False).ravel()
     shown: dict[str, Any] = {}
     notes: list[str] = []
     first = models[0]
     _panel(panels[0], result, first, lambda p: p.seconds, "seconds", shown, notes)
-    panels[0].set_title(title(result, first), fontsize="small")
+    set_title(panels[0], title(result, first))
     _panel(panels[1], result, first, evaluations, "residuals or right-hand sides", shown, None)
-    panels[1].set_title(count_title(result, first), fontsize="small")
+    set_title(panels[1], count_title(result, first))
     for ax, model in zip(panels[2:], models[1:], strict=False):
         _panel(ax, result, model, lambda p: p.seconds, "seconds", shown, notes)
-        ax.set_title(title(result, model), fontsize="small")
+        set_title(ax, title(result, model))
     for ax in panels[len(models) + 1 :]:
         ax.remove()
-    figure.suptitle(headline(result))
-    figure.legend(
-        shown.values(), shown, loc="outside right center", fontsize="small", frameon=False,
-        title="best solver at each step;\nsmall dots: other solvers",
-    )  # fmt: skip
+    set_head(figure, headline(result))
+    set_legend(figure, shown, 4, "lines: best solver at each step; small dots: other solvers")
     write_notes(figure, notes)
     return figure
 
@@ -182,8 +187,9 @@ def _panel(
                 markersize=3, alpha=0.5)  # fmt: skip
     ax.set_xscale("log")
     ax.set_yscale("log")
-    ax.axvspan(*_blind(result, model), color="#dddddd", zorder=0)
-    ax.set_xlabel("tip error in time [m]; grey: below what the reference knows")
+    blind = ax.axvspan(*_blind(result, model), color="#dddddd", zorder=0)
+    shown.setdefault("below what the reference knows", blind)
+    ax.set_xlabel("tip error in time [m]")
     ax.set_ylabel(unit)
     ax.grid(alpha=0.3, which="major")
     if notes is not None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.kernels.hermite import integral_weights
 from ancfsparse.scene import DistributedForce, Node, PointForce, PointMoment, Scene
 
 Vector = NDArray[np.float64]
@@ -136,8 +137,8 @@ def _distributed(
     load: DistributedForce, dim: int, places: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], Vector]:
     """Places (dim, p) and weights (p,) of a force per length: integrated shape functions."""
-    length, half = load.beam.lengths, places.shape[1] // 2
-    weights = np.stack([length / 2, length**2 / 12, length / 2, -(length**2) / 12], axis=1)
+    half = places.shape[1] // 2
+    weights = integral_weights(load.beam.lengths)
     where = np.stack(
         [places[:, [d, dim + d, half + d, half + dim + d]].ravel() for d in range(dim)]
     )

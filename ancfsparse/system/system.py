@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind, element_kind
+from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.kernels.layout import pack
 from ancfsparse.scene import Body, Node, Scene
 from ancfsparse.system.constraints import constraints_of
@@ -103,31 +104,11 @@ class System:
 
     def point(self, node: Node) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
-        xi, length = node.xi, self._length(node)
-        return self._interpolate(
-            node,
-            [1.0, 0.0, 0.0, 0.0],
-            [
-                1 - 3 * xi**2 + 2 * xi**3,
-                length * (xi - 2 * xi**2 + xi**3),
-                3 * xi**2 - 2 * xi**3,
-                length * (xi**3 - xi**2),
-            ],
-        )
+        return self._interpolate(node, 0, position_weights(node.xi, self._length(node)))
 
     def slope(self, node: Node) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of the slope r'."""
-        xi, length = node.xi, self._length(node)
-        return self._interpolate(
-            node,
-            [0.0, 1.0, 0.0, 0.0],
-            [
-                6 * (xi**2 - xi) / length,
-                1 - 4 * xi + 3 * xi**2,
-                6 * (xi - xi**2) / length,
-                3 * xi**2 - 2 * xi,
-            ],
-        )
+        return self._interpolate(node, 1, slope_weights(node.xi, self._length(node)))
 
     def frame(self, node: Node) -> Places:
         """Return the places (3, dim) of r_x, r_y and r_z at a node; -1 where there is none.
@@ -140,16 +121,14 @@ class System:
         out[:count] = places[: count * self.dim].reshape(count, self.dim)
         return out
 
-    def _interpolate(
-        self, node: Node, at_node: Sequence[float], inside: Sequence[float]
-    ) -> tuple[Places, Vector]:
+    def _interpolate(self, node: Node, part: int, inside: Vector) -> tuple[Places, Vector]:
+        """Weigh the ends of an element, or take this vector of a node as it is."""
         if node.is_node:
-            part = at_node.index(1.0)
             places = self.rows(node)[0] if part == 0 else self.place(node)
             return places[self.dim * part : self.dim * (part + 1)][:, None], np.ones(1)
         ends = self.places[self._of(node.beam)][node.beam.ends[node.index]]
         where = [[e[d], e[self.dim + d]] for d in range(self.dim) for e in ends]
-        return np.array(where).reshape(self.dim, 4), np.array(inside)
+        return np.array(where).reshape(self.dim, 4), inside
 
     @staticmethod
     def _length(point: Node) -> float:
@@ -282,13 +261,16 @@ class System:
                     **_damping(beam, kind, self.elements(beam)),
                 }
             )
+        constraints, changing, moments = self._terms()
         return compiled("assembly").Assembly(
             self.n_free,
             self.n_all,
             self.pattern.n_values,
             self.loads.n_amplitudes,
-            groups,
-            *self._terms(),
+            compiled("elements").Elements(groups),
+            compiled("moments").Moments(moments),
+            constraints,
+            changing,
         )
 
     def _gravity(self) -> Vector:

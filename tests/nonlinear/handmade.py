@@ -121,13 +121,13 @@ class Equations:
             "compares_frames": False,
         }
         if inverse is None:
-            inverse = compiled("inverse").Limited(self.seed, "broyden", 0)
+            inverse = compiled("limited").Limited(self.seed, "broyden", 0)
         return compiled("iteration").Iteration(
             self, self.seed, inverse, None, self.indptr, **(settings | options)
         )
 
     def dense(self, rule):
-        return compiled("inverse").Dense(self.seed, rule)
+        return compiled("dense").Dense(self.seed, rule)
 
     def limited(self, rule, n_pairs):
-        return compiled("inverse").Limited(self.seed, rule, n_pairs)
+        return compiled("limited").Limited(self.seed, rule, n_pairs)

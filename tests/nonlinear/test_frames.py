@@ -34,7 +34,7 @@ def frozen(rotating, dt, youngs_modulus=1e8, t_end=0.5):
     system = System(pendulum("l2t2", youngs_modulus=youngs_modulus).scene)
     march, *_ = prepare(system, dt, ancf.Newmark(), ancf.Newton(), "paper", np.inf)
     seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
-    inverse, frame = compiled("inverse").Limited(seed, "broyden", 0), frame_of(system)
+    inverse, frame = compiled("limited").Limited(seed, "broyden", 0), frame_of(system)
     iteration = compiled("iteration").Iteration(
         march, seed, compiled("corotated").Corotated(inverse, frame), frame, system.pattern.indptr,
         rotating=rotating, compares_frames=False, newton=False, learns=False, carry=False,

@@ -270,7 +270,7 @@ def rank_deficient(rng, p, from_range=False):
 
 def iterations_to_solve(rule, problem):
     # The inverse is set from outside: this a need not have a factor without pivoting.
-    inverse = compiled("inverse").Dense(seed_of(np.eye(len(problem.b)), len(problem.b)), rule)
+    inverse = compiled("dense").Dense(seed_of(np.eye(len(problem.b)), len(problem.b)), rule)
     inverse.matrix = np.linalg.inv(problem.a)
     r = problem.residual(np.zeros(len(problem.b)))
     first = np.linalg.norm(r)

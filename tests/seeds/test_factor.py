@@ -283,7 +283,7 @@ def test_cholmod_factors_where_dense_blocks_pay():
 def test_an_exception_in_cholmod_reaches_the_caller(monkeypatch):
     lower = wide_grid(30)
     seed = SparseSeed(lower.indptr, lower.indices, lower.shape[0])
-    inverse = compiled("inverse").Limited(seed, "broyden", 0)
+    inverse = compiled("limited").Limited(seed, "broyden", 0)
 
     def fail(_):
         raise MemoryError("no room")

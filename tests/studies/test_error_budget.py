@@ -8,7 +8,7 @@ import pytest
 from ancfsparse.problems import pendulum
 from ancfsparse.solve import simulate
 from ancfsparse.studies.error_budget import DEFAULT, Budget, Part, error_budget
-from ancfsparse.studies.error_budget_report import _headline, as_markdown, as_text, write
+from ancfsparse.studies.error_budget_report import _headline, as_markdown, as_text, chart, write
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +50,10 @@ def test_distance_between_models_is_symmetric(budget):
     (b,) = (p for p in budget.curve("model", "L2T2") if p.value == "Thin")
     assert (a.error, a.uncertainty) == (b.error, b.uncertainty)
     assert a.known
+
+
+def test_the_chart_can_be_read(budget, readable):
+    readable(chart(budget))
 
 
 def test_files(budget, tmp_path):

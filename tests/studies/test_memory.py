@@ -8,7 +8,9 @@ import pytest
 from ancfsparse.cli import main
 from ancfsparse.nonlinear import ModifiedNewton, QuasiNewton
 from ancfsparse.nonlinear.iteration import Costs
+from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.studies.memory import LENGTHS, MemoryStudy, Run, model_cost
+from ancfsparse.studies.memory_report import chart
 
 COSTS = Costs(iteration=100.0, seed=1000.0)
 
@@ -37,9 +39,11 @@ def test_verdict_follows_the_counts():
 
 
 def test_study_on_tiny_sizes(tmp_path, capsys):
+    page = tmp_path / "page.md"
+    page.write_text("<!-- memory:begin -->\n<!-- memory:end -->\n", encoding="utf-8")
     words = ["--chain", "12", "--net", "3", "--steps", "3", "--rounds", "1"]
     with pytest.raises(SystemExit) as left:
-        main(["study", "memory", *words, "--output", str(tmp_path)])
+        main(["study", "memory", *words, "--output", str(tmp_path), "--page", str(page)])
     out = capsys.readouterr().out
     assert left.value.code == 0
     assert "net 3 x 3, rough: this step's pairs" in out
@@ -49,4 +53,24 @@ def test_study_on_tiny_sizes(tmp_path, capsys):
     assert all(float(row["model_cost"]) > 0 for row in table)
     data = json.loads((tmp_path / "memory.json").read_text(encoding="utf-8"))
     assert len(data["findings"]) == 4
-    assert (tmp_path / "memory.png").stat().st_size > 10_000
+    text = page.read_text(encoding="utf-8")
+    assert text.count("| chord |") == 4
+    assert text.count(" carried |") == 4
+    assert "- net 3 x 3, rough: this step's pairs" in text
+    assert (tmp_path / "gallery" / "memory.png").stat().st_size > 10_000
+
+
+def test_the_chart_can_be_read(readable):
+    runs = []
+    for scene in ("chain of 1000, smooth", "chain of 1000, rough", "net 20 x 20, smooth",
+                  "net 20 x 20, rough"):  # fmt: skip
+        runs.append(Run(scene, "chord", 0, False, 3.0, 5, 0, 0, 10.0, [1.0]))
+        for update in UPDATES:
+            for carry in (False, True):
+                for pairs in LENGTHS:
+                    runs.append(Run(scene, update, pairs, carry, 2.5, pairs, 0, 0, 9.0, [0.5]))
+    figure = chart(MemoryStudy(runs, {}))
+    readable(figure)
+    seeds = figure.axes[4].lines[0]
+    assert seeds.get_ydata()[0] == 5
+    assert list(seeds.get_ydata()[1:]) == list(LENGTHS)

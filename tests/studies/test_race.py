@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from tqdm import tqdm
 
-from ancfsparse.studies.charts import failures, fill_page
+from ancfsparse.studies.charts import failures
+from ancfsparse.studies.files import fill_page
 from ancfsparse.studies.models import INSTANTS, distance, instants, meets_instants, step_up_to
 from ancfsparse.studies.race import OURS, FailedError, Point, Sample, Task, fastest, front, race
 

@@ -10,16 +10,20 @@ from ancfsparse.cli import main
 from ancfsparse.studies import roofline as module
 from ancfsparse.studies import scaling_job
 from ancfsparse.studies.roofline import Loop, Roofline, roofline, triad
-from ancfsparse.studies.scaling import Row, Scaling, ratios, scaling, slope
+from ancfsparse.studies.scaling import MORE, enough, leave_out, scaling
+from ancfsparse.studies.scaling_charts import chart
+from ancfsparse.studies.scaling_findings import findings, skipped, targets
 from ancfsparse.studies.scaling_job import SOLVERS, Job, Worker
-from ancfsparse.studies.scaling_report import as_text, chart
+from ancfsparse.studies.scaling_report import as_markdown, as_text
+from ancfsparse.studies.scaling_rows import TITLES, Row, Scaling, ratios, slope
 
 QUICK = Roofline(20.0, [Loop("solve", 100, 10.0, 50.0, 30.0), Loop("factor", 100, 5.0)])
 
 
-def rows(size, seconds, note=""):
-    job = Job("chain", size, "rest", "auto", 10, 5e-4)
+def rows(size, seconds, note="", scene=("chain", "rest")):
+    job = Job(scene[0], size, scene[1], "auto", 10, 5e-4)
     record = {"iterations_per_step": 1.5, "factorizations": 1, "recoveries": 0}
+    record |= {"split": {"force": 0.2, "factor": 0.3, "solve": 0.4, "rest": 0.1}}
     record |= {"set_up_seconds": 0.1, "peak_bytes": 10**8 + 500 * size, "base_bytes": 10**8}
     result = []
     for name, each in seconds.items():
@@ -30,9 +34,12 @@ def rows(size, seconds, note=""):
 
 def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("ancfsparse.studies.scaling.roofline", lambda n: QUICK)
+    monkeypatch.setattr("ancfsparse.studies.scaling.ENOUGH", 0.0)
+    page = tmp_path / "page.md"
+    page.write_text("<!-- scaling:begin -->\n<!-- scaling:end -->\n", encoding="utf-8")
     words = ["--largest", "12", "--largest-net", "3", "--steps", "4", "--rounds", "1"]
     with pytest.raises(SystemExit) as left:
-        main(["study", "scaling", *words, "--output", str(tmp_path)])
+        main(["study", "scaling", *words, "--output", str(tmp_path), "--page", str(page)])
     out = capsys.readouterr().out
     assert left.value.code == 0
     assert "net falling from rest, 3: 12 elements, 69 unknowns" in out
@@ -45,7 +52,11 @@ def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     data = json.loads((tmp_path / "scaling.json").read_text(encoding="utf-8"))
     assert len(data["rows"]) == len(table)
     assert data["roofline"]["loops"][0]["share_of_triad"] == 0.25
-    assert (tmp_path / "scaling.png").stat().st_size > 10_000
+    assert len(data["targets"]) == 5
+    text = page.read_text(encoding="utf-8")
+    assert "| net falling from rest, 3 x 3 | 12 |" in text
+    assert "- `auto` beside the best fixed solver of each scene and size: " in text
+    assert (tmp_path / "gallery" / "scaling.png").stat().st_size > 10_000
 
 
 def test_what_threads_gain_is_told():
@@ -60,6 +71,7 @@ def test_what_threads_gain_is_told():
 
 def test_threads_run_beside_auto(monkeypatch):
     monkeypatch.setattr("ancfsparse.studies.scaling.roofline", lambda n: QUICK)
+    monkeypatch.setattr("ancfsparse.studies.scaling.ENOUGH", 0.0)
     result = scaling(10, 2, 0, rounds=1, threads=2)
     found = [row for row in result.rows if row.job.threads == 2]
     assert [row.job.solver for row in found] == ["auto, 2 threads"] * 2
@@ -103,19 +115,92 @@ def test_without_exudyn_nothing_is_run(monkeypatch, capsys):
     assert "pip install 'ancfsparse[peers]'" in capsys.readouterr().err
 
 
-def test_ratios_are_medians_of_rounds_in_turn():
+def by_hand():
+    """Three scenes, of which one misses its aims, and solvers without result."""
     seconds = {"auto": [1.0, 4.0, 1.0], "Newton": [3.0, 12.0, 5.0]}
-    seconds |= {"modified Newton": [0.5, 4.0, 2.0], "Davidon, dense": []}
-    group = rows(100, seconds, "too large")
-    found = ratios(group)
+    seconds |= {"modified Newton": [1.5, 0.8, 2.0], "Davidon, dense": []}
+    seconds |= {"Exudyn, full Newton": [9.0, 8.0, 9.0], "Exudyn, modified Newton": [0.5, 1.0, 1.0]}
+    group = rows(10_000, seconds, "too large: twice")
+    for scene in (("chain", "rough"), ("net", "rest")):
+        for size in (10, 1000):
+            group += rows(size, {"auto": [0.1], "Broyden, 10 pairs": [0.2]}, scene=scene)
+    table = [
+        {"scene": TITLES[row.scene], "size": row.job.size, "elements": row.job.elements,
+         "unknowns": 400, "pattern_entries": 9, "factor_entries": 8, "factor_flops": 9,
+         "ordering": "amd"}
+        for row in group
+        if row.job.solver == "auto"
+    ]  # fmt: skip
+    return Scaling(group, table, QUICK, {"dt_s": 5e-4, "steps": 10, "rounds": 3})
+
+
+def test_ratios_are_of_the_fastest_rounds():
+    found = ratios(by_hand().by_size()[0])
     assert found["Newton / auto"] == 3.0
-    assert found["auto / best fixed"] == 1.0
-    counts = {"scene": "chain falling from rest", "size": 100, "elements": 100, "unknowns": 400}
-    counts |= {"pattern_entries": 9, "factor_entries": 8, "factor_flops": 9, "ordering": "amd"}
-    result = Scaling(group, [counts], QUICK, {"dt_s": 5e-4, "steps": 10, "rounds": 3})
+    assert found["auto / best fixed"] == pytest.approx(1.25)
+    assert found["best fixed"] == "modified Newton"
+
+
+def test_missed_aims_and_missing_results_are_said():
+    result = by_hand()
+    missed = {target.what for target in targets(result) if not target.met}
+    assert missed == {
+        "auto / modified Newton, chain falling from rest, 10,000",
+        "Exudyn, modified Newton / auto, chain falling from rest, 10,000",
+    }
+    said = findings(result)
+    assert said[0] == ("`auto` beside the best fixed solver of each scene and size: 0.5 to 1.25 "
+                       "(aim: at most 1.1, missed 1 of 5 times).")  # fmt: skip
+    assert said[1] == "Missed: auto / modified Newton, chain falling from rest, 10,000: 1.25."
+    assert "bytes per element" in said[4].lower()
+    assert "500 (aim: at most 4000, met)" in said[4]
+    assert skipped(result) == [
+        "chain falling from rest, Davidon, dense, from 10,000 on: too large"
+    ]  # fmt: skip
     assert "too large" in as_text(result)
     assert "0.1 GB/s" not in as_text(result)
-    assert "Newton takes 3.0 times as long as auto at 100" in chart(result).axes[0].get_title()
+    assert "| 1.25 | 3.0 times as long | 0.5 times as long |" in as_markdown(result)
+
+
+def test_the_chart_can_be_read_and_says_where_a_peer_wins(readable):
+    figure = chart(by_hand())
+    readable(figure)
+    crosses = [line for line in figure.axes[0].lines if line.get_marker() == "x"]
+    assert [list(line.get_xdata()) for line in crosses if len(line.get_xdata())] == [[10_000]]
+    told = figure.axes[0].get_title().replace("\n", " ")
+    assert told == ("Chain falling from rest: Exudyn, modified Newton takes 0.5 times as long as "
+                    "auto at 10,000")  # fmt: skip
+
+
+def test_short_runs_have_more_rounds():
+    assert enough(1e-3, 3) == 10
+    assert enough(0.3, 3) == 4
+    assert enough(50.0, 3) == 3
+    assert enough(1e-3, 1) == MORE
+
+
+def test_each_part_of_a_run_grows_as_what_it_works_on():
+    (small,) = rows(1000, {"auto": [1.0]})
+    job = Job("chain", 10_000, "rest", "auto", 10, 5e-4)
+    few, many = ({"factor_flops": a, "factor_entries": b} for a, b in ((1.0, 1.0), (100.0, 20.0)))
+    # Force and rest 0.3 s, factor 0.3 s, sweeps 0.4 s, set-up 0.1 s.
+    expected = 0.3 * 10 + 0.3 * 100 + 0.4 * 20 + 0.1 * 10
+    assert leave_out(job, small, few, many, expected + 1.0) == {}
+    assert leave_out(job, small, few, many, 40.0) == {
+        "note": "42 s expected, above the cap of 40 s"
+    }  # fmt: skip
+    (whole,) = rows(1000, {"auto": [1.0]})
+    whole.record = {"set_up_seconds": 0.1}
+    assert leave_out(job, whole, few, many, 5.0)["note"].startswith("11 s expected")
+    (none,) = rows(1000, {"auto": []}, "no memory")
+    assert leave_out(job, none, few, many, 5.0) == {"note": "from 1000 on: no memory"}
+
+
+def test_a_run_that_takes_too_long_is_ended():
+    with Worker() as worker:
+        record = worker.run(Job("chain", 1000, "rest", "Newton", 100_000, 5e-4), 1.0)
+        assert worker.process.poll() is not None
+    assert record == {"note": "ended after 1 s"}
 
 
 def test_slope_leaves_out_small_sizes():

@@ -7,7 +7,7 @@ import pytest
 
 from ancfsparse.cli import main
 from ancfsparse.studies.long_runs import ENTRANTS, NOISE, LongRun, LongRuns, long_runs
-from ancfsparse.studies.long_runs_report import findings, headline
+from ancfsparse.studies.long_runs_report import chart, findings, headline
 
 
 def test_damped_runs_never_gain_and_memory_does_not_grow():
@@ -43,6 +43,13 @@ def test_what_is_said_follows_the_numbers():
     assert said[1] == "c was stopped at 2 s: gained energy."
     assert said[2].startswith("Memory grew in c by more than 4 MB")
     assert headline(result).startswith("2 of 3 runs come to 2 s; b keeps its energy best")
+
+
+def test_the_chart_can_be_read(readable):
+    t = np.geomspace(0.1, 500.0, 50)
+    runs = [LongRun(each.label, 1e-3, t, 1e-3 * np.sin(t), 500.0, "EnergyGain" * (k > 5), 1.0, 0.0)
+            for k, each in enumerate(ENTRANTS)]  # fmt: skip
+    readable(chart(LongRuns(runs, {})))
 
 
 def test_command(tmp_path, capsys):

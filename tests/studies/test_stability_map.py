@@ -4,6 +4,7 @@ import csv
 import itertools
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +19,12 @@ from ancfsparse.studies.stability import (
     MOST_GAIN,
     STEPS,
     STIFFNESSES,
+    Stability,
     places,
     read,
 )
+from ancfsparse.studies.stability_charts import integrator_chart, solver_chart
+from ancfsparse.studies.stability_findings import solver_headline
 from ancfsparse.studies.stability_run import (
     FAILED,
     FINISHED,
@@ -211,6 +215,70 @@ def test_a_small_map(tmp_path, capsys):
     assert "| GeneralizedAlpha(0.5) | 0.0" in page.read_text(encoding="utf-8")
     for name in ("stability.png", "stability-solvers.png"):
         assert (tmp_path / "gallery" / name).stat().st_size > 10_000
+
+
+def test_charts_and_tables_come_from_the_table_too(tmp_path, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["study", "stability", "--from", str(SHIPPED), "--output", str(tmp_path)])
+    assert left.value.code == 0
+    assert "| bfgs, 10 pairs | GeneralizedAlpha(0.8) |" in capsys.readouterr().out
+    assert (tmp_path / "stability.csv").read_bytes() == SHIPPED.read_bytes()
+    for name in ("stability.png", "stability-solvers.png"):
+        assert (tmp_path / name).stat().st_size > 10_000
+
+
+def test_the_charts_can_be_read(shipped, readable):
+    readable(integrator_chart(shipped))
+    readable(solver_chart(shipped))
+
+
+def test_a_table_that_is_none_is_refused(tmp_path, capsys):
+    rows = SHIPPED.read_text(encoding="utf-8").splitlines()
+    table = tmp_path / "table.csv"
+    cases = {
+        "leave out": (rows[0], ["--step", "0.01"]),
+        "holds no run": (rows[0], []),
+        "column or number is missing": (rows[0].replace("outcome", "end") + "\n" + rows[1], []),
+        "No such file": (None, []),
+    }
+    for said, (text, words) in cases.items():
+        table.unlink(missing_ok=True)
+        if text is not None:
+            table.write_text(text + "\n", encoding="utf-8")
+        with pytest.raises(SystemExit) as left:
+            main(["study", "stability", "--from", str(table), *words, "--output", str(tmp_path)])
+        assert left.value.code == 2
+        assert said in capsys.readouterr().err
+
+
+def made_up(solver, outcome, dt=0.01):
+    place = Place("pendulum", 1e8, dt, "Newmark(0)", solver)
+    return Run(place, outcome, 1, "", 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5)
+
+
+def test_the_solver_chart_shows_the_worst_and_frames_what_differs():
+    runs = [made_up("Newton", FINISHED), made_up("Newton", FAILED, 0.02)]
+    for solver in SOLVERS:
+        if solver != "Newton":
+            bad = solver in ("auto", "modified Newton")
+            runs.append(made_up(solver, GAINED if bad else FINISHED))
+            runs.append(made_up(solver, FAILED if bad else RECOVERED, 0.02))
+    with_both = [replace(run, place=run.place._replace(integrator="GeneralizedAlpha(0.8)"))
+                 for run in runs]  # fmt: skip
+    result = Stability(runs + with_both, {})
+    assert solver_headline(result) == (
+        "Where Newton finishes so do the others, in all but 4 of 20 runs;\n"
+        "where it does not, 16 of 20 do"
+    )
+    newton, kept, full, *_ = solver_chart(result).axes
+    worst = [[OUTCOMES[int(k)] for k in ax.images[0].get_array().ravel()]
+             for ax in (newton, kept, full)]  # fmt: skip
+    assert worst == [[FINISHED, FAILED], [GAINED, FAILED], [FINISHED, RECOVERED]]
+    assert [text.get_text() for text in kept.texts] == ["2", "2", "67 %"]
+    frames = [[(p.get_x() + 0.5, p.get_linestyle()) for p in ax.patches]
+              for ax in (newton, kept, full)]  # fmt: skip
+    assert frames == [[], [(0.0, "-"), (1.0, ":")], [(1.0, ":")]]
+    assert list(newton.lines) == []  # losses belong to integrators, and are marked in their chart
 
 
 def test_unknown_scenes_and_bad_steps_are_refused():

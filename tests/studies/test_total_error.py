@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from ancfsparse.studies.race import OURS, Point, Task
 from ancfsparse.studies.references import Reference
 from ancfsparse.studies.total_error import TotalError, element_forces, total_error
 from ancfsparse.studies.total_error_findings import findings, headline
-from ancfsparse.studies.total_error_report import as_markdown, as_text, write
+from ancfsparse.studies.total_error_report import as_markdown, as_text, chart, write
 
 
 def point(model, elements, dt, error, seconds, program=OURS, note=""):
@@ -101,6 +102,11 @@ def test_meshes_and_steps_that_were_run(short):
     assert short.at("Thick", 10, 5e-4).error > 2.0 * short.at("Thin", 10, 5e-4).error
     low, high = short.model_spread()
     assert 0.0 < low <= high
+
+
+def test_the_chart_can_be_read(short, readable):
+    failed = point("Thick", 10, 2e-2, math.nan, math.nan, note="no convergence at t = 1 s")
+    readable(chart(replace(short, points=[*short.points, failed])))
 
 
 def test_files(short, tmp_path):

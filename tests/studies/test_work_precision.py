@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import sys
+from dataclasses import replace
 
 import pytest
 from tqdm import tqdm
@@ -11,7 +12,7 @@ from tqdm import tqdm
 from ancfsparse.cli import main
 from ancfsparse.integrators import Newmark, RungeKuttaNystrom
 from ancfsparse.solve import stable_step
-from ancfsparse.studies.entrants import Integrator, entrants
+from ancfsparse.studies.entrants import INTEGRATORS, Integrator, entrants
 from ancfsparse.studies.models import MODELS
 from ancfsparse.studies.race import OURS, Point, Task, race
 from ancfsparse.studies.references import Reference, march
@@ -20,6 +21,11 @@ from ancfsparse.studies.work_precision_findings import findings, headline
 from ancfsparse.studies.work_precision_report import as_markdown, as_text, chart
 
 MODEL = "Thin, Biot"
+PEER_METHODS = {
+    "Exudyn": ("trapezoidal", "generalised-alpha 0.9", "VelocityVerlet", "RK44", "RK67"),
+    "SciPy": ("DOP853", "Radau"),
+    "SUNDIALS": ("CVODE Adams", "CVODE BDF"),
+}
 ORDERS = {
     "Newmark(0)": (Newmark(0.0), 2.0),
     "Newmark(0.05)": (Newmark(0.05), 1.0),
@@ -78,6 +84,22 @@ def test_a_step_that_fails_stays_on_the_chart():
     assert f"dt = 0.02: {lost[0].note}" in as_text(result)
     hollow = [line for line in chart(result).axes[0].lines if line.get_markerfacecolor() == "none"]
     assert len(hollow) == 1
+
+
+def test_a_chart_with_all_methods_and_many_failures_can_be_read(readable):
+    methods = [(OURS, each.name) for each in INTEGRATORS]
+    methods += [(program, name) for program, names in PEER_METHODS.items() for name in names]
+    points = []
+    for model in (MODEL, "L2T2", "Thick"):
+        for k, (program, method) in enumerate(methods):
+            for dt in (1e-3, 2e-3, 4e-3):
+                task = Task(program, method, "modified Newton", model, 10, "dt", dt, lambda: None)
+                note = f"no convergence at t = {k} s" * (dt == 4e-3)
+                error = math.nan if note else (k + 1) * dt**2
+                points.append(Point(task, 1e-3 / dt, error, {"residuals": round(1 / dt)}, note))
+    reference = Reference(None, 1e-12, "by hand")
+    both = study(*points)
+    readable(chart(replace(both, references=dict.fromkeys((MODEL, "L2T2", "Thick"), reference))))
 
 
 def test_ratios_and_targets_of_hand_made_curves():

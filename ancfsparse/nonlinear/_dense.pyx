@@ -1,0 +1,209 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""The quasi-Newton inverse as a matrix to which each pair adds terms ``a w^T`` (the paper's form)."""
+from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from libc.string cimport memcpy
+
+import numpy as np
+
+
+cdef extern from "simd.h":
+    const int LANES "ANCF_LANES"
+    ctypedef double vec
+    vec set1 "vec_set1" (double) noexcept nogil
+
+include "pairs.pxi"
+
+
+cdef struct DenseData:
+    const ancf_seed *seed
+    Rule rule
+    ptrdiff_t n, padded, pending
+    double smallest_y
+    double *columns
+    double *a  # two terms of `padded` numbers each, like w
+    double *w
+    double *product
+    double *unit
+
+
+cdef class Dense:
+    """The inverse as a full matrix that learns for as long as the run lasts (``memory="full"``).
+
+    Columns are stored one after another, padded to whole cache lines.  The terms of the newest pair
+    wait until the next product, so that a correction passes over the matrix once.
+    """
+
+    cdef ancf_inverse interface
+    cdef DenseData data
+    cdef object owner, columns, terms, work
+    cdef readonly object capsule
+
+    def __cinit__(self, seed, str rule):
+        cdef DenseData *data = &self.data
+        cdef double[:, ::1] columns
+        cdef double[:, :, ::1] terms
+        cdef double[:, ::1] work
+        self.owner = seed
+        data.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
+        data.rule = RULES[rule]
+        data.n = data.seed.n
+        data.padded = (data.n + 7) // 8 * 8
+        self.columns = np.zeros((data.n, data.padded))
+        self.terms, self.work = np.zeros((2, 2, data.padded)), np.zeros((2, data.padded))
+        columns, terms, work = self.columns, self.terms, self.work
+        data.columns, data.a, data.w = &columns[0, 0], &terms[0, 0, 0], &terms[1, 0, 0]
+        data.product, data.unit = &work[0, 0], &work[1, 0]
+        self.interface.context, self.interface.n = data, data.n
+        self.interface.reseed, self.interface.forget = dense_reseed, dense_forget
+        self.interface.apply, self.interface.learn = dense_apply, dense_learn
+        self.capsule = PyCapsule_New(&self.interface, "ancf_inverse", NULL)
+
+    def set_threads(self, ptrdiff_t threads):
+        """Take no notice: a matrix this small belongs to one thread."""
+
+    def set_smallest_y(self, double value):
+        """Skip pairs whose difference of residuals is shorter than this: rounding."""
+        self.data.smallest_y = value
+
+    @property
+    def matrix(self):
+        """The inverse as an array (n, n), newest pair included."""
+        n = self.data.n
+        full = self.columns[:, :n].T.copy()
+        for k in range(self.data.pending):
+            full += np.outer(self.terms[0, k, :n], self.terms[1, k, :n])
+        return full
+
+    @matrix.setter
+    def matrix(self, value):
+        self.data.pending = 0
+        self.columns[:, : self.data.n] = np.asarray(value).T
+
+    def apply(self, const double[::1] r):
+        """Return ``H r``."""
+        z = np.empty(self.data.n)
+        cdef double[::1] view = z
+        dense_apply(&self.data, &r[0], &view[0])
+        return z
+
+    def learn(self, const double[::1] s, const double[::1] y, const double[::1] r_new):
+        """Take in the pair; return ``(H_new r_new, accepted)``.  ``s`` must be ``-H r_old``."""
+        z = np.empty(self.data.n)
+        cdef double[::1] view = z
+        return z, bool(dense_learn(&self.data, &s[0], &y[0], &r_new[0], &view[0]))
+
+
+cdef int dense_reseed(void *context) noexcept nogil:
+    cdef DenseData *self = <DenseData *>context
+    cdef ptrdiff_t j
+    self.pending = 0
+    for j in range(self.n):
+        self.unit[j] = 1.0
+        self.seed.solve(self.seed.context, self.unit, self.columns + j * self.padded)
+        self.unit[j] = 0.0
+    return <int>self.n
+
+
+cdef void dense_forget(void *context) noexcept nogil:
+    # The pairs are in the matrix for good; only the waiting one can be dropped.
+    (<DenseData *>context).pending = 0
+
+
+cdef void dense_apply(void *context, const double *r, double *z) noexcept nogil:
+    """Add the waiting terms to the matrix and multiply: one pass."""
+    cdef DenseData *self = <DenseData *>context
+    cdef ptrdiff_t n = self.n, step = self.padded // LANES, i, j
+    cdef vec *h
+    cdef vec *column
+    cdef const vec *a0 = <const vec *>self.a
+    cdef const vec *a1 = <const vec *>(self.a + self.padded)
+    cdef vec *out = <vec *>self.product
+    cdef const double *w0 = self.w
+    cdef const double *w1 = self.w + self.padded
+    cdef vec z0, z1, p0, p1, p2, p3, rj, wj, vj, t0, t1
+    i = 0
+    while i < step:
+        h = <vec *>self.columns + i
+        if i + 1 < step:
+            z0 = set1(0.0)
+            z1 = set1(0.0)
+            if self.pending == 0:
+                for j in range(n):
+                    column = h + j * step
+                    rj = set1(r[j])
+                    z0 = z0 + column[0] * rj
+                    z1 = z1 + column[1] * rj
+            elif self.pending == 1:
+                p0 = a0[i]
+                p1 = a0[i + 1]
+                for j in range(n):
+                    column = h + j * step
+                    rj = set1(r[j])
+                    wj = set1(w0[j])
+                    t0 = column[0] + p0 * wj
+                    t1 = column[1] + p1 * wj
+                    column[0] = t0
+                    column[1] = t1
+                    z0 = z0 + t0 * rj
+                    z1 = z1 + t1 * rj
+            else:
+                p0 = a0[i]
+                p1 = a0[i + 1]
+                p2 = a1[i]
+                p3 = a1[i + 1]
+                for j in range(n):
+                    column = h + j * step
+                    rj = set1(r[j])
+                    wj = set1(w0[j])
+                    vj = set1(w1[j])
+                    t0 = column[0] + p0 * wj + p2 * vj
+                    t1 = column[1] + p1 * wj + p3 * vj
+                    column[0] = t0
+                    column[1] = t1
+                    z0 = z0 + t0 * rj
+                    z1 = z1 + t1 * rj
+            out[i] = z0
+            out[i + 1] = z1
+            i = i + 2
+        else:
+            z0 = set1(0.0)
+            p0 = a0[i]
+            p2 = a1[i]
+            for j in range(n):
+                column = h + j * step
+                t0 = column[0]
+                if self.pending > 0:
+                    t0 = t0 + p0 * set1(w0[j])
+                if self.pending > 1:
+                    t0 = t0 + p2 * set1(w1[j])
+                column[0] = t0
+                z0 = z0 + t0 * set1(r[j])
+            out[i] = z0
+            i = i + 1
+    self.pending = 0
+    memcpy(z, out, n * sizeof(double))
+
+
+cdef int dense_learn(void *context, const double *s, const double *y, const double *r_new,
+                     double *z) noexcept nogil:
+    cdef DenseData *self = <DenseData *>context
+    cdef ptrdiff_t n = self.n, i, j
+    cdef int terms, k
+    cdef double delta, factor, ss
+    dense_apply(context, r_new, z)
+    terms = pair_terms(self.rule, 1, n, s, y, z, self.smallest_y, self.a, self.w, self.padded)
+    if terms == 0:
+        return 0
+    if self.rule == BROYDEN:  # equation 13: u (H^T s)^T / (s.h)
+        ss = dot(s, s, n)
+        delta = ss + dot(s, z, n)
+        if not fabs(delta) >= SMALLEST_BROYDEN * ss:
+            return 0
+        for j in range(n):
+            self.w[j] = dot(self.columns + j * self.padded, s, n) / delta
+    for k in range(terms):
+        factor = dot(self.w + k * self.padded, r_new, n)
+        for i in range(n):
+            z[i] += factor * self.a[k * self.padded + i]
+    self.pending = terms
+    return 1

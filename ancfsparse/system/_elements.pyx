@@ -1,0 +1,241 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""The elements of a system, group by group and thread by thread: calls of their kernels."""
+from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from libc.stdint cimport int32_t
+from libc.stdlib cimport calloc, free
+from libc.string cimport memset
+
+import numpy as np
+
+
+cdef extern from "kernel_abi.h":
+    const char *ANCF_KERNEL_SIGNATURE
+    ctypedef void (*ancf_kernel)(
+        ptrdiff_t, const int32_t *, const int32_t *, const int32_t *,
+        const double *, const double *, const double *, double *) noexcept nogil
+
+cdef extern from "parallel.h":
+    const int MOST_PARTS "ANCF_MOST_PARTS"
+    void in_parts "ancf_in_parts" (
+        ptrdiff_t, void (*)(void *, ptrdiff_t) noexcept nogil, void *) noexcept nogil
+
+cdef extern from "simd.h":
+    const int LANES "ANCF_LANES"
+
+cdef extern from "system_abi.h":
+    enum Quantity "ancf_quantity":
+        ENERGY "ANCF_ENERGY"
+        FORCE "ANCF_FORCE"
+        INERTIA "ANCF_INERTIA"
+        RESIDUAL "ANCF_RESIDUAL"
+        TANGENT "ANCF_TANGENT"
+        MASS "ANCF_MASS"
+        DAMPING "ANCF_DAMPING"
+        MATERIAL "ANCF_MATERIAL"
+        N_KERNELS "ANCF_N_KERNELS"
+
+    ctypedef struct ancf_elements:
+        void *context
+        ptrdiff_t n_parts
+        int damped
+        void (*add)(void *, int, const double *, const double *, double *, int) noexcept nogil
+        double (*strain_energy)(void *, const double *) noexcept nogil
+
+include "arrays.pxi"
+
+
+KERNELS = ("energy", "force", "inertia", "residual", "tangent", "mass", "damping", "material")
+# Places of the energies of a block: all in one.
+cdef int32_t[16] NOWHERE
+memset(NOWHERE, 0, sizeof(NOWHERE))
+
+
+cdef struct Group:
+    ptrdiff_t n_blocks, n, n_matrix  # numbers per element in a vector and in the matrix
+    const int32_t *gather
+    const int32_t *matrix_scatter
+    const int32_t *table_of  # NULL if every block has tables of its own
+    const int32_t *base
+    const int32_t *matrix_base
+    const int32_t *set_of
+    const double *parameters
+    ancf_kernel[N_KERNELS] kernels
+    # Damping: viscosities for stiffnesses and damped masses for masses.
+    bint strains_damped, masses_damped
+    const int32_t *damping_set_of
+    const double *damping_parameters
+
+
+cdef struct Run:
+    # Blocks of one group that one thread takes one after another.
+    int32_t group, begin, end
+
+
+cdef struct Flat:
+    ptrdiff_t n_groups
+    Group *groups
+    # Runs of each part, and then those that share places with several parts.
+    ptrdiff_t n_parts
+    const int32_t *run_start
+    const Run *runs
+
+
+cdef struct Call:
+    # What the threads work on together: a kernel that adds to `out`.
+    const Flat *flat
+    int kernel
+    bint damped  # with the parameters of damping
+    const double *q
+    const double *a
+    double *out
+
+
+cdef class Elements:
+    """Evaluate the elements of a system.
+
+    Parameters
+    ----------
+    groups : sequence of mappings
+        Per beam the arrays of `kernels.layout` and the kernel capsules.
+    """
+
+    cdef ancf_elements interface
+    cdef Flat flat
+    cdef object runs
+    cdef readonly object groups
+    cdef readonly object capsule
+
+    def __cinit__(self, groups):
+        cdef Flat *flat = &self.flat
+        cdef Group *group
+        self.groups = groups  # the structures below point into these arrays
+        flat.n_groups = len(groups)
+        flat.groups = <Group *>calloc(max(flat.n_groups, 1), sizeof(Group))
+        if flat.groups == NULL:
+            raise MemoryError
+        for index, arrays in enumerate(groups):
+            group = &flat.groups[index]
+            layout = arrays["layout"]
+            group.n_blocks, group.n = len(layout.set_of), layout.gather.shape[1]
+            group.n_matrix = layout.scatter.shape[1]
+            group.gather = integers(layout.gather)
+            group.matrix_scatter = integers(layout.scatter)
+            group.table_of = integers(layout.table_of)
+            group.base = integers(layout.base)
+            group.matrix_base = integers(layout.scatter_base)
+            group.set_of = integers(layout.set_of)
+            group.parameters = reals(layout.parameters)
+            for number, name in enumerate(KERNELS):
+                group.kernels[number] = pointer(arrays["kernels"][name])
+            group.strains_damped = arrays["strains_damped"]
+            group.masses_damped = arrays["masses_damped"]
+            if group.strains_damped or group.masses_damped:
+                group.damping_set_of = integers(arrays["damping_set_of"])
+                group.damping_parameters = reals(arrays["damping_parameters"])
+                self.interface.damped = True
+        self.divide([0, len(groups), len(groups)],
+                    [(k, 0, len(arrays["layout"].set_of)) for k, arrays in enumerate(groups)])
+        self.interface.context = flat
+        self.interface.add, self.interface.strain_energy = add, strain_energy
+        self.capsule = PyCapsule_New(&self.interface, "ancf_elements", NULL)
+
+    def __dealloc__(self):
+        free(self.flat.groups)
+
+    def divide(self, run_start, runs):
+        """Share the work among threads.
+
+        Parameters
+        ----------
+        run_start : (n_parts + 2,) int
+            Where the runs of each part start, those that come after all parts, and the end.
+        runs : (n_runs, 3) int
+            Group, first block and end of each run.  Runs of different parts have no place in common.
+        """
+        self.runs = [np.array(run_start, dtype=np.int32),
+                     np.array(runs, dtype=np.int32).reshape(-1, 3)]
+        self.flat.n_parts = self.interface.n_parts = len(run_start) - 2
+        self.flat.run_start = integers(self.runs[0])
+        self.flat.runs = <const Run *>integers(self.runs[1])
+
+    @property
+    def threads(self):
+        """Number of threads that work on the elements."""
+        return self.flat.n_parts
+
+
+cdef ancf_kernel pointer(capsule) except NULL:
+    return <ancf_kernel>PyCapsule_GetPointer(capsule, ANCF_KERNEL_SIGNATURE)
+
+
+cdef void add_run(const Flat *self, const Run *run, int kernel, bint damped, const double *q,
+                  const double *a, double *out) noexcept nogil:
+    """Let a kernel add what the elements of a run give, with the parameters of damping if wished."""
+    cdef const Group *group = &self.groups[run.group]
+    cdef ancf_kernel call = group.kernels[kernel]
+    cdef bint to_matrix = kernel == TANGENT or kernel == MASS or kernel == MATERIAL
+    cdef bint to_masses = kernel == INERTIA or kernel == MASS
+    cdef const int32_t *set_of = group.damping_set_of if damped else group.set_of
+    cdef const double *parameters = group.damping_parameters if damped else group.parameters
+    cdef ptrdiff_t n_in = group.n * LANES, n_out = n_in, b, table
+    cdef const int32_t *scatter = group.gather
+    cdef const int32_t *base = group.base
+    if damped and not (group.masses_damped if to_masses else group.strains_damped):
+        return
+    if to_matrix:
+        scatter, base, n_out = group.matrix_scatter, group.matrix_base, group.n_matrix * LANES
+    if kernel == ENERGY:
+        scatter, n_out = &NOWHERE[0], 0
+    if group.table_of == NULL and kernel != ENERGY:
+        call(run.end - run.begin, group.gather + run.begin * n_in, scatter + run.begin * n_out,
+             set_of + run.begin, parameters, q, a, out)
+        return
+    for b in range(run.begin, run.end):
+        table = b if group.table_of == NULL else group.table_of[b]
+        call(1, group.gather + table * n_in,
+             scatter + table * n_out, set_of + b, parameters,
+             q if group.table_of == NULL else q + group.base[b],
+             a if group.table_of == NULL else a + group.base[b],
+             out if group.table_of == NULL or kernel == ENERGY else out + base[b])
+
+
+cdef void add_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef const Call *call = <const Call *>context
+    cdef const Flat *flat = call.flat
+    cdef ptrdiff_t k
+    for k in range(flat.run_start[part], flat.run_start[part + 1]):
+        add_run(flat, &flat.runs[k], call.kernel, call.damped, call.q, call.a, call.out)
+
+
+cdef void add(void *context, int kernel, const double *q, const double *a, double *out,
+              int damped) noexcept nogil:
+    """Add what all elements give; runs that share places with several parts come last."""
+    cdef const Flat *self = <const Flat *>context
+    cdef Call call
+    call.flat, call.kernel, call.q, call.a, call.out = self, kernel, q, a, out
+    call.damped = damped
+    in_parts(self.n_parts, add_part, &call)
+    add_part(&call, self.n_parts)
+
+
+cdef void energy_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef const Call *call = <const Call *>context
+    cdef double energy = 0.0
+    cdef ptrdiff_t k
+    for k in range(call.flat.run_start[part], call.flat.run_start[part + 1]):
+        add_run(call.flat, &call.flat.runs[k], ENERGY, False, call.q, call.q, &energy)
+    call.out[part] = energy
+
+
+cdef double strain_energy(void *context, const double *q) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef double[MOST_PARTS + 1] of_part
+    cdef double energy = 0.0
+    cdef ptrdiff_t part
+    cdef Call call
+    call.flat, call.q, call.out = self, q, &of_part[0]
+    in_parts(self.n_parts, energy_part, &call)
+    energy_part(&call, self.n_parts)
+    for part in range(self.n_parts + 1):
+        energy += of_part[part]
+    return energy
