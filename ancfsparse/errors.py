@@ -50,6 +50,8 @@ class StepFailure(AncfError, RuntimeError):
         Beam, node and coordinate of that entry.
     trajectory : Trajectory, optional
         The accepted states before the failed step.
+    advice : str, optional
+        What to try, a sentence.
     """
 
     def __init__(
@@ -61,9 +63,10 @@ class StepFailure(AncfError, RuntimeError):
         residual: float,
         where: str,
         trajectory: Any = None,
+        advice: str = "Try a smaller dt.",
     ) -> None:
         # All arguments go into `args`, so that the exception survives pickling between processes.
-        super().__init__(reason, time, step, dt, residual, where, trajectory)
+        super().__init__(reason, time, step, dt, residual, where, trajectory, advice)
         self.reason = reason
         self.time = time
         self.step = step
@@ -71,18 +74,17 @@ class StepFailure(AncfError, RuntimeError):
         self.residual = residual
         self.where = where
         self.trajectory = trajectory
+        self.advice = advice
 
     def __str__(self) -> str:
         """Compose the message a reader meets."""
-        message = (
+        return (
             f"step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s) failed: "
             f"{self.reason.rstrip('.')}. "
-            f"The largest residual is {self.residual:.3g} at {self.where}. "
-            "Try a smaller dt, solver=Newton(), or a finer mesh."
+            f"The largest residual is {self.residual:.3g} at {self.where}. {self.advice}"
+            + KEPT
+            * (self.trajectory is not None)
         )
-        if self.trajectory is not None:
-            message += " The accepted states are in the attribute `trajectory` of this error."
-        return message
 
 
 class EnergyGain(StepFailure):
@@ -95,8 +97,9 @@ class EnergyGain(StepFailure):
         strain, gravity and loads [J].
     limit : float
         Share of it that was allowed.
-    time, step, dt, trajectory
-        As in `StepFailure`.
+    time, step, dt, trajectory, advice
+        As in `StepFailure`.  The step was not accepted if it took many corrections, since then its
+        energy is looked at first; else the states may be some steps past where the gain began.
     """
 
     def __init__(
@@ -108,9 +111,11 @@ class EnergyGain(StepFailure):
         step: int,
         dt: float,
         trajectory: Any = None,
+        advice: str = "Try a smaller dt.",
     ) -> None:
-        super().__init__("it gained energy", time, step, dt, gain, "the whole scene", trajectory)
-        self.args = (gain, exchanged, limit, time, step, dt, trajectory)
+        where = "the whole scene"
+        super().__init__("it gained energy", time, step, dt, gain, where, trajectory, advice)
+        self.args = (gain, exchanged, limit, time, step, dt, trajectory, advice)
         self.gain = gain
         self.exchanged = exchanged
         self.limit = limit
@@ -119,12 +124,10 @@ class EnergyGain(StepFailure):
         """Compose the message a reader meets."""
         share = self.gain / self.exchanged if self.exchanged > 0.0 else math.inf
         return (
-            f"stopped after step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): the "
-            f"motion has {self.gain:.3g} J more than it was given, {100 * share:.3g} % of the "
-            f"largest energy exchanged so far (allowed: {100 * self.limit:.3g} %). Try "
-            "integrator=GeneralizedAlpha(0.8), or 0.5 for long steps, which damps what they cannot "
-            "follow, a "
-            "smaller dt, or max_energy_gain=inf to go on all the same."
+            f"stopped at step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): the "
+            f"motion would have {self.gain:.3g} J more than it was given, {100 * share:.3g} % of "
+            f"the largest energy exchanged so far (allowed: {100 * self.limit:.3g} %). "
+            f"{self.advice} max_energy_gain=inf goes on all the same."
             + KEPT
             * (self.trajectory is not None)
         )

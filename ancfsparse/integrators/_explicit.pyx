@@ -49,7 +49,7 @@ cdef extern from "energy_watch.h":
     void ancf_watch_start(ancf_watch *, const ancf_system *, const double *, const double *,
                           const double *, double *) noexcept nogil
     bint ancf_watch_gains(ancf_watch *, const ancf_system *, const double *, const double *,
-                          const double *, double *) noexcept nogil
+                          const double *, double *, bint) noexcept nogil
 
 
 cdef enum:
@@ -187,7 +187,7 @@ cdef class Explicit:
                         a_out[row, j] = 0.0
                 if (k + 1) % look == 0 or k + 1 == n_steps:
                     if ancf_watch_gains(&self.watch, self.system, &self.dead_load[0],
-                                        &self.q[next, 0], &self.v[next, 0], &self.r[0]):
+                                        &self.q[next, 0], &self.v[next, 0], &self.r[0], False):
                         outcome = GAINED_ENERGY
                         k += 1
                         break

@@ -46,6 +46,7 @@ cdef extern from "solver_abi.h":
         void *context
         ptrdiff_t n, n_coordinates, n_values
         void (*restart)(void *) noexcept nogil
+        void (*coast)(void *) noexcept nogil
         double (*correct)(void *, double, const double *) noexcept nogil
         void (*residual)(void *, double *) noexcept nogil
         void (*matrix)(void *, double *) noexcept nogil
@@ -55,26 +56,29 @@ cdef extern from "solver_abi.h":
     ctypedef struct ancf_nonlinear:
         void *context
         int (*solve)(void *) noexcept nogil
+        int (*again)(void *, int) noexcept nogil
+        const int *doubtful
 
 
 cdef extern from "energy_watch.h":
     ctypedef struct ancf_watch:
-        double limit, noise, work, exchanged, gain
+        double limit, noise, work, exchanged, gain, kinetic
     void ancf_watch_start(ancf_watch *, const ancf_system *, const double *, const double *,
                           const double *, double *) noexcept nogil
     bint ancf_watch_gains(ancf_watch *, const ancf_system *, const double *, const double *,
-                          const double *, double *) noexcept nogil
+                          const double *, double *, bint) noexcept nogil
 
 
 cdef enum:
     GAINED_ENERGY = 4
     TOO_INACCURATE = 5
     MAY_GROW = 6
+    WOULD_GAIN = 8
 
 cdef ptrdiff_t PIECE = 512  # of vectors that are passed over more than once
 cdef double NEWEST = 0.25  # share of the last step in the mean rate of the accelerations
 # An energy costs about one residual.  Steps that take many, because they are long, are watched more
-# closely, and one that took this many alone is looked at by itself.
+# closely, and one that took this many alone is looked at by itself, before it is accepted.
 cdef ptrdiff_t WATCH_EVERY = 16, WATCH_RESIDUALS = 40, HARD_STEP = 5
 
 
@@ -102,9 +106,11 @@ cdef struct Motion:
     ptrdiff_t unwatched, evaluated  # steps and residuals since the last look at the energy
     bint shifted  # whether b is not the true acceleration
     bint moved  # whether a is no longer a0
+    bint ahead  # whether v0 and the work of the loads are already those of the step under way
     double dt
     Weights weights
     ancf_watch watch
+    ancf_watch refused  # what it saw of the last step that was refused
     Control control
     # Last accepted state, and the iterate of the step under way.
     double *q0
@@ -186,7 +192,8 @@ cdef class March:
         self.interface.context = motion
         self.interface.n, self.interface.n_coordinates = motion.n_free + motion.m, motion.n_free
         self.interface.n_values = motion.system.n_values
-        self.interface.restart, self.interface.correct = restart, correct
+        self.interface.restart, self.interface.coast = restart, coast
+        self.interface.correct = correct
         self.interface.residual, self.interface.matrix = residual, matrix
         if motion.system.material != NULL:
             self.interface.material = material
@@ -268,6 +275,11 @@ cdef class March:
         """Energy above what was given, and the largest energy exchanged, at the last look [J]."""
         return self.motion.watch.gain, self.motion.watch.exchanged
 
+    @property
+    def refused_gain(self):
+        """The same, of the last solution that was refused for it [J]."""
+        return self.motion.refused.gain, self.motion.refused.exchanged
+
     def gains_energy(self):
         """Whether the energy is now too far above what was given: the last look of a run."""
         return bool(gains_energy(&self.motion))
@@ -313,6 +325,7 @@ cdef class March:
         cdef Motion *motion = &self.motion
         cdef ptrdiff_t k, row, before
         cdef int outcome = 0
+        cdef bint hard
         self.loads = amplitudes
         with nogil:
             for k in range(n_steps):
@@ -324,10 +337,15 @@ cdef class March:
                     if gains_energy(motion):  # the likely cause
                         outcome = GAINED_ENERGY
                     break
+                if motion.control.seed != NULL and not accurate(motion):
+                    outcome = TOO_INACCURATE
+                    break
+                hard = motion.evaluated - before >= HARD_STEP
+                if hard and not settle(motion, solver):
+                    outcome = WOULD_GAIN
+                    break
                 if motion.control.seed != NULL:
-                    outcome = judge(motion)
-                    if outcome == TOO_INACCURATE:
-                        break
+                    outcome = follow(motion)
                 accept(motion)
                 if (steps_done + k + 1) % save_every == 0:
                     row = (steps_done + k + 1) // save_every
@@ -338,9 +356,9 @@ cdef class March:
                         memcpy(&lam_out[row, 0], motion.lam0, motion.m * sizeof(double))
                 motion.unwatched += 1
                 if (motion.unwatched >= WATCH_EVERY or motion.evaluated >= WATCH_RESIDUALS
-                        or motion.evaluated - before >= HARD_STEP):
+                        or hard):
                     motion.unwatched = motion.evaluated = 0
-                    if gains_energy(motion):
+                    if not hard and gains_energy(motion):
                         outcome = GAINED_ENERGY
                 if outcome != 0:
                     k += 1
@@ -398,6 +416,26 @@ cdef void restart(void *context) noexcept nogil:
     self.moved = False
     for i in range(self.m):
         self.lam[i] = self.lam0[i]
+
+
+cdef void coast_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef Motion *self = <Motion *>context
+    cdef Weights w = self.weights
+    cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
+    if self.system.damped:
+        for i in range(begin, end):
+            self.v[i] -= w.v_new * self.a[i]
+    for i in range(begin, end):
+        self.q[i] -= w.scale * self.a[i]
+        self.a[i] = 0.0
+
+
+cdef void coast(void *context) noexcept nogil:
+    """Another start: no acceleration.  That of a step which resolved nothing throws ends away."""
+    cdef Motion *self = <Motion *>context
+    restart(self)
+    in_parts(self.n_parts, coast_part, self)
+    self.moved = True
 
 
 cdef void correct_part(void *context, ptrdiff_t part) noexcept nogil:
@@ -462,8 +500,10 @@ cdef void accept_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), stop, i
     while begin < end:  # in pieces, so that the later loops find in the cache what the first has read
         stop = min(begin + PIECE, end)
+        if not self.ahead:
+            for i in range(begin, stop):
+                self.v0[i] += w.v_b * self.b0[i] + w.v_a * self.a0[i] + w.v_new * self.a[i]
         for i in range(begin, stop):
-            self.v0[i] += w.v_b * self.b0[i] + w.v_a * self.a0[i] + w.v_new * self.a[i]
             self.q0[i] = self.q[i]
         if self.shifted:
             for i in range(begin, stop):
@@ -476,17 +516,65 @@ cdef void accept_part(void *context, ptrdiff_t part) noexcept nogil:
 cdef void accept(Motion *self) noexcept nogil:
     cdef ptrdiff_t i
     if self.system.n_amplitudes > 0:
-        self.watch.work += self.system.load_work(
-            self.system.context, self.q0, self.amplitudes0, self.q, self.amplitudes, self.r)
+        if not self.ahead:
+            add_work(self)
         memcpy(self.amplitudes0, self.amplitudes, self.system.n_amplitudes * sizeof(double))
     in_parts(self.n_parts, accept_part, self)
-    self.moved = False
+    self.moved = self.ahead = False
     for i in range(self.m):
         self.lam0[i] = self.lam[i]
 
 
-cdef int judge(Motion *self) noexcept nogil:
-    """Estimate the error of the step just solved.
+cdef void add_work(Motion *self) noexcept nogil:
+    self.watch.work += self.system.load_work(
+        self.system.context, self.q0, self.amplitudes0, self.q, self.amplitudes, self.r)
+
+
+cdef void forward_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef Motion *self = <Motion *>context
+    cdef Weights w = self.weights
+    cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
+    for i in range(begin, end):
+        self.v0[i] += w.v_b * self.b0[i] + w.v_a * self.a0[i] + w.v_new * self.a[i]
+
+
+cdef void backward_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef Motion *self = <Motion *>context
+    cdef Weights w = self.weights
+    cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
+    for i in range(begin, end):
+        self.v0[i] -= w.v_b * self.b0[i] + w.v_a * self.a0[i] + w.v_new * self.a[i]
+
+
+cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
+    """Look at the energy of a hard step before it is accepted; whether a solution passes.
+
+    Such a step can have several.  One that gains energy is refused as long as there is another, or
+    as steps can be made shorter.  The new velocity stands in the place of the old one while the
+    energy is looked at, which needs no room.
+    """
+    cdef ancf_watch before = self.watch
+    cdef bint strict
+    while True:
+        if self.system.n_amplitudes > 0:
+            add_work(self)
+        in_parts(self.n_parts, forward_part, self)
+        strict = solver.doubtful[0]
+        if not ancf_watch_gains(&self.watch, self.system, self.dead_load, self.q, self.v0, self.r,
+                                strict):
+            self.ahead = True
+            return True
+        in_parts(self.n_parts, backward_part, self)
+        self.refused = self.watch
+        if strict:
+            self.refused.exchanged = self.watch.kinetic
+        self.watch = before
+        if self.control.seed != NULL or solver.again(solver.context, GAINED_ENERGY) != 0:
+            return False
+
+
+cdef bint accurate(Motion *self) noexcept nogil:
+    """Estimate the error of the step just solved; say whether it is one that it may have.
 
     It is a constant times dt^2 and the change of the acceleration, which stiff modes that the step
     does not resolve would fill: ``S^-1 M``, S the matrix of the step, leaves slow modes alone and
@@ -494,7 +582,7 @@ cdef int judge(Motion *self) noexcept nogil:
     """
     cdef Control *c = &self.control
     cdef ptrdiff_t i
-    cdef double total = 0.0, newest
+    cdef double total = 0.0
     for i in range(self.n_all):
         c.change[i] = self.a[i] - self.a0[i]
     self.system.inertia(self.system.context, c.change, self.r)
@@ -506,9 +594,17 @@ cdef int judge(Motion *self) noexcept nogil:
     for i in range(self.n_free):
         total += c.weight[i] * c.filtered[i] * c.filtered[i]
     c.error = c.constant * self.dt * self.dt * sqrt(total)
-    if not c.error <= c.limit:
-        c.calm = 0
-        return TOO_INACCURATE
+    if c.error <= c.limit:
+        return True
+    c.calm = 0
+    return False
+
+
+cdef int follow(Motion *self) noexcept nogil:
+    """Take the step just judged into the mean rate of the accelerations; say if steps may grow."""
+    cdef Control *c = &self.control
+    cdef ptrdiff_t i
+    cdef double newest
     # Stiff modes change sides with every step: a mean over some steps leaves little of them.
     c.judged += 1
     newest = fmax(1.0 / c.judged, NEWEST)
@@ -522,4 +618,5 @@ cdef int judge(Motion *self) noexcept nogil:
 
 
 cdef bint gains_energy(Motion *self) noexcept nogil:
-    return ancf_watch_gains(&self.watch, self.system, self.dead_load, self.q0, self.v0, self.r)
+    return ancf_watch_gains(&self.watch, self.system, self.dead_load, self.q0, self.v0, self.r,
+                            False)

@@ -28,7 +28,8 @@ class Start:
     Attributes
     ----------
     q, v, a, b : (n_all,) float
-        Coordinates [m, 1], velocities, true accelerations, the integrator's own accelerations.
+        Coordinates [m, 1], velocities, accelerations (of an implicit integrator what its step can
+        follow of them), the integrator's own accelerations.
     lam : (m,) float
         Multipliers [N].
     amplitudes : (n_amplitudes,) float

@@ -13,6 +13,7 @@ typedef struct {
     double start, strain, potential; /* at the start: all energy, and two parts of it */
     double work;                     /* of the changing loads; the time loop adds to it */
     double exchanged, gain;          /* at the last look */
+    double kinetic;                  /* the largest that was seen */
 } ancf_watch;
 
 static inline void ancf_watch_start(ancf_watch *watch, const ancf_system *system,
@@ -26,22 +27,25 @@ static inline void ancf_watch_start(ancf_watch *watch, const ancf_system *system
     watch->start = parts[0] + parts[1] + watch->potential;
 }
 
-/* Whether the energy is further above what was given than a share of what was exchanged. */
+/* Whether the energy is further above what was given than a share of what was exchanged, or, to be
+ * strict, of the motion alone: a load that bends something slowly exchanges far more. */
 static inline int ancf_watch_gains(ancf_watch *watch, const ancf_system *system,
                                    const double *dead_load, const double *q, const double *v,
-                                   double *scratch)
+                                   double *scratch, int strict)
 {
     double parts[2], potential;
     if (isinf(watch->limit))
         return 0;
     system->energies(system->context, q, v, scratch, parts);
     potential = -vec_dot(dead_load, q, system->n_all);
+    watch->kinetic = fmax(watch->kinetic, parts[0]);
     watch->exchanged = fmax(
         fmax(fmax(watch->exchanged, parts[0]), fabs(parts[1] - watch->strain)),
         fmax(fabs(potential - watch->potential), fabs(watch->work)));
     watch->gain = parts[0] + parts[1] + potential - watch->start - watch->work;
     /* A NaN ends here too. */
-    return !(watch->gain <= watch->limit * watch->exchanged + watch->noise);
+    return !(watch->gain <= watch->limit * (strict ? watch->kinetic : watch->exchanged)
+                                + watch->noise);
 }
 
 #endif

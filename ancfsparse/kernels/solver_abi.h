@@ -52,6 +52,7 @@ typedef struct {
     void *context;
     ptrdiff_t n, n_coordinates, n_values; /* unknowns; coordinates among them come first */
     void (*restart)(void *context); /* x back to the predictor */
+    void (*coast)(void *context);   /* x to another start, without the last acceleration; may be NULL */
     /* x += factor s; the sum of the squares of factor s over the coordinates */
     double (*correct)(void *context, double factor, const double *s);
     void (*residual)(void *context, double *r);    /* scaled residual at x */
@@ -84,6 +85,12 @@ typedef struct {
 typedef struct {
     void *context;
     int (*solve)(void *context); /* one step; 0 or a reason of nonlinear/outcome.py */
+    /* The solution found is refused, for a reason: 0 if there is another one, else the reason or
+     * that of the last attempt */
+    int (*again)(void *context, int reason);
+    /* Whether the solution was sought because another one was refused, or from another start: it
+     * may be one of several. */
+    const int *doubtful;
 } ancf_nonlinear;
 
 #endif

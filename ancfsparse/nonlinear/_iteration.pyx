@@ -38,6 +38,7 @@ cdef extern from "solver_abi.h":
         void *context
         ptrdiff_t n, n_coordinates, n_values
         void (*restart)(void *) noexcept nogil
+        void (*coast)(void *) noexcept nogil
         double (*correct)(void *, double, const double *) noexcept nogil
         void (*residual)(void *, double *) noexcept nogil
         void (*matrix)(void *, double *) noexcept nogil
@@ -61,6 +62,8 @@ cdef extern from "solver_abi.h":
     ctypedef struct ancf_nonlinear:
         void *context
         int (*solve)(void *) noexcept nogil
+        int (*again)(void *, int) noexcept nogil
+        const int *doubtful
 
 
 cdef enum:
@@ -68,11 +71,15 @@ cdef enum:
     TOO_MANY = 1
     DIVERGED = 2
     NOT_FINITE = 3
+    GAINED_ENERGY = 4  # a solution that the time loop refused
     INDEFINITE = 7  # the cause of one of these, where the factor had a wrong sign
 
 cdef enum Rung:
+    METHOD = 0
     NEW_SEED = 1
     DAMPED_NEWTON = 2
+    NEWTON = 3
+    COASTING = 4
 
 cdef enum:
     MOST_EVENTS = 1000
@@ -125,6 +132,8 @@ cdef struct Loop:
     double cost_since  # since the last seed, its own cost included
     ptrdiff_t steps_since
     ptrdiff_t step
+    Rung rung  # the last one climbed in this step
+    int doubtful
     double contraction  # of the residual, the last one seen
     ptrdiff_t n_events
     Event *events
@@ -193,7 +202,8 @@ cdef class Iteration:
             if len(softest) < loop.equations.n_coordinates:
                 raise ValueError("softest needs a number for each coordinate")
             loop.softest = &softest[0]
-        self.interface.context, self.interface.solve = loop, solve
+        self.interface.context, self.interface.solve, self.interface.again = loop, solve, again
+        self.interface.doubtful = &loop.doubtful
         self.capsule = PyCapsule_New(&self.interface, "ancf_nonlinear", NULL)
 
     def __dealloc__(self):
@@ -218,14 +228,21 @@ cdef class Iteration:
         """Rungs of the ladder that were climbed, the first thousand.
 
         Each as ``(step, rung, cause, contraction)``: number of the step from 1; 1 for a new seed,
-        2 for damped Newton; why the attempt before failed (`nonlinear.outcome`); the contraction of
-        the residual it ended with.
+        2 for damped Newton, 3 for Newton after a solution that was refused, 4 for Newton from a
+        start without acceleration; why the attempt before failed (`nonlinear.outcome`); the
+        contraction of the residual it ended with.
         """
         cdef ptrdiff_t k
         found = []
         for k in range(min(self.loop.n_events, MOST_EVENTS)):
             event = self.loop.events[k]
             found.append((event.step, event.rung, event.cause, event.contraction))
+        return found
+
+    def take_events(self):
+        """Return the events so far and forget them, to make room for those of the next steps."""
+        found = self.events
+        self.loop.n_events = 0
         return found
 
     @property
@@ -553,45 +570,83 @@ cdef void record(Loop *self, Rung rung, int cause) noexcept nogil:
     if self.n_events < MOST_EVENTS:
         event = &self.events[self.n_events]
         event.step, event.rung = self.step, rung
-        event.cause = INDEFINITE if self.indefinite else cause
+        event.cause = INDEFINITE if self.indefinite and cause != GAINED_ENERGY else cause
         event.contraction = self.contraction
     self.n_events += 1
 
 
-cdef int solve(void *context) noexcept nogil:
-    """Walk the ladder: the chosen method, the same with a new seed, damped Newton."""
-    cdef Loop *self = <Loop *>context
+cdef void tally(Loop *self, ptrdiff_t by) noexcept nogil:
+    """Count the step among those that its rung saved, or take it out again."""
+    if self.rung == NEW_SEED:
+        self.counts.recoveries_reseed += by
+    elif self.rung > NEW_SEED:
+        self.counts.recoveries_newton += by
+
+
+cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
+    """Try to solve the step in the way of a rung, from the start that belongs to it."""
     cdef const ancf_equations *eq = self.equations
+    cdef int outcome
+    record(self, rung, cause)
+    self.rung = rung
+    self.doubtful = rung >= NEWTON
+    self.reseed_due = True
+    used[0] = 0
+    if rung == COASTING:
+        eq.coast(eq.context)
+        outcome = attempt(self, True, False, False, used)
+    else:
+        eq.restart(eq.context)
+        outcome = attempt(self, rung != NEW_SEED, rung == DAMPED_NEWTON, rung == NEW_SEED, used)
+        if outcome != CONVERGED and rung != NEW_SEED and not self.newton:
+            # Damping can hold back what whole corrections solve, and the other way round.
+            eq.restart(eq.context)
+            used[0] = 0
+            outcome = attempt(self, True, rung == NEWTON, False, used)
+    if outcome == CONVERGED:
+        tally(self, 1)
+    if rung != NEW_SEED:
+        self.reseed_due = True  # a factor of an iterate on the way
+    return outcome
+
+
+cdef int solve(void *context) noexcept nogil:
+    """Walk the ladder: the chosen method, the same with a new seed, damped Newton, another start."""
+    cdef Loop *self = <Loop *>context
     cdef int used = 0
     cdef int outcome
-    cdef double cost
     self.step += 1
+    self.rung, self.doubtful = METHOD, False
     outcome = attempt(self, self.newton, False, self.economical, &used)
     if outcome != CONVERGED and not self.newton:
-        record(self, NEW_SEED, outcome)
-        eq.restart(eq.context)
-        self.reseed_due = True
         self.cost_since += used * iteration_cost(self)
-        used = 0
-        outcome = attempt(self, False, False, True, &used)
-        self.counts.recoveries_reseed += outcome == CONVERGED
+        outcome = climb(self, NEW_SEED, outcome, &used)
     if outcome != CONVERGED:
-        record(self, DAMPED_NEWTON, outcome)
-        eq.restart(eq.context)
-        used = 0
-        outcome = attempt(self, True, True, False, &used)
-        if outcome != CONVERGED and not self.newton:
-            # Damping can hold back what whole corrections solve, and Newton alone would try these.
-            eq.restart(eq.context)
-            used = 0
-            outcome = attempt(self, True, False, False, &used)
-        self.counts.recoveries_newton += outcome == CONVERGED
-        self.reseed_due = True
+        outcome = climb(self, DAMPED_NEWTON, outcome, &used)
+    if outcome != CONVERGED and self.equations.coast != NULL:
+        outcome = climb(self, COASTING, outcome, &used)
     if outcome != CONVERGED:
         return outcome
     if self.economical and not self.newton:
         count_cost(self, used * iteration_cost(self))
     return CONVERGED
+
+
+cdef int again(void *context, int reason) noexcept nogil:
+    """Look for another solution of the step: the one of Newton, then the one of another start.
+
+    A step of rough motion can have several; which one an iteration finds is its own affair.
+    """
+    cdef Loop *self = <Loop *>context
+    cdef int used = 0
+    tally(self, -1)
+    if self.rung < NEWTON and not self.newton:
+        reason = climb(self, NEWTON, reason, &used)
+        if reason == CONVERGED:
+            return CONVERGED
+    if self.rung < COASTING and self.equations.coast != NULL:
+        return climb(self, COASTING, reason, &used)
+    return reason
 
 
 cdef void count_cost(Loop *self, double cost) noexcept nogil:

@@ -13,14 +13,20 @@ class Event(NamedTuple):
     Attributes
     ----------
     step : int
-        Number of the step, from 1.
+        Number of the step, from 1.  In a run to an accuracy, steps are numbered as ``stats.steps``
+        counts them: those that were accepted, of all its runs one after another.
     time : float
-        Time at its end [s].
+        Time at its end [s]; each run to an accuracy starts anew at zero.
     rung : str
-        What was tried next: ``"new seed"`` or ``"damped Newton"``.
+        What was tried next: ``"new seed"``, ``"damped Newton"``, ``"Newton from rest"``, which
+        starts without the acceleration of the last step, or ``"Newton"`` in place of a solution
+        that gained energy; ``"8 steps of 0.001 s"`` where it was crossed in shorter ones, and
+        ``"step of 0.001 s"`` or ``"shorter steps"`` where a run to an accuracy went on, or was
+        begun anew, with those.
     cause : str
         Why the attempt before had failed: ``"too many"`` iterations, ``"diverged"``,
-        ``"not finite"``, or ``"indefinite"``: any of these on a factor with a wrong sign.
+        ``"not finite"``, or ``"indefinite"``: any of these on a factor with a wrong sign; or it
+        was solved, and ``"gained energy"``.
     contraction : float
         Last ratio of two residuals in that attempt; not a number if there was none.
     """
@@ -64,7 +70,7 @@ class RunStats:
     skipped_pairs : int
         Secant pairs an update refused.
     recoveries : int
-        Steps that needed a new seed or damped Newton to converge.
+        Steps that needed a rung of the ladder, from a new seed to another start.
     events : list of Event
         What was tried in them, at most the first thousand.
     rejected_steps : int

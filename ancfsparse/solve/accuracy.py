@@ -16,9 +16,10 @@ from tqdm import tqdm
 
 from ancfsparse.errors import AccuracyFailure, EnergyGain, InputError, check_positive
 from ancfsparse.integrators import Implicit, Newmark
-from ancfsparse.nonlinear import Method, ModifiedNewton, QuasiNewton
-from ancfsparse.results import RunStats
-from ancfsparse.solve.steps import States, Stepper
+from ancfsparse.nonlinear import Method, ModifiedNewton, Outcome, QuasiNewton
+from ancfsparse.results import Event, RunStats
+from ancfsparse.solve.setup import CAUSES
+from ancfsparse.solve.steps import MOST_EVENTS, States, Stepper
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -127,7 +128,7 @@ def solve_accurately(
     AccuracyFailure
         If the error does not go down with the steps.
     StepFailure, EnergyGain
-        If no step is short enough.
+        If no step is short enough.  They count the steps of the last run alone.
     """
     size = float(np.max(np.abs(system.q0)))
     if accuracy < NOISE * size:
@@ -158,10 +159,11 @@ def solve_accurately(
             )
             try:
                 states = stepper.run()
-            except EnergyGain:
+            except EnergyGain as stop:
                 if total.runs == MOST_RUNS - 1:
                     raise
-                states = None
+                states, cause = None, CAUSES[Outcome.GAINED_ENERGY]
+                stepper.note([Event(stop.step, stop.time, "shorter steps", cause, math.nan)])
             _add(total, stepper.stats)
             last, error = error, _error(system, states, before, shrink)
             stuck = stuck + 1 if STUCK * last < error < np.inf else 0
@@ -192,7 +194,9 @@ def _error(system: System, fine: States | None, coarse: States | None, shrink: f
 
 
 def _add(total: RunStats, stats: RunStats) -> None:
-    """Add the counts of a run to those of all runs."""
+    """Add the counts of a run to those of all runs, whose steps are numbered one after another."""
+    total.events += [e._replace(step=e.step + total.steps) for e in stats.events]
+    del total.events[MOST_EVENTS:]
     for name in (
         *("march_seconds", "steps", "iterations", "last_corrections", "residual_evaluations"),
         *("factorizations", "indefinite", "material_seeds", "rotating_seeds", "solves"),

@@ -14,7 +14,7 @@ from ancfsparse.solve.setup import CAUSES, rounding
 from ancfsparse.system import System
 
 # What a shorter step may cure.
-CURABLE = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE)
+CURABLE = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE, Outcome.WOULD_GAIN)
 
 
 class Halving:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import StepFailure
+from ancfsparse.errors import EnergyGain, StepFailure
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.march import make_march
 from ancfsparse.nonlinear import Method, Outcome, QuasiNewton, seed_frame_of
@@ -29,8 +29,16 @@ from ancfsparse.system.rotation import frame_of
 Vector = NDArray[np.float64]
 
 # Rungs of the ladder as the compiled loop numbers them.
-RUNGS = {1: "new seed", 2: "damped Newton"}
+RUNGS = {1: "new seed", 2: "damped Newton", 3: "Newton", 4: "Newton from rest"}
 CAUSES = {outcome: outcome.name.lower().replace("_", " ") for outcome in Outcome}
+CAUSES[Outcome.WOULD_GAIN] = CAUSES[Outcome.GAINED_ENERGY]
+
+WITH_STEPS = (
+    "Try integrator=GeneralizedAlpha(0.8), or 0.5 for long steps, which damps what they cannot "
+    "follow, a smaller dt, max_halvings=5 to cross such steps in shorter ones, or accuracy=1e-3 "
+    "[m] instead of dt."
+)
+WITH_ACCURACY = "Try integrator=GeneralizedAlpha(0.8), which damps more, or smooth loads that jump."
 
 
 def prepare(
@@ -41,8 +49,8 @@ def prepare(
     tolerance: str | float,
     max_energy_gain: float,
     threads: int = 1,
-) -> tuple[Any, Any, SparseSeed, str]:
-    """Return the compiled march and nonlinear loop, the seed, and why this method."""
+) -> tuple[Any, Any, SparseSeed, str, Vector]:
+    """Return the compiled march and nonlinear loop, the seed, why this method, and a at t = 0."""
     pattern = system.pattern
     seed = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
     straight = system.constraints.linear
@@ -50,7 +58,7 @@ def prepare(
     scale = integrator.scale * dt**2
     regularize(system, scale)
     check_constraints(system)
-    start = starting_state(system, seed, integrator, dt)
+    start, a = starting_state(system, seed, integrator, dt)
     force_scale, size = system.force_scale(system.q0), float(np.max(np.abs(system.q0)))
     noise = 100.0 * EPSILON * force_scale * size
     march = make_march(system, dt, integrator, start, max_energy_gain, noise)
@@ -73,7 +81,7 @@ def prepare(
     divide(system, threads, march, iteration, inverse)
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
         why += ", first inverse from finite differences"
-    return march, iteration, seed, why
+    return march, iteration, seed, why, a
 
 
 def rounding(system: System) -> float:
@@ -99,25 +107,38 @@ def count(stats: RunStats, iteration: Any) -> None:
         stats.seconds |= parts | {"rest": stats.march_seconds - sum(parts.values())}
 
 
-def events(iteration: Any, dt: float) -> list[Event]:
-    """Return what was tried to save steps of a length."""
+def events(found: Any, now: float, dt: float) -> list[Event]:
+    """Return what was tried to save steps of a length, counted from those before the time `now`."""
     return [
-        Event(step, step * dt, RUNGS[rung], CAUSES[cause], rate)
-        for step, rung, cause, rate in iteration.events
+        Event(step, now + step * dt, RUNGS[rung], CAUSES[cause], rate)
+        for step, rung, cause, rate in found
     ]
 
 
-def failure(
+def stopped(
     system: System,
     march: Any,
     iteration: Any,
     outcome: Outcome,
-    step: int,
-    time: float,
+    steps: int,
+    now: float,
     dt: float,
+    max_energy_gain: float,
     path: Trajectory | None,
 ) -> StepFailure:
-    """Name the place where the last iterate of a step that ends at a time is furthest off."""
+    """Return the error for a run that came to a time in a number of steps, and no further.
+
+    Without a trajectory it was a run to an accuracy.
+    """
+    advice = WITH_STEPS if path is not None else WITH_ACCURACY
+    if outcome == Outcome.GAINED_ENERGY:
+        gain, exchanged = march.energy_gain
+        return EnergyGain(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
+    steps, now = steps + 1, now + dt
+    if outcome == Outcome.WOULD_GAIN:
+        gain, exchanged = march.refused_gain
+        return EnergyGain(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
+    # The place where the last iterate is furthest off.
     r, phi = march.unbalanced
     worst = int(np.argmax(np.abs(np.nan_to_num(r[: system.n_free], nan=np.inf))))
     where, size = system.describe(worst), float(r[worst])
@@ -127,9 +148,9 @@ def failure(
     reason = f"it {outcome.sentence}, "
     reason += (
         "however short it is"
-        if outcome == Outcome.TOO_INACCURATE
-        else "also with a new seed and with damped Newton"
+        if path is None
+        else "also with a new seed and with damped Newton, and from a start without acceleration"
     )
     if np.isfinite(iteration.contraction):
-        reason += f", where the residual last changed by a factor of {iteration.contraction:.3g}"
-    return StepFailure(reason, time, step, dt, size, where, path)
+        reason += f"; the residual last changed by a factor of {iteration.contraction:.3g}"
+    return StepFailure(reason, now, steps, dt, size, where, path, advice)

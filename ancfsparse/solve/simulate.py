@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ancfsparse.errors import (
-    EnergyGain,
     InputError,
     check_count,
     check_finite,
@@ -34,7 +33,7 @@ from ancfsparse.solve.explicit import (
 from ancfsparse.solve.halving import CURABLE, Halving
 from ancfsparse.solve.memory import check_fits, estimate
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
-from ancfsparse.solve.setup import count, events, failure, prepare
+from ancfsparse.solve.setup import count, events, prepare, stopped
 from ancfsparse.solve.threads import check_threads, usable
 from ancfsparse.system import System
 
@@ -108,8 +107,9 @@ def simulate(
         which the energy may exceed what was given, before the run is stopped [-]; ``inf`` never
         stops it.
     max_halvings : int, optional
-        How often a step that cannot be solved may be halved, to be crossed in shorter ones; each is
-        listed in ``stats.events``.  By default such a step ends the run.
+        How often a step that cannot be solved, or only with a gain of energy, may be halved, to be
+        crossed in shorter ones; each is listed in ``stats.events``.  By default such a step ends
+        the run.
     threads : int, optional
         Threads that share the work of large systems, from 40 000 free coordinates on; smaller ones
         run on one.  Runs with the same number repeat bit for bit.  More than the machine has gain
@@ -141,13 +141,17 @@ def simulate(
         If an explicit run gains energy because its step has become too long for the motion.
     EnergyGain
         If the motion gains energy that nothing has given it, as the trapezoidal rule lets it where
-        steps are large; it carries the trajectory too, but for a run to an accuracy.
+        steps are large; it carries the trajectory too.
+
+    Runs to an accuracy halve steps and begin anew before they raise the last errors, and then carry
+    no trajectory.
 
     Notes
     -----
-    A step that does not converge is tried again with a new seed, then with Newton, damped and at
-    last whole; these are counted in ``stats.recoveries``.  Then it is halved, if that is allowed.
-    No step is accepted unconverged.
+    A step that does not converge is tried again with a new seed, then with Newton, damped and
+    whole, then from a start without the last acceleration; these are counted in
+    ``stats.recoveries``.  A hard step whose solution would gain energy is solved again by Newton,
+    and from that start.  Then it is halved, if that is allowed.  No step is accepted unconverged.
     """
     if accuracy is not None and dt is None:
         dt = check_positive("t_end", t_end, "s") / SAVED
@@ -202,15 +206,19 @@ def simulate(
     if isinstance(integrator, Explicit):
         check_alone(integrator, solver, tolerance)
         march, seed, why = prepare_explicit(system, dt, n_steps, integrator, max_energy_gain)
-        nodes = integrator.tableau.c[1:]
+        nodes, a = integrator.tableau.c[1:], march.state[2]
     else:
-        march, iteration, seed, why = prepare(
+        march, iteration, seed, why, a = prepare(
             system, dt, integrator, solver, tolerance, max_energy_gain, threads
         )
         halving = Halving(system, march, iteration, integrator, tolerance, dt, max_halvings)
     seconds = {"set-up": time.perf_counter() - begin}
     stats = RunStats(solver=why, seconds=seconds, threads=threads)
     with record.open() as recorder:
+        # Velocity and acceleration that the integrator goes on from are others, see solve.start.
+        q, _, _, lam = march.state
+        recorder.append(np.zeros(1), q[None], system.v0[None], a[None], lam[None])
+        del q, a
         outcome = _march(
             system,
             march,
@@ -227,20 +235,25 @@ def simulate(
         )
         if isinstance(integrator, Explicit):
             count_forces(stats, integrator)
-        else:
+        elif iteration is not None:
             count(stats, iteration)
-            stats.events = events(iteration, dt) + (halving.events if halving else [])
+            stats.events = events(iteration.events, 0.0, dt) + (halving.events if halving else [])
         recorder.finish(stats)
     path = record.trajectory()
     if outcome != Outcome.CONVERGED and isinstance(integrator, Explicit):
         raise instability(system, march, seed, integrator, outcome, stats.steps, dt, path)
-    if outcome == Outcome.GAINED_ENERGY:
-        gain, exchanged = march.energy_gain
-        reached = stats.steps * dt
-        raise EnergyGain(gain, exchanged, max_energy_gain, reached, stats.steps, dt, path)
     if outcome != Outcome.CONVERGED:
-        step = stats.steps + 1
-        raise failure(system, march, iteration, outcome, step, step * dt, dt, path)
+        raise stopped(
+            system,
+            march,
+            iteration,
+            outcome,
+            stats.steps,
+            stats.steps * dt,
+            dt,
+            max_energy_gain,
+            path,
+        )
     return path
 
 
@@ -263,8 +276,6 @@ def _march(
     room = buffer_rows(system.n_all, min(n_steps, chunk) // save_every + 1)
     buffer = [np.empty((room + 1, system.n_all)) for _ in range(3)]
     buffer.append(np.empty((room + 1, system.n_multipliers)))
-    q, _, a, lam = march.state  # whose velocity is that of the integrator
-    recorder.append(np.zeros(1), q[None], system.v0[None], a[None], lam[None])
     outcome = Outcome.CONVERGED
     with tqdm(total=n_steps, unit="step", disable=not progress, leave=False) as bar:
         while stats.steps < n_steps and outcome == Outcome.CONVERGED:

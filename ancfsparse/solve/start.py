@@ -18,6 +18,10 @@ Vector = NDArray[np.float64]
 # Share of the smallest phi_q M^-1 phi_q^T by which the constraint block is made definite.
 REGULARIZATION = 1e-10
 
+# A motion over which differences of stiff forces are taken, over the size of what moves: the cube
+# root of rounding, where a central difference is best.
+SMALL_MOTION = 6e-6
+
 
 def regularize(system: System, scale: float) -> None:
     """Give the constraint block its small negative diagonal, so that L D L^T always exists.
@@ -63,13 +67,17 @@ def check_constraints(system: System) -> None:
             )
 
 
-def starting_state(system: System, seed: SparseSeed, integrator: Implicit, dt: float) -> Start:
+def starting_state(
+    system: System, seed: SparseSeed, integrator: Implicit, dt: float
+) -> tuple[Start, Vector]:
     """Return the state from which an integrator is of second order from its first step on.
 
     The integrator's own acceleration is that at the time it looks ahead to; and where constraints
     prescribe a motion, the velocity across them is the one that Newmark's formulas give a smooth
     motion (`Implicit.velocity_constant`).  Without that, multipliers oscillate with an amplitude of
-    first order, and those of the trapezoidal rule for ever.
+    first order, and those of the trapezoidal rule for ever.  What the accelerations hold of
+    vibrations that the step cannot follow is left out (`resolved`): the formulas would take it for
+    the mean of a whole step, and throw the end of a stiff beam away under a sudden load.
 
     Parameters
     ----------
@@ -81,30 +89,41 @@ def starting_state(system: System, seed: SparseSeed, integrator: Implicit, dt: f
         The weights.
     dt : float
         Time step [s].
+
+    Returns
+    -------
+    start : Start
+        What the march goes on from.
+    a : (n_all,) float
+        The true accelerations [m/s2, 1/s2].
     """
     v, amplitudes = system.v0, system.loads.amplitudes(np.zeros(1))[0]
     lam = np.zeros(system.n_multipliers)
     seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, amplitudes))
     a, lam = initial_acceleration(system, seed)
-    b = a
+    jerk = None
     if integrator.shift != 0.0 or system.n_multipliers:
         jerk = initial_jerk(system, seed, a, lam, 1e-2 * dt)
         if system.n_multipliers:
             rate = integrator.velocity_constant * dt**2 * (_phi_q(system) @ jerk)
             change, _ = _solve(system, seed, np.zeros(system.n_all), rate)
             v = v + change
-        if integrator.shift != 0.0:
-            scale, damping = integrator.scale * dt**2, integrator.damping_scale * dt
-            matrix = system.assembly.matrix(
-                1.0, scale, system.q0, lam, amplitudes, damping_factor=damping
-            )
-            seed.factor(matrix)
-            b = a + integrator.shift * dt * resolved(system, seed, jerk)
-    return Start(system.q0, v, a, b, lam, amplitudes)
+    scale, damping = integrator.scale * dt**2, integrator.damping_scale * dt
+    if seed.factor(
+        system.assembly.matrix(1.0, scale, system.q0, lam, amplitudes, damping_factor=damping)
+    ):
+        # A stress that the mass does not carry: only a definite matrix makes a filter.
+        seed.factor(system.assembly.material(1.0, scale, system.q0, damping_factor=damping))
+    # 1 - (1 - S^-1 M)^2: of damping, the filter alone would make an error of first order.
+    once = resolved(system, seed, a)
+    smooth = b = 2.0 * once - resolved(system, seed, once)
+    if jerk is not None and integrator.shift != 0.0:
+        b = smooth + integrator.shift * dt * resolved(system, seed, jerk)
+    return Start(system.q0, v, smooth, b, lam, amplitudes), a
 
 
 def resolved(system: System, seed: SparseSeed, rate: Vector) -> Vector:
-    """Return the part of a rate of accelerations that a step can follow, (n_all,) [m/s3, 1/s3].
+    """Return the part of accelerations, or of their rate, that a step can follow, (n_all,).
 
     ``S^-1 M``, S the matrix of the step, leaves slow modes alone and takes modes of dt omega >> 1
     for what they are: stiff, and at rest but for what the start throws into them.  The part across
@@ -150,25 +169,40 @@ def initial_acceleration(system: System, seed: SparseSeed) -> tuple[Vector, Vect
 def initial_jerk(system: System, seed: SparseSeed, a: Vector, lam: Vector, reach: float) -> Vector:
     """Return the rate of the accelerations at the start, (n_all,) [m/s3, 1/s3].
 
-    The equations of motion and the twice differentiated constraints are differentiated once more,
-    the forces by a one-sided difference, since loads may not be defined before the start.
+    The equations of motion and the twice differentiated constraints are differentiated once more:
+    by a one-sided difference for loads, which may not be defined before the start, and by a central
+    one over a motion of some millionths for everything else.  Stiff forces need that: over a
+    hundredth of a long step a bar that turns stretches by more than it ever will.
 
     Parameters
     ----------
     system, seed, a, lam
         As `initial_acceleration` takes and gives them.
     reach : float
-        Time between the points of the difference [s].
+        Time between the points of the difference for loads, and the longest for forces [s].
     """
-    forces = [
-        _forces(system, system.q0 + t * system.v0 + 0.5 * t**2 * a, system.v0 + t * a, lam, t)
-        for t in (0.0, reach, 2.0 * reach)
-    ]
-    rate = (-3.0 * forces[0] + 4.0 * forces[1] - forces[2]) / (2.0 * reach)
+    near = min(reach, SMALL_MOTION / max(_rate(system), SMALL_MOTION / reach))
+    ahead, behind = (
+        _forces(system, system.q0 + t * system.v0, system.v0 + t * a, lam, 0.0)
+        for t in (near, -near)
+    )
+    rate = (ahead - behind) / (2.0 * near)
+    if system.loads.amplitudes(np.zeros(1)).size:
+        for t, weight in ((0.0, -1.5), (reach, 2.0), (2.0 * reach, -0.5)):
+            rate += weight / reach * _forces(system, system.q0, system.v0, lam, t)
     # Quadratic constraints: 0 = phi_q jerk + 3 v.phi_qq.a, the last by polarization.
     curvature = system.constraints.curvature
     bent = 0.75 * (curvature(system.v0 + a) - curvature(system.v0 - a))
     return _solve(system, seed, -rate, -bent)[0]
+
+
+def _rate(system: System) -> float:
+    """Return how fast the scene moves by its own size, or a slope by its own length [1/s]."""
+    places = np.concatenate([each[:, : system.dim].ravel() for each in system.places])
+    slopes = np.ones(system.n_all, dtype=bool)
+    slopes[places] = False
+    speed, size = (np.max(np.abs(x[places])) for x in (system.v0, system.q0))
+    return float(max(speed / size, np.max(np.abs(system.v0[slopes]), initial=0.0)))
 
 
 def _forces(system: System, q: Vector, v: Vector, lam: Vector, t: float) -> Vector:

@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, interp1d
 
-from ancfsparse.errors import EnergyGain
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Outcome
-from ancfsparse.results import RunStats
+from ancfsparse.results import Event, RunStats
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.setup import count, failure, prepare, rounding
+from ancfsparse.solve.setup import CAUSES, count, events, prepare, rounding, stopped
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -30,6 +29,7 @@ SAFETY = 0.7
 # Share of a step's error that the iteration may leave.
 ITERATION_SHARE = 0.02
 SHORTEST = 1e-10  # a step, over the length of the run
+MOST_EVENTS = 1000  # that are kept, as where steps have one length
 
 
 @dataclass
@@ -100,7 +100,7 @@ class Stepper:
         self.system, self.integrator = system, integrator
         self.local_error, self.dt, self.max_energy_gain = local_error, dt, max_energy_gain
         self.seed: SparseSeed
-        self.march, self.iteration, self.seed, why = prepare(
+        self.march, self.iteration, self.seed, why, a = prepare(
             system, dt, integrator, solver, "default", max_energy_gain, threads
         )
         # The iteration of a step leaves a small share of the step's error.
@@ -113,7 +113,7 @@ class Stepper:
         self.march.control(
             self.seed, mass / total, error, local_error, SAFETY * local_error / RATIO**3, PATIENCE
         )
-        q, _, a, lam = self.march.state
+        q, _, _, lam = self.march.state
         n, m = system.n_all, system.n_multipliers
         self.states = States(t, *(np.empty((len(t), width)) for width in (n, n, n, m)))
         self.states.q[0], self.states.v[0], self.states.a[0] = q, system.v0, a
@@ -149,11 +149,13 @@ class Stepper:
                 table[0] = start
             # Loads may not be defined past the end, where the last step may reach.
             amplitudes = self.system.loads.amplitudes(np.minimum(times[1:], end))
+            self.iteration.step, before = self.stats.steps, now - self.stats.steps * self.dt
             clock = time.perf_counter()
             taken, code = self.march.advance(self.iteration, wanted, amplitudes, 1, 0, *buffer)
             self.stats.march_seconds += time.perf_counter() - clock
             if self.seed.error is not None:
                 raise self.seed.error
+            self.note(events(self.iteration.take_events(), before, self.dt))
             if taken:
                 rows = slice(0, taken + 1)
                 self.states.fill(times[rows], *(table[rows] for table in buffer))
@@ -164,23 +166,29 @@ class Stepper:
                 outcome = Outcome.GAINED_ENERGY
             if outcome == Outcome.CONVERGED:
                 continue
-            if outcome == Outcome.GAINED_ENERGY:
-                gain, exchanged = self.march.energy_gain
-                raise EnergyGain(
-                    gain, exchanged, self.max_energy_gain, now, self.stats.steps, self.dt
-                )
-            if self.dt < SHORTEST * end and outcome != Outcome.MAY_GROW:
-                raise failure(
+            hopeless = self.dt < SHORTEST * end and outcome != Outcome.MAY_GROW
+            if outcome == Outcome.GAINED_ENERGY or hopeless:
+                raise stopped(
                     self.system,
                     self.march,
                     self.iteration,
                     outcome,
-                    self.stats.steps + 1,
-                    now + self.dt,
+                    self.stats.steps,
+                    now,
                     self.dt,
+                    self.max_energy_gain,
                     None,
                 )
-            self._change(self._next(outcome), now)
+            dt = self._next(outcome)
+            if outcome not in (Outcome.MAY_GROW, Outcome.TOO_INACCURATE):
+                what, step = f"step of {dt:.3g} s", self.stats.steps + 1
+                rate = self.iteration.contraction
+                self.note([Event(step, now + self.dt, what, CAUSES[outcome], rate)])
+            self._change(dt, now)
+
+    def note(self, found: list[Event]) -> None:
+        """List events, the first thousand."""
+        self.stats.events += found[: MOST_EVENTS - len(self.stats.events)]
 
     def _next(self, outcome: Outcome) -> float:
         """Return the step to go on with."""

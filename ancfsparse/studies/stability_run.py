@@ -80,7 +80,7 @@ class Run:
     iterations : float
         Corrections per step.
     new_seed, newton : float
-        Shares of the steps that a new seed, and damped Newton, saved.
+        Shares of the steps that a new seed, and damped Newton or a rung above it, saved.
     turn : float
         Largest turn of an element within a step [rad].
     stretch : float
@@ -160,14 +160,14 @@ def run_at(place: Place) -> Run:
 
 
 def saved_shares(path: Trajectory) -> tuple[float, float]:
-    """Return the shares of the steps that a new seed and damped Newton saved.
+    """Return the shares of the steps that a new seed, and a rung of Newton's, saved.
 
     Of the steps up to the last event that was kept, if some were not.
     """
     stats = path.stats
     if not stats.recoveries:
         return 0.0, 0.0
-    newton = {e.step for e in stats.events if e.rung == "damped Newton" and e.step <= stats.steps}
+    newton = {e.step for e in stats.events if e.rung != "new seed" and e.step <= stats.steps}
     seed = {e.step for e in stats.events if e.step <= stats.steps} - newton
     told = stats.steps if len(newton | seed) == stats.recoveries else stats.events[-1].step
     return len(seed) / told, len(newton) / told

@@ -164,7 +164,7 @@ class Point:
         Without correction the march starts from the true velocity and acceleration.
         """
         seed = self.seed()
-        begin = starting_state(self, seed, integrator, dt)
+        begin, _ = starting_state(self, seed, integrator, dt)
         if not corrected:
             begin = type(begin)(self.q0, self.v0, begin.a, begin.a, begin.lam, np.zeros(0))
         if start is not None:
@@ -177,6 +177,7 @@ class Point:
             march, seed, make_inverse(Newton(), seed, np.ones(seed.n), 0.0), self.indptr, Newton(),
             tolerance, Costs(1.0, 1.0),
         )  # fmt: skip
+        self.loop, self.marched = loop, march
         out = [np.zeros((n_steps + 1, 2)) for _ in range(3)]
         out.append(np.zeros((n_steps + 1, self.n_multipliers)))
         taken, outcome = march.advance(loop, n_steps, np.zeros((n_steps, 0)), 1, 0, *out)

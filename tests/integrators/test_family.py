@@ -229,15 +229,18 @@ def test_the_trapezoidal_rule_survives_with_small_steps():
     assert last == pytest.approx(1.0, abs=1e-3)
 
 
+# What is left of the energy after 10 s (prototype in NumPy, with the true start values).
+LEFT = {0.005: 0.9999, 0.01: 0.9995, 0.05: 0.984, 0.1: 0.931}
+
+
 @pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.5), ancf.HHT(0.3)], ids=repr)
-@pytest.mark.parametrize("dt", [0.005, 0.01, 0.05, 0.1])
+@pytest.mark.parametrize("dt", LEFT)
 @pytest.mark.parametrize("stiffness", [1e6, 1e10])
 def test_strong_damping_never_gains_energy_on_the_truss(stiffness, dt, integrator):
     largest, last, outcome = truss_run(stiffness, dt, integrator)
     assert outcome == Outcome.CONVERGED
     assert largest <= 1.0 + 1e-4
-    # A step of 0.05 s turns the stiff bar by an eighth of a radian: damping then eats the motion.
-    assert last > 0.9 or (stiffness == 1e10 and dt >= 0.05)
+    assert last == pytest.approx(LEFT[dt], abs=1e-3)
 
 
 def test_a_little_damping_is_no_proof_against_gaining_energy():

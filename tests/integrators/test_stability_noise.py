@@ -22,7 +22,7 @@ def multipliers(integrator, dt, delta, seed_of_noise=0):
         return r, phi + offset
 
     seed = point.seed()
-    start = starting_state(point, seed, integrator, dt)
+    start, _ = starting_state(point, seed, integrator, dt)
     point.residual = residual
     march = make_march(point, dt, integrator, start, np.inf, 0.0)
     march.prepare(np.zeros((1, 0)))

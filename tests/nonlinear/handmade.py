@@ -27,6 +27,7 @@ class _Interface(ct.Structure):
         ("n_coordinates", ct.c_ssize_t),
         ("n_values", ct.c_ssize_t),
         ("restart", _DO),
+        ("coast", _DO),
         ("correct", _CORRECT),
         ("residual", _PASS),
         ("matrix", _PASS),
@@ -48,9 +49,11 @@ class Equations:
         How many of the unknowns, the last ones, are multipliers.
     material : callable, optional
         x to a definite neighbour of J.
+    coast : (n,) float, optional
+        Another start.
     """
 
-    def __init__(self, residual, jacobian, start, n_multipliers=0, material=None):
+    def __init__(self, residual, jacobian, start, n_multipliers=0, material=None, coast=None):
         self.start = np.array(start, dtype=float)
         self.x = self.start.copy()
         self.trace = []  # the names of the calls, in order
@@ -64,6 +67,10 @@ class Equations:
         def restart(_):
             self.trace.append("restart")
             self.x = self.start.copy()
+
+        def fly(_):
+            self.trace.append("coast")
+            self.x = np.array(coast, dtype=float)
 
         def correct(_, factor, s):
             self.trace.append("correct")
@@ -90,7 +97,8 @@ class Equations:
 
         self.interface = _Interface(
             None, n, self.n_coordinates, len(self.row),
-            _DO(restart), _CORRECT(correct), _PASS(write_residual), _PASS(write_matrix),
+            _DO(restart), _DO() if coast is None else _DO(fly), _CORRECT(correct),
+            _PASS(write_residual), _PASS(write_matrix),
             _PASS() if material is None else _PASS(write_material), None,
         )  # fmt: skip
         self.capsule = _new_capsule(ct.addressof(self.interface), _NAME, None)

@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 from handmade import Equations
+from scipy.optimize import root
 
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome
+from ancfsparse.solve.setup import prepare
 from ancfsparse.studies.stability_scenes import SCENES
+from ancfsparse.system import System
 
-NEW_SEED = 1
+NEW_SEED, DAMPED_NEWTON, FROM_REST = 1, 2, 4
 
 
 def test_an_attempt_with_a_new_seed_renews_it_where_waiting_costs_more():
@@ -46,6 +49,76 @@ def test_what_newton_solves_the_ladder_solves(scene, stiffness, dt, solver):
                                   integrator=ancf.GeneralizedAlpha(0.8)))  # fmt: skip
     assert runs[1].stats.steps == runs[0].stats.steps == n
     assert runs[1].stats.recoveries > 0
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "integrator", "solver"),
+    [
+        (1e7, ancf.HHT(0.3), "auto"),
+        (1e7, ancf.GeneralizedAlpha(0.5), "auto"),
+        (1e9, ancf.GeneralizedAlpha(0.8), ancf.QuasiNewton("davidon", 10)),
+    ],
+    ids=repr,
+)
+def test_a_step_with_several_solutions_ends_where_newton_does(stiffness, integrator, solver):
+    # A step of the last tenth of a second has one more that corrections on a kept seed can find.
+    runs = []
+    for method in (ancf.Newton(), solver):
+        case = SCENES["rod at the tip"](stiffness)
+        runs.append(
+            ancf.simulate(
+                case.scene, 2.0, 0.02, solver=method, integrator=integrator, tolerance=1e-5
+            )
+        )
+    energy = runs[1].energy
+    assert (energy.total - energy.total[0]).max() < 1e-3 * energy.kinetic.max()
+    assert np.abs(runs[1].q - runs[0].q).max() < 1e-2
+
+
+def test_a_rough_step_has_two_solutions():
+    # Found by SciPy: that a method ends in another one than Newton is no fault of its tolerance.
+    dt, n = 0.02, 97
+    system = System(SCENES["rod at the tip"](1e7).scene)
+    march, loop, *_ = prepare(
+        system, dt, ancf.GeneralizedAlpha(0.5), ancf.Newton(), "default", np.inf
+    )
+    loads, widths = np.zeros((n, 0)), (*[system.n_all] * 3, system.n_multipliers)
+
+    def residual(x):
+        march.prepare(loads[:1])
+        march.correct(x)
+        return march.residual()
+
+    march.advance(loop, n - 1, loads[1:], n, 0, *(np.zeros((1, width)) for width in widths))
+    free, rng = system.n_free, np.random.default_rng(1)
+    found = []
+    for size in np.repeat([0.01, 0.03, 0.1], 8):
+        start = np.append(size * rng.normal(size=free), np.zeros(system.n_multipliers))
+        x = root(residual, start, options={"xtol": 1e-13}).x
+        if np.abs(residual(x)).max() < 1e-13:
+            found.append(x[:free])
+    apart = np.abs(np.array(found) - found[0]).max(axis=1)
+    assert set(np.round(apart, 6) > 0.0) == {False, True}
+    assert apart.max() > 0.3
+
+
+def test_the_last_rung_starts_elsewhere():
+    # Newton's method goes to and fro between 0 and 1, and damped it is caught at 0.8, where the
+    # slope is zero; the root is on the other side.
+    def make(coast):
+        return Equations(
+            lambda x: x**3 - 2.0 * x + 2.0, lambda x: np.diag(3.0 * x**2 - 2.0), [0.0], coast=coast
+        )
+
+    assert make(None).loop(max_iterations=6).solve() != Outcome.CONVERGED
+    equations = make([-2.0])
+    loop = equations.loop(max_iterations=6)
+    assert loop.solve() == Outcome.CONVERGED
+    assert equations.x[0] == pytest.approx(np.roots([1, 0, -2, 2]).real.min(), rel=1e-9)
+    assert [event[1] for event in loop.events] == [DAMPED_NEWTON, FROM_REST]
+    assert loop.counts["recoveries_newton"] == 1
+    assert loop.take_events()
+    assert loop.events == []
 
 
 @pytest.mark.parametrize(
