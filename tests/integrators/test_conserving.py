@@ -179,8 +179,8 @@ def test_others_do_not():
 class Step:
     """One step of two L2T2 elements, pinned, with the tip on a rod: dense, by quadrature.
 
-    The strain of the axis is quadratic, so the discrete gradient of its energy is the integral of EA
-    times its mean times its gradient in the middle.
+    The strain of the axis is quadratic, so the discrete gradient of its energy is the integral of
+    EA times its mean times its gradient in the middle.
     """
 
     length, anchor, reach = 0.5, np.array([1.0, 0.8]), 0.8
