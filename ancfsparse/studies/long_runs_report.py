@@ -39,9 +39,10 @@ def table(result: LongRuns) -> str:
         end = f"{run.t[-1]:.4g} s"
         if run.reason:
             end = f"{REASONS[run.reason]} at {run.stopped:.3g} s"
+        each = f"{run.iterations:.2g}" if run.iterations else "-"
         lines.append(
             f"| {run.label} | {end} | {100 * run.energy[-1]:+.2g} % | {100 * run.rise:.1e} % | "
-            f"{100 * run.rate:+.1e} % | {run.iterations:.2g} | {run.halved} | {run.seconds:.2g} | "
+            f"{100 * run.rate:+.1e} % | {each} | {run.halved} | {run.seconds:.2g} | "
             f"{_grown(run)} |"
         )
     return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
@@ -122,9 +123,10 @@ def chart(result: LongRuns) -> Figure:
     limits = ((-70.0, 10.0), (-3.0, 3.0), (-1.0, 1.0))
     for ax, runs, title, (low, high) in zip(axes, (soft, soft, steel), titles, limits, strict=True):
         for run, colour in _coloured(runs):
+            flat = "EnergyMomentum" in run.label  # and under everything else, if not on top
             ax.plot(
-                run.t[1:], 100 * run.energy[1:], color=colour, linewidth=1.0, label=run.label,
-                zorder=4 if run.kept else 2,
+                run.t[1:], 100 * run.energy[1:], color=colour, linewidth=2.0 if flat else 1.0,
+                label=run.label, zorder=2 + 2 * run.kept + flat,
             )  # fmt: skip
             if run.reason:
                 ax.plot(run.t[-1], 100 * run.energy[-1], "x", color=colour, markersize=7)
