@@ -18,7 +18,7 @@ from ancfsparse.errors import (
     check_finite,
     check_positive,
 )
-from ancfsparse.integrators import Explicit, GeneralizedAlpha, Implicit
+from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Node, Scene
@@ -174,7 +174,12 @@ def simulate(
     rows = -(-n_steps // save_every) + 1
     kept = None if save_nodes is None else len(save_nodes)
     compared = 2 if accuracy is not None else 0
-    check_fits(estimate(scene, rows, kept, output is not None, solver, whole_runs=compared))
+    matrices = 2 if isinstance(integrator, EnergyMomentum) else 1
+    check_fits(
+        estimate(
+            scene, rows, kept, output is not None, solver, whole_runs=compared, matrices=matrices
+        )
+    )
     system = System(scene)
     settings = {
         "dt": dt,
