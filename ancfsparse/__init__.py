@@ -15,6 +15,7 @@ from ancfsparse.errors import (
 from ancfsparse.integrators import (
     HHT,
     CentralDifference,
+    EnergyMomentum,
     GeneralizedAlpha,
     Newmark,
     RungeKuttaNystrom,
@@ -31,6 +32,7 @@ __all__ = [
     "CentralDifference",
     "Circle",
     "EnergyGain",
+    "EnergyMomentum",
     "Equilibrium",
     "EquilibriumFailure",
     "GeneralizedAlpha",

@@ -5,6 +5,7 @@ pass.  The tangent is, in the variables the strains are written in, weight times
 of strain gradients plus the second derivative of the strains with their stresses frozen; constant
 matrices then carry it to the coordinates.  The outer products alone are the material part of the
 tangent; with velocities in place of small displacements they are the force of viscous damping.
+Between two states the force becomes the discrete gradient of the energy (`secant`).
 """
 
 from collections.abc import Sequence
@@ -17,6 +18,7 @@ import sympy as sp
 
 from codegen.fields import PARAMETERS, Element, length, x
 from codegen.modes import ModeVectors
+from codegen.secant import HALF, Secant
 from codegen.strains import Patch, Patches
 from codegen.symbols import to_tape
 from codegen.tape import PARAMETER, Node, Tape
@@ -113,6 +115,20 @@ class Derivation:
             for (weight, strain), rate in zip(pairs, rates, strict=True)
         ]
         return tape.gradient(tape.linear(terms), self.q)
+
+    def discrete_gradient(self) -> list[Node]:
+        """Sum of weight, mean strain and quotient of the strain between q and, as a, a later state.
+
+        Vectors whose components are no quadratic functions come as the one function that their
+        square is: their components alone would turn the beam.
+        """
+        tape = self.tape
+        secant = Secant(tape, dict(zip(self.q, self.a, strict=True)))
+        outputs = []
+        for patch in Patches(tape, self.element, self.modes, squared=True).all:
+            outputs += [(tape.mul(weight, secant.mean(s)), s) for weight, s in patch.strains]
+            outputs += [(tape.scale(HALF, weight), square) for weight, square in patch.squares]
+        return secant.gradient(outputs, self.q)
 
     def material(self) -> list[Node]:
         """Lower triangle by rows of the sum of weight times outer product of strain gradients."""
@@ -214,6 +230,7 @@ def derive(element: Element) -> Program:
         "mass": d.mass,
         "damping": d.damping,
         "material": d.material,
+        "discrete_gradient": d.discrete_gradient,
     }
     outputs = {name: tape.lowered(makers[name]()) for name in element.kernels}
     derived: set[Node] = set()

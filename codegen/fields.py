@@ -36,7 +36,8 @@ def parameter(name: str) -> sp.Symbol:
 
 
 KERNELS = (
-    "energy", "force", "inertia", "residual", "tangent", "mass", "damping", "material"
+    "energy", "force", "inertia", "residual", "tangent", "mass", "damping", "material",
+    "discrete_gradient",
 )  # fmt: skip
 """What is generated for an element unless it says otherwise."""
 
@@ -97,9 +98,14 @@ def cross(u: Field, v: Field) -> list[sp.Expr]:
     return [a[i] * b[j] - a[j] * b[i] for i, j in pairs]
 
 
+def inner(u: Field, v: Field) -> sp.Expr:
+    """Dot product of fields with the same directions, written in components."""
+    return sum(a * b for a, b in zip(u.components, v.components, strict=True))
+
+
 def norm(u: Field) -> sp.Expr:
     """Length of a vector, from its components."""
-    return sp.sqrt(sum(c**2 for c in u.components))
+    return sp.sqrt(inner(u, u))
 
 
 @dataclass(frozen=True)
@@ -130,13 +136,15 @@ class Term:
     """Energy 1/2 int weight strain^2 dx, integrated by a rule.
 
     A strain may be a vector in space, which then turns with a field: its rate without that
-    rotation is what a material feels.
+    rotation is what a material feels.  `square` is that of a vector which is no quadratic function
+    of the coordinates, made of dot products, each in components.
     """
 
     weight: sp.Expr
     strain: sp.Expr | tuple[sp.Expr, ...]
     rule: Rule = field(default_factory=Legendre)
     turns_with: Field | None = None
+    square: sp.Expr | None = None
 
     @property
     def strains(self) -> tuple[sp.Expr, ...]:

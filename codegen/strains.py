@@ -23,12 +23,16 @@ CARRIED_POINTS = 3
 
 @dataclass
 class Patch:
-    """Pairs of weight and strain, and how their variables depend on mode vectors or coordinates."""
+    """Pairs of weight and strain, and how their variables depend on mode vectors or coordinates.
+
+    `squares` are pairs of weight and square of a strain.
+    """
 
     variables: list[Node]
     rows: list[list[tuple[Fraction, int]]]
     in_coordinates: bool
     strains: list[tuple[Node, Node]] = field(default_factory=list)
+    squares: list[tuple[Node, Node]] = field(default_factory=list)
 
 
 class Sampler:
@@ -135,6 +139,14 @@ class PointSampler(Sampler):
             result.append((factor, node))
         return result
 
+    def square(self, expr: sp.Expr) -> Scaled:
+        """Evaluate a rational function of components that is homogeneous in each field."""
+        scaled = expr.subs({s: f * s for s, (f, _) in self.values.items()}, simultaneous=True)
+        factor = sp.cancel(scaled / expr)
+        if factor.has(*self.values):
+            raise ValueError(f"The square {expr} is not homogeneous in the fields it is made of.")
+        return factor, to_tape(self.tape, expr, {s: node for s, (_, node) in self.values.items()})
+
     def _on(self, f: Field, axes: tuple[int, ...]) -> list[Scaled]:
         pairs = zip(f.components, f.axes, strict=True)
         return [self.values[symbol] for symbol, axis in pairs if axis in axes]
@@ -155,11 +167,18 @@ class Patches:
     """All strains of an element, with their weights, in patches.
 
     With `carried`, vector strains are put, at Gauss points, as they change when seen from the field
-    they turn with (`PointSampler.carried`).
+    they turn with (`PointSampler.carried`).  With `squared`, those that have a square are put as
+    that.
     """
 
     def __init__(
-        self, tape: Tape, element: Element, modes: ModeVectors, *, carried: bool = False
+        self,
+        tape: Tape,
+        element: Element,
+        modes: ModeVectors,
+        *,
+        carried: bool = False,
+        squared: bool = False,
     ) -> None:
         self.tape = tape
         self.element = element
@@ -174,6 +193,8 @@ class Patches:
             # A vector of one component stands on the plane, in which it does not turn.
             if carried and len(term.strains) > 1:
                 self._add_carried(term)
+            elif squared and term.square is not None:
+                self._add_square(term, term.square)
             else:
                 for strain in term.strains:
                     self._add_strain(term, strain)
@@ -202,6 +223,15 @@ class Patches:
             patch, sample = self._at_point(xi)
             for scaled in sample.carried(term.strains, term.turns_with):
                 self._add(patch, term.weight * length * sp.Rational(share), scaled)
+
+    def _add_square(self, term: Term, square: sp.Expr) -> None:
+        if not isinstance(term.rule, Gauss):
+            raise ValueError(f"The square {square} needs Gauss points.")
+        for xi, share in gauss_rule(term.rule.points):
+            patch, sample = self._at_point(xi)
+            factor, node = sample.square(square)
+            weight = term.weight * length * sp.Rational(share) * factor
+            patch.squares.append((to_tape(self.tape, weight, {}), node))
 
     def _add_modes(self, term: Term, modes: list[Scaled]) -> None:
         for k, mode in enumerate(modes):

@@ -150,6 +150,7 @@ def test_a_folder_that_is_missing_is_noticed_before_the_run(capsys, tmp_path):
     [
         (("--integrator", "hht", "--alpha", "0.1"), "quasi-Newton (davidon, full memory)"),
         (("--integrator", "generalized-alpha", "--rho-inf", "0.8"), "quasi-Newton (davidon, full"),
+        (("--integrator", "energy-momentum"), "quasi-Newton (davidon, full memory)"),
         (("--integrator", "central-difference", "--step", "2e-4"), "CentralDifference()"),
         (("--integrator", "rkn8", "--step", "2.5e-4"), "RungeKuttaNystrom(order=8)"),
     ],

@@ -3,12 +3,14 @@
 This room knows time and no elements.
 """
 
+from ancfsparse.integrators.conserving import EnergyMomentum
 from ancfsparse.integrators.explicit import CentralDifference, Explicit, RungeKuttaNystrom
 from ancfsparse.integrators.implicit import HHT, GeneralizedAlpha, Implicit, Newmark
 
 __all__ = [
     "HHT",
     "CentralDifference",
+    "EnergyMomentum",
     "Explicit",
     "GeneralizedAlpha",
     "Implicit",

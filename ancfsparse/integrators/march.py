@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
+from ancfsparse.integrators.conserving import EnergyMomentum
 from ancfsparse.integrators.implicit import Implicit
 
 Vector = NDArray[np.float64]
@@ -69,7 +70,11 @@ def make_march(
     noise : float
         Energy that rounding makes [J].
     """
-    return compiled("march").March(
+    if isinstance(integrator, EnergyMomentum):
+        make = compiled("conserving").Conserving
+    else:
+        make = compiled("march").March
+    return make(
         system,
         dt,
         integrator,

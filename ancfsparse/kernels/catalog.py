@@ -47,8 +47,8 @@ class ElementKind:
     prepare : callable
         Base parameters (n, n_base) to derived ones (n, n_derived).
     kernels : mapping
-        Capsules by name: energy, force, inertia, residual, tangent, mass, damping, material; see
-        `kernel_abi.h`.
+        Capsules by name: energy, force, inertia, residual, tangent, mass, damping, material,
+        discrete_gradient; see `kernel_abi.h`.
     """
 
     name: str

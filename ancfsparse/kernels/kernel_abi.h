@@ -23,6 +23,8 @@
  *   damping   sum over strains of weight * d strain/dt * d strain/dq, n numbers; a holds velocities
  *   material  sum over strains of weight * (d strain/dq)(d strain/dq)^T, lower triangle by rows: the
  *             tangent without stresses, and the derivative of damping by the velocities
+ *   discrete_gradient   force between two states, n numbers; q holds the coordinates of the first and a
+ *             those of the second: times their difference it is the difference of the energies
  *
  * The last block is filled up by repeating its last element with every parameter except the length
  * set to zero, so the extra lanes add exact zeros to valid places.

@@ -38,6 +38,13 @@ typedef struct {
     /* Work of the changing loads between two states, by the trapezoidal rule. */
     double (*load_work)(void *context, const double *q0, const double *amplitudes0,
                         const double *q1, const double *amplitudes1, double *scratch);
+    /* The residual between two states with the middle q and the mean velocity v: the elastic force
+     * is the discrete gradient DU(q0, q1), everything else is taken at (q, v), phi at q1.  May be
+     * NULL, and then nothing that keeps energy can be made of the system. */
+    void (*residual_between)(void *context, const double *q0, const double *q1, const double *q,
+                             const double *v, const double *a, const double *lam,
+                             const double *dead_load, const double *amplitudes, double *r,
+                             double *phi);
 } ancf_system;
 
 typedef struct {

@@ -7,7 +7,7 @@
 /* The kernels of an element, in the order of KERNELS in system/_elements.pyx. */
 enum ancf_quantity {
     ANCF_ENERGY, ANCF_FORCE, ANCF_INERTIA, ANCF_RESIDUAL, ANCF_TANGENT, ANCF_MASS, ANCF_DAMPING,
-    ANCF_MATERIAL, ANCF_N_KERNELS
+    ANCF_MATERIAL, ANCF_DISCRETE_GRADIENT, ANCF_N_KERNELS
 };
 
 typedef struct {

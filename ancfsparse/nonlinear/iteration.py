@@ -52,20 +52,27 @@ class Tolerance:
     noise: float
 
 
-def tolerance_of(wish: str | float, scale: float, force_scale: float, size: float) -> Tolerance:
+def tolerance_of(
+    wish: str | float, scale: float, force_scale: float, size: float, mass: float | None = None
+) -> Tolerance:
     """Translate what a person says into bounds.
 
     Parameters
     ----------
     wish : "default", "paper" or float
         ``"paper"``: max|r| < 1e-6 N (N m on slopes) and max|phi| < 1e-6 m, unscaled.  A number: the
-        error of the accelerations that a step may leave [m/s2]; ``"default"`` is 1e-3.
+        error of the accelerations that a step may leave [m/s2]; ``"default"`` is 1e-3, with a
+        mass 1e-4.
     scale : float
         beta dt^2 [s2].
     force_scale : float
         Size of the terms that cancel in the residual [N]; rounding puts a floor under ``"paper"``.
     size : float
         Largest coordinate [m].
+    mass : float, optional
+        With it a number bounds what is unbalanced of the forces, over this mass [kg], and not the
+        correction.  Where the mass rules that is the same; in stiff directions, where forces that
+        are not balanced do work on errors of position too small to matter, it asks for more.
     """
     floor = 4.0 * EPSILON * force_scale
     noise = EPSILON * size
@@ -73,8 +80,12 @@ def tolerance_of(wish: str | float, scale: float, force_scale: float, size: floa
         return Tolerance(False, scale * max(1e-6, floor), 1e-6, 0.0, noise)
     if isinstance(wish, str) and wish != "default":
         raise InputError(f"tolerance must be 'default', 'paper' or a number in m/s2, got {wish!r}")
-    a_tol = 1e-3 if wish == "default" else check_positive("tolerance", wish, "m/s2")
+    usual = 1e-3 if mass is None else 1e-4
+    a_tol = usual if wish == "default" else check_positive("tolerance", wish, "m/s2")
     bound = scale * a_tol
+    if mass is not None:
+        force = scale * max(mass * a_tol, floor)
+        return Tolerance(False, force, max(bound, 4.0 * noise), 0.0, noise)
     return Tolerance(True, scale * floor, max(bound, 4.0 * noise), bound, noise)
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ancfsparse.errors import AccuracyFailure, EnergyGain, InputError, check_positive
-from ancfsparse.integrators import Implicit, Newmark
+from ancfsparse.integrators import EnergyMomentum, Implicit, Newmark
 from ancfsparse.nonlinear import Method, ModifiedNewton, Outcome, QuasiNewton
 from ancfsparse.results import Event, RunStats
 from ancfsparse.solve.setup import CAUSES
@@ -49,8 +49,9 @@ def check_accuracy(
     ------
     InputError
         For a tolerance of its own, an inverse that outlives its factor, or an integrator whose
-        steps cannot be changed: an explicit one, one of first order, or the trapezoidal rule with
-        multipliers, in which it keeps for ever what a change of step leaves in them.
+        steps cannot be changed: an explicit one, one that keeps energy, one of first order, or the
+        trapezoidal rule with multipliers, in which it keeps for ever what a change of step leaves
+        in them.
     """
     check_positive("accuracy", accuracy, "m")
     if tolerance != "default":
@@ -62,6 +63,11 @@ def check_accuracy(
         raise InputError(
             f"{integrator!r} is of first order, whose error cannot be had from its steps: take "
             "HHT(alpha), GeneralizedAlpha(rho_inf) or Newmark(0)"
+        )
+    if isinstance(integrator, EnergyMomentum):
+        raise InputError(
+            f"accuracy={accuracy:g} changes steps by an error estimate, which {integrator!r} does "
+            "not make: take GeneralizedAlpha(rho_inf), or give dt and no accuracy"
         )
     if not isinstance(integrator, Implicit):
         raise InputError(

@@ -8,9 +8,8 @@ import numpy as np
 
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Outcome
-from ancfsparse.nonlinear.iteration import tolerance_of
 from ancfsparse.results import Event
-from ancfsparse.solve.setup import CAUSES, rounding
+from ancfsparse.solve.setup import CAUSES, bounds
 from ancfsparse.system import System
 
 # What a shorter step may cure.
@@ -91,8 +90,6 @@ class Halving:
     def _change(self, dt: float) -> None:
         none = np.zeros(self._system.n_all)
         self._march.change_step(dt, self._integrator, none, none)
-        scale = self._integrator.scale * dt**2
-        size = rounding(self._system) / np.finfo(float).eps
-        bounds = tolerance_of(self._tolerance, scale, self._force_scale, size)
-        self._iteration.set_tolerance(bounds.correction, bounds.constraint, bounds.force)
+        tolerance = bounds(self._system, self._integrator, self._tolerance, dt, self._force_scale)
+        self._iteration.set_tolerance(tolerance.correction, tolerance.constraint, tolerance.force)
         self._iteration.mark_stale()

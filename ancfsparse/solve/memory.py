@@ -53,6 +53,7 @@ def estimate(
     solver: Method | str,
     *,
     whole_runs: int = 0,
+    matrices: int = 1,
 ) -> Memory:
     """Estimate the memory of a run from the scene alone.
 
@@ -70,6 +71,8 @@ def estimate(
         A full-memory quasi-Newton method takes a dense inverse.
     whole_runs : int, optional
         Runs whose states are held with all coordinates, to be compared.
+    matrices : int, optional
+        Arrays of values on the pattern: `EnergyMomentum` adds one up in another.
     """
     kernels = entries = coordinates = 0.0
     n_rows = n_elements = n_nodes = 0
@@ -95,7 +98,7 @@ def estimate(
     columns = coordinates if kept_nodes is None else 4.0 * scene.dim * kept_nodes
     return Memory(
         kernels,
-        MATRIX_ENTRY * entries,
+        (MATRIX_ENTRY + 8 * (matrices - 1)) * entries,
         factor,
         8.0 * VECTORS * coordinates,
         24.0 * rows * (whole_runs * coordinates + (0.0 if to_file else columns)),

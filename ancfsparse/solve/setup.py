@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import EnergyGain, StepFailure
-from ancfsparse.integrators import Implicit
+from ancfsparse.integrators import EnergyMomentum, Implicit
 from ancfsparse.integrators.march import make_march
 from ancfsparse.nonlinear import Method, Outcome, QuasiNewton, seed_frame_of
 from ancfsparse.nonlinear.iteration import (
     EPSILON,
     Costs,
+    Tolerance,
     make_inverse,
     make_iteration,
     tolerance_of,
@@ -72,8 +73,8 @@ def prepare(
         inverse,
         system.pattern.indptr,
         method,
-        tolerance_of(tolerance, scale, force_scale, rounding(system) / EPSILON),
-        Costs.of(system.operations("residual"), system.operations("tangent"), seed, frame),
+        bounds(system, integrator, tolerance, dt, force_scale),
+        costs(system, integrator, seed, frame),
         frame,
         # Where the tangent is all that is known and nothing binds, corrections need no belief.
         weights if isinstance(method, QuasiNewton) or system.n_multipliers else None,
@@ -82,6 +83,27 @@ def prepare(
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
         why += ", first inverse from finite differences"
     return march, iteration, seed, why, a
+
+
+def bounds(
+    system: System, integrator: Implicit, tolerance: str | float, dt: float, force_scale: float
+) -> Tolerance:
+    """Translate a tolerance: an integrator that keeps energy must not leave forces that do work."""
+    mass = None
+    if isinstance(integrator, EnergyMomentum):
+        places = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
+        mass = float(np.mean(system.mass_diagonal[places[places < system.n_free]]))
+    size = rounding(system) / EPSILON
+    return tolerance_of(tolerance, integrator.scale * dt**2, force_scale, size, mass)
+
+
+def costs(system: System, integrator: Implicit, seed: SparseSeed, frame: Any) -> Costs:
+    """Weigh an iteration and a seed by the kernels that an integrator calls for them."""
+    residual, tangent = system.operations("residual"), system.operations("tangent")
+    if isinstance(integrator, EnergyMomentum):
+        residual += system.operations("discrete_gradient") - system.operations("force")
+        tangent += system.operations("tangent") + 3 * system.operations("material")
+    return Costs.of(residual, tangent, seed, frame)
 
 
 def rounding(system: System) -> float:

@@ -17,7 +17,7 @@ from ancfsparse.errors import (
     check_finite,
     check_positive,
 )
-from ancfsparse.integrators import Explicit, GeneralizedAlpha, Implicit
+from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Node, Scene
@@ -91,9 +91,11 @@ def simulate(
         [m]; the error of the mesh comes on top.  Steps then follow the motion, and whole runs with
         ever shorter ones are compared until the last is accurate enough; what it reached is
         ``stats.error``.
-    integrator : Newmark, HHT, GeneralizedAlpha, CentralDifference or RungeKuttaNystrom, optional
-        ``GeneralizedAlpha(0.9)`` by default.  The last two are explicit: they take no solver and no
-        tolerance, joints by numbering, and steps no longer than `stable_step` returns.
+    integrator : Implicit or Explicit, optional
+        `Newmark`, `HHT`, `GeneralizedAlpha`, `EnergyMomentum`, `CentralDifference` or
+        `RungeKuttaNystrom`; ``GeneralizedAlpha(0.9)`` by default.  The last two are explicit: they
+        take no solver and no tolerance, joints by numbering, and steps no longer than `stable_step`
+        returns.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
     tolerance : "default", "paper" or float, optional
@@ -101,7 +103,8 @@ def simulate(
         the forces is a floor under the first.  A number [m/s2]: the error in the accelerations that
         the iteration of a step may leave, as estimated from its corrections, usually right within
         a factor of 10, and never below rounding, about 1e-15 |q| / dt^2;
-        ``"default"`` is 1e-3.
+        ``"default"`` is 1e-3.  With `EnergyMomentum` it bounds what is unbalanced of the forces,
+        over the mean mass of a node, since that does work; ``"default"`` is 1e-4.
     max_energy_gain : float, optional
         Share of the largest energy exchanged so far between motion, strain, gravity and loads by
         which the energy may exceed what was given, before the run is stopped [-]; ``inf`` never
@@ -164,7 +167,7 @@ def simulate(
     if not isinstance(integrator, Implicit | Explicit):
         raise InputError(
             "integrator must be Newmark(alpha), HHT(alpha), GeneralizedAlpha(rho_inf), "
-            f"CentralDifference() or RungeKuttaNystrom(order), got {integrator!r}"
+            f"EnergyMomentum(), CentralDifference() or RungeKuttaNystrom(order), got {integrator!r}"
         )
     check_gain(max_energy_gain)
     check_count("max_halvings", max_halvings, 0)
@@ -175,7 +178,12 @@ def simulate(
     rows = -(-n_steps // save_every) + 1
     kept = None if save_nodes is None else len(save_nodes)
     compared = 2 if accuracy is not None else 0
-    check_fits(estimate(scene, rows, kept, output is not None, solver, whole_runs=compared))
+    matrices = 2 if isinstance(integrator, EnergyMomentum) else 1
+    check_fits(
+        estimate(
+            scene, rows, kept, output is not None, solver, whole_runs=compared, matrices=matrices
+        )
+    )
     system = System(scene)
     settings = {
         "dt": dt,

@@ -17,24 +17,33 @@ REASONS = {
 }
 """Exceptions of a march in words."""
 
-COLOURS = ("#0072b2", "#000000", "#2f4f4f", "#009e73", "#b22222", "#e07a5f", "#f2b5a7")
-# The trapezoidal rule with steps at which it dies: from light to dark.
-DYING = ("#f6d28b", "#e69f00", "#c07a00", "#8c5500", "#4d2f00")
+COLOURS = {
+    "GeneralizedAlpha": ("#56b4e9", "#0072b2", "#003f63"),
+    "EnergyMomentum": ("#2fbf8f", "#009e73", "#005c43"),
+    "RungeKuttaNystrom": ("#000000",),
+    "CentralDifference": ("#f2b5a7", "#e07a5f", "#b22222"),
+    # With steps at which it dies: from light to dark.
+    "Newmark": ("#f0e442", "#f6d28b", "#e69f00", "#c07a00", "#8c5500", "#4d2f00"),
+}
+"""Of each integrator, from its shortest step to its longest."""
 
 
 def table(result: LongRuns) -> str:
     """Set the table for a page."""
     lines = [
-        "| | end | energy at the end | most above the start | drift per second | s | memory grew |",
-        "|---|---:|---:|---:|---:|---:|---:|",
+        "| | end | energy at the end | most above the start | drift per second | "
+        "iterations per step | steps halved | s | memory grew |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for run in result.runs:
         end = f"{run.t[-1]:.4g} s"
         if run.reason:
             end = f"{REASONS[run.reason]} at {run.stopped:.3g} s"
+        each = f"{run.iterations:.2g}" if run.iterations else "-"
         lines.append(
             f"| {run.label} | {end} | {100 * run.energy[-1]:+.2g} % | {100 * run.rise:.1e} % | "
-            f"{100 * run.rate:+.1e} % | {run.seconds:.2g} | {_grown(run)} |"
+            f"{100 * run.rate:+.1e} % | {each} | {run.halved} | {run.seconds:.2g} | "
+            f"{_grown(run)} |"
         )
     return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
 
@@ -45,17 +54,18 @@ def _grown(run: LongRun) -> str:
 
 def findings(result: LongRuns) -> list[str]:
     """Say which runs kept their energy, which died, and whether memory grew."""
-    kept = [run for run in result.runs if run.kept]
     died = [run for run in result.runs if run.reason]
     grew = [run.label for run in result.runs if run.growth > NOISE]
     said = []
-    if kept:
-        best = min(kept, key=lambda run: abs(run.energy[-1]))
-        said.append(
-            f"Never above the start by more than {100 * MOST_RISE:g} % of the largest kinetic "
-            f"energy: {'; '.join(run.label for run in kept)}. The one that keeps most is "
-            f"{best.label}: {100 * best.energy[-1]:+.2g} % in {best.t[-1]:.4g} s."
-        )
+    for steel in (False, True):
+        kept = [run for run in result.runs if run.kept and run.steel == steel]
+        if kept:
+            best = min(kept, key=lambda run: abs(run.energy[-1]))
+            said.append(
+                f"Never above the start by more than {100 * MOST_RISE:g} % of the largest kinetic "
+                f"energy: {'; '.join(run.label for run in kept)}. The one that keeps most is "
+                f"{best.label}: {100 * best.energy[-1]:+.2g} % in {best.t[-1]:.4g} s."
+            )
     said += [f"{run.label} was stopped at {run.stopped:.4g} s: {REASONS[run.reason]}."
              for run in died]  # fmt: skip
     memory = f"Memory grew in {', '.join(grew)}" if grew else "Memory grew in no run"
@@ -99,32 +109,51 @@ def write(result: LongRuns, folder: Path) -> list[Path]:
 
 
 def chart(result: LongRuns) -> Figure:
-    """Draw energy against time: all runs, and the small changes of those that keep it."""
-    figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
-    axes = figure.subplots(1, 2)
-    alive = [run for run in result.runs if not run.reason]
-    died = [run for run in result.runs if run.reason]
-    for ax in axes:
-        dying = iter(DYING)
-        for k, run in enumerate(result.runs):
-            trapezoidal = run.reason and run.label.startswith("Newmark")
-            colour = next(dying, DYING[-1]) if trapezoidal else COLOURS[k % len(COLOURS)]
+    """Draw energy against time: all runs of the soft pendulum, the same nearer, those of steel."""
+    figure = Figure(figsize=(WIDTH, 6.2), layout="constrained")
+    axes = figure.subplots(1, 3)
+    soft = [run for run in result.runs if not run.steel]
+    steel = [run for run in result.runs if run.steel]
+    titles = (
+        f"All; x: stopped, {sum(bool(run.reason) for run in soft)} runs",
+        "The same, nearer; dotted: what it may rise",
+        f"Of steel; x: stopped, {sum(bool(run.reason) for run in steel)} runs",
+    )
+    limits = ((-70.0, 10.0), (-3.0, 3.0), (-1.0, 1.0))
+    for ax, runs, title, (low, high) in zip(axes, (soft, soft, steel), titles, limits, strict=True):
+        for run, colour in _coloured(runs):
+            flat = "EnergyMomentum" in run.label  # and under everything else, if not on top
             ax.plot(
-                run.t[1:], 100 * run.energy[1:], color=colour, linewidth=1.0, label=run.label,
-                zorder=4 if run.kept else 2,
+                run.t[1:], 100 * run.energy[1:], color=colour, linewidth=2.0 if flat else 1.0,
+                label=run.label, zorder=2 + 2 * run.kept + flat,
             )  # fmt: skip
             if run.reason:
                 ax.plot(run.t[-1], 100 * run.energy[-1], "x", color=colour, markersize=7)
         ax.set_xscale("log")
         ax.set_xlabel("time [s]")
-        ax.set_ylabel("energy gained [% of the largest kinetic]")
+        ax.set_ylim(low, high)
+        ax.set_title(title, fontsize=SMALL)
         ax.grid(alpha=0.3)
-    axes[0].set_ylim(-70.0, 10.0)
-    set_title(axes[0], f"All; x: stopped, {len(died)} runs")
-    axes[1].set_ylim(-3.0, 3.0)
-    axes[1].axhline(100 * MOST_RISE, color="grey", linestyle=":", linewidth=1.0)
-    set_title(axes[1], f"Nearer: {len(alive)} runs live; dotted: what the energy may rise")
+    for ax in axes[1:]:
+        ax.axhline(100 * MOST_RISE, color="grey", linestyle=":", linewidth=1.0)
+    axes[0].set_ylabel("energy above the start [% of the largest kinetic]")
     set_head(figure, headline(result))
-    handles, labels = axes[0].get_legend_handles_labels()
-    set_legend(figure, dict(zip(labels, handles, strict=True)), 3)
+    shown = {}
+    for ax in axes:
+        handles, labels = ax.get_legend_handles_labels()
+        shown |= dict(zip(labels, handles, strict=True))
+    set_legend(figure, shown, 3)
     return figure
+
+
+def _coloured(runs: list[LongRun]) -> list[tuple[LongRun, str]]:
+    """Give each run a colour of its integrator, darker for longer steps."""
+    found: dict[str, list[LongRun]] = {}
+    for run in runs:
+        names = [name for name in COLOURS if name in run.label]
+        found.setdefault(names[0] if names else "RungeKuttaNystrom", []).append(run)
+    return [
+        (run, COLOURS[name][min(k, len(COLOURS[name]) - 1)])
+        for name, members in found.items()
+        for k, run in enumerate(sorted(members, key=lambda each: each.dt))
+    ]

@@ -10,6 +10,7 @@ from ancfsparse.errors import InputError, check_choice
 from ancfsparse.integrators import (
     HHT,
     CentralDifference,
+    EnergyMomentum,
     Explicit,
     GeneralizedAlpha,
     Implicit,
@@ -21,7 +22,10 @@ from ancfsparse.problems import pendulum
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
 
-INTEGRATORS = ("newmark", "hht", "generalized-alpha", "central-difference", "rkn4", "rkn8")
+INTEGRATORS = (
+    *("newmark", "hht", "generalized-alpha", "energy-momentum"),
+    *("central-difference", "rkn4", "rkn8"),
+)
 ALPHAS = {"newmark": 0.0, "hht": 0.05}
 SOLVERS = ("newton", "modified-newton", "broyden", "davidon", "dfp", "bfgs", "auto")
 
@@ -155,6 +159,8 @@ def integrator_of(name: str, alpha: float = 0.0, rho_inf: float = 0.9) -> Implic
         return HHT(alpha)
     if name == "generalized-alpha":
         return GeneralizedAlpha(rho_inf)
+    if name == "energy-momentum":
+        return EnergyMomentum()
     if name == "central-difference":
         return CentralDifference()
     return RungeKuttaNystrom(int(name.removeprefix("rkn")))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import EnergyGain, StepFailure
-from ancfsparse.integrators import HHT, GeneralizedAlpha, Newmark
+from ancfsparse.integrators import HHT, EnergyMomentum, GeneralizedAlpha, Newmark
 from ancfsparse.integrators.implicit import Implicit
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.nonlinear.methods import UPDATES
@@ -34,6 +34,7 @@ INTEGRATORS: dict[str, Implicit] = {
     "GeneralizedAlpha(0.9)": GeneralizedAlpha(0.9),
     "GeneralizedAlpha(0.8)": GeneralizedAlpha(0.8),
     "GeneralizedAlpha(0.5)": GeneralizedAlpha(0.5),
+    "EnergyMomentum": EnergyMomentum(),
 }
 """By their names in tables."""
 

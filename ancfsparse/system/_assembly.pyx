@@ -38,6 +38,9 @@ cdef extern from "solver_abi.h":
         void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
         double (*load_work)(void *, const double *, const double *, const double *, const double *,
                             double *) noexcept nogil
+        void (*residual_between)(void *, const double *, const double *, const double *,
+                                 const double *, const double *, const double *, const double *,
+                                 const double *, double *, double *) noexcept nogil
 
 cdef extern from "system_abi.h":
     enum Quantity "ancf_quantity":
@@ -48,6 +51,7 @@ cdef extern from "system_abi.h":
         MASS "ANCF_MASS"
         DAMPING "ANCF_DAMPING"
         MATERIAL "ANCF_MATERIAL"
+        DISCRETE_GRADIENT "ANCF_DISCRETE_GRADIENT"
 
     ctypedef struct ancf_elements:
         void *context
@@ -152,7 +156,7 @@ cdef class Assembly:
         self.interface.residual, self.interface.matrix = residual, matrix
         self.interface.material = material
         self.interface.inertia, self.interface.energies = inertia, energies
-        self.interface.load_work = load_work
+        self.interface.load_work, self.interface.residual_between = load_work, residual_between
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
 
     def set_regularization(self, double value):
@@ -175,6 +179,17 @@ cdef class Assembly:
         cdef double[::1] r_view = r, phi_view = phi
         residual(&self.flat, &q[0], &v[0], &a[0], first(lam), &dead_load[0], first(amplitudes),
                  &r_view[0], first(phi_view))
+        return r, phi
+
+    def residual_between(self, const double[::1] q0, const double[::1] q1, const double[::1] v,
+                         const double[::1] a, const double[::1] lam, const double[::1] dead_load,
+                         const double[::1] amplitudes):
+        """Return ``r (n_all,)`` [N, N m] between two states and ``phi (m,)`` [m] at the second."""
+        r, phi = np.empty(self.flat.n_all), np.empty(self.flat.n_multipliers)
+        cdef double[::1] r_view = r, phi_view = phi
+        cdef double[::1] q = 0.5 * (np.asarray(q0) + q1)
+        residual_between(&self.flat, &q0[0], &q1[0], &q[0], &v[0], &a[0], first(lam),
+                         &dead_load[0], first(amplitudes), &r_view[0], first(phi_view))
         return r, phi
 
     def matrix(self, double mass_factor, double stiffness_factor, const double[::1] q,
@@ -266,30 +281,54 @@ cdef void residual(void *context, const double *q, const double *v, const double
                    const double *lam, const double *dead_load, const double *amplitudes, double *r,
                    double *phi) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
-    cdef ptrdiff_t k, i, j
-    cdef double c
     vec_scale_parts(self.elements.n_parts, r, -1.0, dead_load, self.n_all)
     if a == NULL:
         add(self, FORCE, q, q, r)
     else:
         add(self, RESIDUAL, q, a, r)
+    add_the_rest(self, q, v, lam, amplitudes, r)
+    set_constraints(self, q, phi)
+
+
+cdef void residual_between(void *context, const double *q0, const double *q1, const double *q,
+                           const double *v, const double *a, const double *lam,
+                           const double *dead_load, const double *amplitudes, double *r,
+                           double *phi) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    vec_scale_parts(self.elements.n_parts, r, -1.0, dead_load, self.n_all)
+    add(self, DISCRETE_GRADIENT, q0, q1, r)
+    add(self, INERTIA, a, a, r)
+    add_the_rest(self, q, v, lam, amplitudes, r)
+    set_constraints(self, q1, phi)
+
+
+cdef void add_the_rest(const Flat *self, const double *q, const double *v, const double *lam,
+                       const double *amplitudes, double *r) noexcept nogil:
+    """Forces of damping, of loads that change and of constraints."""
+    cdef ptrdiff_t k, i, j
+    cdef double c
     if self.elements.damped:
         add_damping(self, q, v, r)
     for k in range(self.n_loads):
         r[self.load_place[k]] -= self.load_weight[k] * amplitudes[self.load_column[k]]
     if self.moments.n > 0:
         self.moments.add(self.moments.context, q, amplitudes, r)
-    for k in range(self.n_multipliers):
-        phi[k] = self.offset[k]
     for k in range(self.n_terms):
         i, j, c = self.term_i[k], self.term_j[k], self.coefficient[k]
         if j < 0:
-            phi[self.term_row[k]] += c * q[i]
             r[i] += c * lam[self.term_row[k]]
         else:
-            phi[self.term_row[k]] += c * q[i] * q[j]
             r[i] += c * q[j] * lam[self.term_row[k]]
             r[j] += c * q[i] * lam[self.term_row[k]]
+
+
+cdef void set_constraints(const Flat *self, const double *q, double *phi) noexcept nogil:
+    cdef ptrdiff_t k, i, j
+    for k in range(self.n_multipliers):
+        phi[k] = self.offset[k]
+    for k in range(self.n_terms):
+        i, j = self.term_i[k], self.term_j[k]
+        phi[self.term_row[k]] += self.coefficient[k] * (q[i] if j < 0 else q[i] * q[j])
 
 
 cdef void matrix(void *context, double mass_factor, double stiffness_factor, double damping_factor,

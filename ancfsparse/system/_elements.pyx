@@ -44,7 +44,8 @@ cdef extern from "system_abi.h":
 include "arrays.pxi"
 
 
-KERNELS = ("energy", "force", "inertia", "residual", "tangent", "mass", "damping", "material")
+KERNELS = ("energy", "force", "inertia", "residual", "tangent", "mass", "damping", "material",
+           "discrete_gradient")
 # Places of the energies of a block: all in one.
 cdef int32_t[16] NOWHERE
 memset(NOWHERE, 0, sizeof(NOWHERE))

@@ -1,6 +1,6 @@
 """Thin cable of Gerstmayr and Shabana (2006): exact curvature, planar or spatial."""
 
-from codegen.fields import Element, Gauss, Term, cross, interpolate, norm, parameter
+from codegen.fields import Element, Gauss, Term, cross, inner, interpolate, norm, parameter
 
 axial_stiffness = parameter("axial_stiffness")
 bending_stiffness = parameter("bending_stiffness")
@@ -17,12 +17,16 @@ def thin(dim: int, strain: str) -> Element:
     r = interpolate("r", axes, "r", "r_x")
     r_x = r.diff()
     r_xx = r_x.diff()
+    power = 3 if strain == "green" else 2
+    curvature = tuple(component / norm(r_x) ** power for component in cross(r_x, r_xx))
+    square = None
+    if dim == 3:  # Lagrange's identity
+        stretch = inner(r_x, r_x)
+        square = (stretch * inner(r_xx, r_xx) - inner(r_x, r_xx) ** 2) / stretch**power
     if strain == "green":
         axial = Term(axial_stiffness, (r_x @ r_x - 1) / 2)
-        curvature = [component / norm(r_x) ** 3 for component in cross(r_x, r_xx)]
     else:
         axial = Term(axial_stiffness, norm(r_x) - 1, Gauss(5))
-        curvature = [component / norm(r_x) ** 2 for component in cross(r_x, r_xx)]
     where = {2: "planar", 3: "spatial"}[dim]
     rule = {"green": "in closed form", "biot": "at 5 Gauss points"}[strain]
     return Element(
@@ -31,6 +35,6 @@ def thin(dim: int, strain: str) -> Element:
         dim=dim,
         node=(("r", axes), ("r_x", axes)),
         fields=(r_x, r_xx),
-        energy=(axial, Term(bending_stiffness, tuple(curvature), Gauss(3), turns_with=r_x)),
+        energy=(axial, Term(bending_stiffness, curvature, Gauss(3), r_x, square)),
         inertia=((mass_per_length, r),),
     )

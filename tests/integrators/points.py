@@ -22,9 +22,11 @@ _new_capsule.argtypes = [ct.c_void_p, ct.c_char_p, ct.c_void_p]
 _NUMBERS = ct.POINTER(ct.c_double)
 _RESIDUAL = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 8)
 _MATRIX = ct.CFUNCTYPE(None, ct.c_void_p, *[ct.c_double] * 3, *[_NUMBERS] * 5)
+_MATERIAL = ct.CFUNCTYPE(None, ct.c_void_p, *[ct.c_double] * 3, *[_NUMBERS] * 2)
 _INERTIA = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 2)
 _ENERGIES = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 4)
 _WORK = ct.CFUNCTYPE(ct.c_double, ct.c_void_p, *[_NUMBERS] * 5)
+_BETWEEN = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 10)
 
 
 class _Interface(ct.Structure):
@@ -37,10 +39,11 @@ class _Interface(ct.Structure):
         ("damped", ct.c_int),
         ("residual", _RESIDUAL),
         ("matrix", _MATRIX),
-        ("material", ct.c_void_p),
+        ("material", _MATERIAL),
         ("inertia", _INERTIA),
         ("energies", _ENERGIES),
         ("load_work", _WORK),
+        ("residual_between", _BETWEEN),
     ]  # fmt: skip
 
 
@@ -73,8 +76,9 @@ class Point:
         self.indptr = np.searchsorted(self._column, np.arange(n + 1))
         self.interface = _Interface(
             None, 2, 2, self.n_multipliers, len(row), 0, 0,
-            _RESIDUAL(self._residual), _MATRIX(self._matrix), None, _INERTIA(self._inertia),
-            _ENERGIES(self._energies), _WORK(lambda *_: 0.0),
+            _RESIDUAL(self._residual), _MATRIX(self._matrix), _MATERIAL(self._material),
+            _INERTIA(self._inertia), _ENERGIES(self._energies), _WORK(lambda *_: 0.0),
+            _BETWEEN(self._residual_between),
         )  # fmt: skip
         self.capsule = _new_capsule(ct.addressof(self.interface), b"ancf_system", None)
         # What the start and the set-up of a run ask of a system.
@@ -118,9 +122,13 @@ class Point:
 
     def matrix(self, mass_factor, stiffness_factor, q, lam, amplitudes, *, damping_factor=0.0):
         e = (q @ q / self.length**2 - 1.0) / 2.0
-        k = self.stiffness * (e / self.length * np.eye(2) + np.outer(q, q) / self.length**3)
+        k = self.stiffness * e / self.length * np.eye(2)
         if self.radius:
             k += lam[0] / self.radius * np.eye(2)
+        return self.material(mass_factor, stiffness_factor, q, k)
+
+    def material(self, mass_factor, stiffness_factor, q, rest=0.0):
+        k = self.stiffness * np.outer(q, q) / self.length**3 + rest
         out = np.zeros((2 + self.n_multipliers,) * 2)
         out[:2, :2] = mass_factor * self.mass * np.eye(2) + stiffness_factor * k
         out[2:, :2] = self.gradient(q)
@@ -136,10 +144,27 @@ class Point:
         if self.radius:
             phi[0] = off[0]
 
+    def _residual_between(self, _, q0, q1, q, v, a, lam, dead_load, amplitudes, r, phi):
+        q0, q1, a, load = (np.ctypeslib.as_array(x, (2,)) for x in (q0, q1, a, dead_load))
+        lam = np.ctypeslib.as_array(lam, (1,))[: self.n_multipliers]
+        middle = 0.5 * (q0 + q1)
+        # The mean strain, and its gradient in the middle, where a quadratic function has the slope
+        # of its chord.
+        e = ((q0 @ q0 + q1 @ q1) / self.length**2 / 2.0 - 1.0) / 2.0
+        force = self.stiffness * e / self.length * middle
+        r = np.ctypeslib.as_array(r, (2,))
+        r[:] = self.mass * a + force - load + self.gradient(middle).T @ lam
+        if self.radius:
+            phi[0] = (q1 @ q1 / self.radius - self.radius) / 2.0
+
     def _matrix(self, _, mass_factor, stiffness_factor, damping, q, v, lam, amplitudes, values):
         q, lam = np.ctypeslib.as_array(q, (2,)), np.ctypeslib.as_array(lam, (1,))
         with np.errstate(all="ignore"):
             found = self.matrix(mass_factor, stiffness_factor, q, lam, None)
+        np.ctypeslib.as_array(values, (len(found),))[:] = found
+
+    def _material(self, _, mass_factor, stiffness_factor, damping, q, values):
+        found = self.material(mass_factor, stiffness_factor, np.ctypeslib.as_array(q, (2,)))
         np.ctypeslib.as_array(values, (len(found),))[:] = found
 
     def _inertia(self, _, a, out):

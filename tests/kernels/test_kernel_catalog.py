@@ -30,6 +30,7 @@ def test_modules_say_what_they_are(name):
     expected = {"energy", "force"}
     if name not in REFERENCES:
         expected |= {"inertia", "residual", "tangent", "mass", "damping", "material"}
+        expected |= {"discrete_gradient"}
     assert set(kind.kernels) == set(kind.operations) == expected
     derived = kind.prepare(np.ones((3, len(kind.parameters))))
     assert derived.shape == (3, kind.n_derived)

@@ -202,10 +202,10 @@ def test_a_small_map(tmp_path, capsys):
         main(["study", "stability", *words, "--output", str(tmp_path), "--page", str(page)])
     assert left.value.code == 0
     out = capsys.readouterr().out
-    assert f"{2 * 2 * 32} runs: " in out
+    assert f"{2 * 2 * 34} runs: " in out
     with (tmp_path / "stability.csv").open(encoding="utf-8") as file:
         table = list(csv.DictReader(file))
-    assert len(table) == 2 * 2 * 32
+    assert len(table) == 2 * 2 * 34
     assert {row["outcome"] for row in table} <= set(OUTCOMES)
     assert all(math.isfinite(float(row["gain"])) for row in table)
     soft = [row for row in table if row["youngs_modulus"] == "1000000.0"]

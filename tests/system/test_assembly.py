@@ -238,3 +238,34 @@ def test_rayleigh_damping_is_alpha_m_plus_beta_k_at_rest(rng):
     viscous = system.assembly.matrix(0.0, 0.0, system.q0, nothing, nothing, damping_factor=1.0)
     expected = system.assembly.matrix(0.3, 0.02, system.q0, nothing, nothing)
     assert np.abs(viscous - expected).max() <= 1e-13 * np.abs(expected).max()
+
+
+def between(system, q0, q1, v, a, lam, t=TIME):
+    return system.assembly.residual_between(
+        q0, q1, v, a, lam, system.dead_load, amplitudes(system, t)
+    )
+
+
+def test_between_a_state_and_itself_the_residual_is_the_residual(system, rng):
+    q, a, lam = state(system, rng)
+    v = rng.normal(size=q.size)
+    r, phi = between(system, q, q, v, a, lam)
+    expected, where = system.assembly.residual(q, v, a, lam, system.dead_load, amplitudes(system))
+    assert np.abs(r - expected).max() <= 1e-13 * np.abs(expected).max()
+    np.testing.assert_array_equal(phi, where)
+
+
+def test_between_two_states_the_work_of_the_residual_is_the_change_of_energy(system, rng):
+    """Strain, dead loads, constraints; damping and loads that change are those in the middle."""
+    (q0, _, lam), (q1, _, _) = state(system, rng), state(system, rng)
+    rest = np.zeros_like(q0)
+    way, middle = q1 - q0, 0.5 * (q0 + q1)
+    r, phi1 = between(system, q0, q1, rest, rest, lam)
+    _, phi0 = between(system, q0, q0, rest, rest, lam)
+    strain = system.assembly.strain_energy(q1) - system.assembly.strain_energy(q0)
+    none = np.zeros_like(lam)
+    loads = system.assembly.residual(
+        middle, rest, rest, none, system.dead_load, amplitudes(system)
+    )[0] - system.assembly.force(middle)
+    expected = strain + loads @ way + lam @ (phi1 - phi0)
+    assert r @ way == pytest.approx(expected, rel=1e-11)

@@ -1,0 +1,40 @@
+"""The energy-momentum method: the midpoint rule with a discrete gradient of the strain energy.
+
+    q1 - q0 = dt (v0 + v1) / 2,
+    M (v1 - v0) / dt + DU(q0, q1) + Q_d(q_m, v_m) + phi_q(q_m)^T lam = f,   phi(q1) = 0,
+
+with m for the middle of the step.  DU . (q1 - q0) = U(q1) - U(q0), so the strain energy a step
+gains is the work of the elastic forces in it; constraints are quadratic, so phi_q(q_m) (q1 - q0) =
+phi(q1) - phi(q0) = 0 and they do no work.  See Simo and Tarnow (1992), Gonzalez (1996, 2000).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ancfsparse.integrators.implicit import Implicit
+
+
+@dataclass(frozen=True)
+class EnergyMomentum(Implicit):
+    """Implicit and of second order; keeps energy and momentum whatever the step and the stiffness.
+
+    What a step changes in the energy is the work of loads and of damping, and what the iteration
+    leaves.  A free body keeps its momentum and its angular momentum as well.  Nothing is damped:
+    waves that a step does not resolve stay, so stresses, accelerations and multipliers of stiff
+    bodies oscillate where those of `GeneralizedAlpha` do not.  Accelerations and multipliers are
+    means over the step before the time they are given at.
+    """
+
+    alpha_m = 0.0
+    alpha_f = 0.0
+
+    @property
+    def scale(self) -> float:
+        """What a unit of mean acceleration moves a coordinate by, over dt^2."""
+        return 0.5
+
+    @property
+    def damping_scale(self) -> float:
+        """What a unit of mean acceleration changes the velocity by, over dt."""
+        return 1.0
