@@ -6,7 +6,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.charts import WIDTH, set_head, set_legend, set_title
+from ancfsparse.studies.charts import SMALL, WIDTH, set_head, set_legend
 from ancfsparse.studies.files import save, write_csv, write_json
 from ancfsparse.studies.long_runs import MOST_RISE, NOISE, LongRun, LongRuns
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -59,7 +60,7 @@ def integrator_chart(result: Stability) -> Figure:
         [Panel(result.of(scene, integrator, "auto"), {}) for integrator in INTEGRATORS]
         for scene in result.scenes
     ]
-    titles = [name.replace("Alpha", "-\nAlpha") for name in INTEGRATORS]
+    titles = [re.sub("(?=Alpha|Momentum)", "-\n", name) for name in INTEGRATORS]
     figure = _chart(panels, result.scenes, titles, headline(result))
     keys = [
         *OUTCOME_KEYS,

@@ -101,8 +101,9 @@ def solver_headline(result: Stability) -> str:
     living = [run for run, newton in pairs if newton.whole]
     dead = [run for run, newton in pairs if not newton.whole]
     lost, won = sum(not run.whole for run in living), sum(run.whole for run in dead)
+    among = f"all but {lost} of" if lost else "all"
     return (
-        f"Where Newton finishes so do the others, in all but {lost} of {len(living):,} runs;\n"
+        f"Where Newton finishes so do the others, in {among} {len(living):,} runs;\n"
         f"where it does not, {won} of {len(dead)} do"
     )
 

@@ -101,7 +101,9 @@ def test_energy_stays_what_it_is(scene, stiffness, dt):
     energy = run.energy
     off = (energy.total - energy.total[0]) / energy.kinetic.max()
     assert np.abs(off).max() < 2e-7
-    assert np.abs(np.diff(off)).max() < 2e-8
+    # What a step may leave unbalanced, 1e-5 m/s2 of all masses, works over the way of the step.
+    speed = np.sqrt(9.81 * 2.0)  # in the root mean square, of a rod of 2 m that has fallen
+    assert np.abs(np.diff(off)).max() < 2e-9 + 2 * 1e-5 * dt / speed
 
 
 def test_what_the_iteration_leaves_is_what_is_lost():

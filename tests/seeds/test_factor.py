@@ -127,8 +127,8 @@ def test_nodes_of_any_width(width, threads, rng):
 
 @pytest.mark.parametrize("grade", [1e4, 1e8])
 def test_stiff_nodes_cost_no_more_digits_than_block_elimination_must(grade, rng):
-    # Axial stiffness beside bending in one node.  Demmel, Higham and Schreiber (1995): block LU of a
-    # definite matrix is stable up to the root of its condition.
+    # Axial stiffness beside bending in one node.  Demmel, Higham and Schreiber (1995): block LU of
+    # a definite matrix is stable up to the root of its condition.
     scale = np.tile([grade, 1.0, np.sqrt(grade), 1.0], 12)
     a = chain(rng)
     turn = np.kron(np.eye(12), np.linalg.qr(rng.normal(size=(4, 4)))[0])
