@@ -19,7 +19,11 @@ class Mechanics(Protocol):
     """What the time loop needs of a system; see ``ancf_system`` in kernels/solver_abi.h."""
 
     capsule: object
-    dead_load: Vector
+
+    @property
+    def dead_load(self) -> Vector:
+        """Constant applied force, (n_all,) [N, N m]."""
+        ...
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from ancfsparse.solve.explicit import (
     prepare_explicit,
 )
 from ancfsparse.solve.halving import CURABLE, Halving
-from ancfsparse.solve.memory import check_fits, estimate
+from ancfsparse.solve.memory import check_fits, estimate, give_back
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
 from ancfsparse.solve.setup import count, events, prepare, stopped
 from ancfsparse.solve.threads import check_threads, usable
@@ -53,6 +53,8 @@ MOST_STEPS = 2.0**53
 # Steps between two looks at the clock, and rows of loads that are tabulated at once: at most
 # CHUNK, and of large systems so many that about so many coordinates move.
 CHUNK, COORDINATES = 2000, 4_000_000
+# Coordinates from which memory that set-up has freed is worth giving back: vectors of a megabyte.
+LARGE = 125_000
 
 
 def simulate(
@@ -224,9 +226,11 @@ def simulate(
     stats = RunStats(solver=why, seconds=seconds, threads=threads)
     with record.open() as recorder:
         # Velocity and acceleration that the integrator goes on from are others, see solve.start.
-        q, _, _, lam = march.state
-        recorder.append(np.zeros(1), q[None], system.v0[None], a[None], lam[None])
-        del q, a
+        state = march.state
+        recorder.append(np.zeros(1), state[0][None], system.v0[None], a[None], state[3][None])
+        del state, a
+        if system.n_all >= LARGE:
+            give_back()
         outcome = _march(
             system,
             march,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -138,7 +139,7 @@ def chart(result: LongRuns) -> Figure:
         ax.axhline(100 * MOST_RISE, color="grey", linestyle=":", linewidth=1.0)
     axes[0].set_ylabel("energy above the start [% of the largest kinetic]")
     set_head(figure, headline(result))
-    shown = {}
+    shown: dict[str, Any] = {}
     for ax in axes:
         handles, labels = ax.get_legend_handles_labels()
         shown |= dict(zip(labels, handles, strict=True))

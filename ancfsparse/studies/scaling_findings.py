@@ -9,16 +9,16 @@ from ancfsparse.studies.scaling_rows import TITLES, Row, Scaling, ratios
 from ancfsparse.studies.target import Target
 
 # Auto may cost this much more than the best solver on a scene, because it tries.
-MOST_OVER_FIXED = 1.1
+MOST_OVER_FIXED = 1.2
 
-# Nor may a peer be faster.
-LEAST_OVER_PEER = 1.0
+# A peer should take so many times as long.
+LEAST_OVER_PEER = 5.0
 
 # Cost per element of the longest chain over that of one of 100,000, which fits no cache either.
 GROWTH_OVER, MOST_GROWTH = 100_000, 1.5
 
-# Memory of a chain above an idle process [bytes per element]: a million of them fit 4 GB.
-MOST_BYTES, BYTES_FROM = 4000.0, 10_000
+# Memory of a chain above an idle process [bytes per element]: a million of them in 1.5 GB.
+MOST_BYTES, BYTES_FROM = 1500.0, 100_000
 
 
 def aims(result: Scaling) -> dict[str, list[Target]]:

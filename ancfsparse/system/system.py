@@ -42,8 +42,8 @@ class System:
         Free coordinates, all coordinates, constraint equations.
     q0, v0 : (n_all,) float
         Reference coordinates [m, 1] and initial velocities [m/s, 1/s].
-    gravity_load, dead_load : (n_all,) float
-        Generalized gravity; gravity and all constant loads together [N, N m].
+    gravity_load : (n_all,) float
+        Generalized gravity [N, N m].
     pattern : Pattern
         Lower triangle of the saddle point matrix.
     constraints : Constraints
@@ -76,7 +76,6 @@ class System:
         self.assembly = self._assembly()
         self.capsule = self.assembly.capsule
         self.gravity_load = self._gravity()
-        self.dead_load = self.gravity_load + self.loads.constant
 
     def rows(self, node: Node) -> Places:
         """Return the places of the coordinates of all rows of a node, shape (k, n_c)."""
@@ -144,6 +143,11 @@ class System:
                 node = beam.row_nodes[row]
                 return f"{beam.name}, node {node}, {kind.node_coordinates[coordinate]}"
         raise IndexError(f"no coordinate stands at place {place}")
+
+    @property
+    def dead_load(self) -> Vector:
+        """Gravity and all constant loads together, (n_all,) [N, N m], added up when asked for."""
+        return self.gravity_load + self.loads.constant
 
     def energies(self, q: Vector, v: Vector) -> tuple[Vector, Vector, Vector]:
         """Return kinetic, elastic and gravity potential energies [J], each of shape (k,).

@@ -150,7 +150,7 @@ def test_missed_aims_and_missing_results_are_said():
     }
     said = findings(result)
     assert said[0] == ("`auto` beside the best fixed solver of each scene and size: 0.5 to 1.25 "
-                       "(aim: at most 1.1, missed 1 of 5 times).")  # fmt: skip
+                       "(aim: at most 1.2, missed 1 of 5 times).")  # fmt: skip
     assert said[1] == "Missed: auto / modified Newton, chain falling from rest, 10,000: 1.25."
     assert "bytes per element" in said[4].lower()
     assert "500 (aim: at most 4000, met)" in said[4]
