@@ -71,6 +71,7 @@ LDL_INLINE ptrdiff_t ldl_rows(const ldl *self, ptrdiff_t s)
     return self->row_start[s + 1] - self->row_start[s];
 }
 
+/* The widest node with loops of known length. */
 enum { LDL_SHORT = 12 };
 
 /* g . y, in two chains of additions, so that neither is long */

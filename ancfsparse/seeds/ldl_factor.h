@@ -46,8 +46,7 @@ LDL_INLINE ptrdiff_t ldl_pivots(const ldl *self, ptrdiff_t s, ptrdiff_t width)
 {
     const int32_t *permutation = self->permutation + self->first[s];
     double *restrict inverse = self->diagonal + self->first[s];
-    double *restrict triangle = self->triangle + self->triangle_start[s];
-    double *restrict entry = triangle;
+    double *triangle = self->triangle + self->triangle_start[s], *entry = triangle;
     ptrdiff_t bad = 0;
     for (ptrdiff_t c = 0; c < width; ++c) {
         double pivot = inverse[c], sign = permutation[c] < self->n_positive ? 1.0 : -1.0;

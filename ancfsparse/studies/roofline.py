@@ -23,8 +23,8 @@ from ancfsparse.system import System
 
 DT = 5e-4
 
-# In every sweep: permuted in (8 + 4 + 8), down (16), up (8 + 16), permuted out (8 + 4 + 8 + 8).
-SOLVE_BYTES_PER_UNKNOWN = 88
+# In every solve: permuted in (8 + 4 + 8), down (16), up (8 + 16), permuted out (4 + 8).
+SOLVE_BYTES_PER_UNKNOWN = 72
 
 # Elements whose data stay in the first-level cache.
 IN_CACHE = 128

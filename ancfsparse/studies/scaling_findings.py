@@ -179,5 +179,5 @@ def count_title(rows: list[Row]) -> str:
     each = [row.job.steps / max(row.record["factorizations"], 1) for row in rows]
     return (
         f"Auto corrects {min(corrections):.1f} to {max(corrections):.1f} times per step and "
-        f"factors once in {min(each):.2g} to {max(each):.2g} steps"
+        f"factors once in {min(each):.0f} to {max(each):.0f} steps"
     )
