@@ -36,8 +36,8 @@ CAUSES[Outcome.WOULD_GAIN] = CAUSES[Outcome.GAINED_ENERGY]
 
 WITH_STEPS = (
     "Try integrator=GeneralizedAlpha(0.8), or 0.5 for long steps, which damps what they cannot "
-    "follow, a smaller dt, max_halvings=5 to cross such steps in shorter ones, or accuracy=1e-3 "
-    "[m] instead of dt."
+    "follow, EnergyMomentum() with tolerance=1e-5 [m/s2], a smaller dt, max_halvings=5 to cross "
+    "such steps in shorter ones, or accuracy=1e-3 [m] instead of dt."
 )
 WITH_ACCURACY = "Try integrator=GeneralizedAlpha(0.8), which damps more, or smooth loads that jump."
 

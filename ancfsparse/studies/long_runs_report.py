@@ -83,7 +83,7 @@ def headline(result: LongRuns) -> str:
     if not kept:
         return f"{said}, none without gaining energy"
     best = min(kept, key=lambda run: abs(run.energy[-1]))
-    return f"{said}; {best.label} keeps its energy best: {100 * best.energy[-1]:+.2g} %"
+    return f"{said}; {best.label} keeps its energy best: {100 * best.energy[-1]:+.2g}\u00a0%"
 
 
 def write(result: LongRuns, folder: Path) -> list[Path]:

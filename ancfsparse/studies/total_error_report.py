@@ -184,7 +184,8 @@ def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str,
             )  # fmt: skip
     ax.set_xscale("log")
     ax.set_yscale("log")
-    ax.set_xlim(0.06 * min(p.error for p in best), 1.5)  # room for labels
+    ax.set_xlim(0.02 * min(p.error for p in best), 1.5)  # room for labels
+    ax.set_ylim(bottom=0.5 * min(size(p) for p in best))
     ax.set_xlabel("tip error [m]; labels: elements, step (*: explicit)")
     ax.set_ylabel(unit)
 
