@@ -20,44 +20,7 @@ cdef extern from "vectors.h":
     double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
     void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
 
-cdef extern from "solver_abi.h":
-    ctypedef struct ancf_system:
-        void *context
-        ptrdiff_t n_free, n_all, n_multipliers, n_values, n_amplitudes
-        int damped
-        void (*residual)(void *, const double *, const double *, const double *, const double *,
-                         const double *, const double *, double *, double *) noexcept nogil
-        void (*matrix)(void *, double, double, double, const double *, const double *,
-                       const double *, const double *, double *) noexcept nogil
-        void (*material)(void *, double, double, double, const double *,
-                         double *) noexcept nogil
-        void (*inertia)(void *, const double *, double *) noexcept nogil
-        void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
-        double (*load_work)(void *, const double *, const double *, const double *, const double *,
-                            double *) noexcept nogil
-
-    ctypedef struct ancf_seed:
-        void *context
-        ptrdiff_t n
-        ptrdiff_t (*factor)(void *, const double *) noexcept nogil
-        void (*solve)(void *, const double *, double *) noexcept nogil
-
-    ctypedef struct ancf_equations:
-        void *context
-        ptrdiff_t n, n_coordinates, n_values
-        void (*restart)(void *) noexcept nogil
-        void (*coast)(void *) noexcept nogil
-        double (*correct)(void *, double, const double *) noexcept nogil
-        void (*residual)(void *, double *) noexcept nogil
-        void (*matrix)(void *, double *) noexcept nogil
-        void (*material)(void *, double *) noexcept nogil
-        const double *q
-
-    ctypedef struct ancf_nonlinear:
-        void *context
-        int (*solve)(void *) noexcept nogil
-        int (*again)(void *, int) noexcept nogil
-        const int *doubtful
+include "../kernels/solver_abi.pxi"
 
 
 cdef extern from "energy_watch.h":

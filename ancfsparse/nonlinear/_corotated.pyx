@@ -9,22 +9,7 @@ from libc.string cimport memcpy
 import numpy as np
 
 
-cdef extern from "solver_abi.h":
-    ctypedef struct ancf_frame:
-        void *context
-        ptrdiff_t n
-        void (*hold)(void *, const double *) noexcept nogil
-        void (*turn)(void *, const double *) noexcept nogil
-        void (*forward)(void *, const double *, double *) noexcept nogil
-        void (*backward)(void *, const double *, double *) noexcept nogil
-
-    ctypedef struct ancf_inverse:
-        void *context
-        ptrdiff_t n
-        int (*reseed)(void *) noexcept nogil
-        void (*forget)(void *) noexcept nogil
-        void (*apply)(void *, const double *, double *) noexcept nogil
-        int (*learn)(void *, const double *, const double *, const double *, double *) noexcept nogil
+include "../kernels/solver_abi.pxi"
 
 
 cdef struct Turned:

@@ -27,43 +27,7 @@ cdef extern from "vectors.h":
         ptrdiff_t, double *, double, const double *, double, const double *,
         ptrdiff_t) noexcept nogil
 
-cdef extern from "solver_abi.h":
-    ctypedef struct ancf_seed:
-        void *context
-        ptrdiff_t n
-        ptrdiff_t (*factor)(void *, const double *) noexcept nogil
-        void (*solve)(void *, const double *, double *) noexcept nogil
-
-    ctypedef struct ancf_equations:
-        void *context
-        ptrdiff_t n, n_coordinates, n_values
-        void (*restart)(void *) noexcept nogil
-        void (*coast)(void *) noexcept nogil
-        double (*correct)(void *, double, const double *) noexcept nogil
-        void (*residual)(void *, double *) noexcept nogil
-        void (*matrix)(void *, double *) noexcept nogil
-        void (*material)(void *, double *) noexcept nogil
-        const double *q
-
-    ctypedef struct ancf_frame:
-        void *context
-        ptrdiff_t n
-        void (*hold)(void *, const double *) noexcept nogil
-        void (*turn)(void *, const double *) noexcept nogil
-
-    ctypedef struct ancf_inverse:
-        void *context
-        ptrdiff_t n
-        int (*reseed)(void *) noexcept nogil
-        void (*forget)(void *) noexcept nogil
-        void (*apply)(void *, const double *, double *) noexcept nogil
-        int (*learn)(void *, const double *, const double *, const double *, double *) noexcept nogil
-
-    ctypedef struct ancf_nonlinear:
-        void *context
-        int (*solve)(void *) noexcept nogil
-        int (*again)(void *, int) noexcept nogil
-        const int *doubtful
+include "../kernels/solver_abi.pxi"
 
 
 cdef enum:

@@ -16,20 +16,7 @@ cdef extern from "vectors.h":
         ptrdiff_t, double *, double, const double *, double, const double *,
         ptrdiff_t) noexcept nogil
 
-cdef extern from "solver_abi.h":
-    ctypedef struct ancf_seed:
-        void *context
-        ptrdiff_t n
-        ptrdiff_t (*factor)(void *, const double *) noexcept nogil
-        void (*solve)(void *, const double *, double *) noexcept nogil
-
-    ctypedef struct ancf_inverse:
-        void *context
-        ptrdiff_t n
-        int (*reseed)(void *) noexcept nogil
-        void (*forget)(void *) noexcept nogil
-        void (*apply)(void *, const double *, double *) noexcept nogil
-        int (*learn)(void *, const double *, const double *, const double *, double *) noexcept nogil
+include "../kernels/solver_abi.pxi"
 
 
 cdef enum Rule:

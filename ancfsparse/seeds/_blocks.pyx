@@ -14,12 +14,7 @@ cdef extern from "simd.h":
     ctypedef double vec
     vec set1 "vec_set1" (double) noexcept nogil
 
-cdef extern from "solver_abi.h":
-    ctypedef struct ancf_seed:
-        void *context
-        ptrdiff_t n
-        ptrdiff_t (*factor)(void *, const double *) noexcept nogil
-        void (*solve)(void *, const double *, double *) noexcept nogil
+include "../kernels/solver_abi.pxi"
 
 
 cdef struct Inverse:

@@ -8,12 +8,7 @@ from cpython.pycapsule cimport PyCapsule_New
 import numpy as np
 
 
-cdef extern from "solver_abi.h":
-    ctypedef struct ancf_seed:
-        void *context
-        ptrdiff_t n
-        ptrdiff_t (*factor)(void *, const double *) noexcept nogil
-        void (*solve)(void *, const double *, double *) noexcept nogil
+include "../kernels/solver_abi.pxi"
 
 
 cdef class Callback:

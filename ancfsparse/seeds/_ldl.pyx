@@ -10,12 +10,7 @@ from libc.stdint cimport int32_t, int64_t
 import numpy as np
 
 
-cdef extern from "solver_abi.h":
-    ctypedef struct ancf_seed:
-        void *context
-        ptrdiff_t n
-        ptrdiff_t (*factor)(void *, const double *) noexcept nogil
-        void (*solve)(void *, const double *, double *) noexcept nogil
+include "../kernels/solver_abi.pxi"
 
 cdef extern from "ldl.h":
     ctypedef struct Factor "ldl":

@@ -23,24 +23,7 @@ cdef extern from "vectors.h":
         ptrdiff_t, double *, double, const double *, double, const double *,
         ptrdiff_t) noexcept nogil
 
-cdef extern from "solver_abi.h":
-    ctypedef struct ancf_system:
-        void *context
-        ptrdiff_t n_free, n_all, n_multipliers, n_values, n_amplitudes
-        int damped
-        void (*residual)(void *, const double *, const double *, const double *, const double *,
-                         const double *, const double *, double *, double *) noexcept nogil
-        void (*matrix)(void *, double, double, double, const double *, const double *,
-                       const double *, const double *, double *) noexcept nogil
-        void (*material)(void *, double, double, double, const double *,
-                         double *) noexcept nogil
-        void (*inertia)(void *, const double *, double *) noexcept nogil
-        void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
-        double (*load_work)(void *, const double *, const double *, const double *, const double *,
-                            double *) noexcept nogil
-        void (*residual_between)(void *, const double *, const double *, const double *,
-                                 const double *, const double *, const double *, const double *,
-                                 const double *, double *, double *) noexcept nogil
+include "../kernels/solver_abi.pxi"
 
 cdef extern from "system_abi.h":
     enum Quantity "ancf_quantity":

@@ -12,14 +12,7 @@ from libc.string cimport memcpy
 import numpy as np
 
 
-cdef extern from "solver_abi.h":
-    ctypedef struct ancf_frame:
-        void *context
-        ptrdiff_t n
-        void (*hold)(void *, const double *) noexcept nogil
-        void (*turn)(void *, const double *) noexcept nogil
-        void (*forward)(void *, const double *, double *) noexcept nogil
-        void (*backward)(void *, const double *, double *) noexcept nogil
+include "../kernels/solver_abi.pxi"
 
 
 # Of the cosine to minus one: nearer to it the axis of the smallest rotation is rounding.
