@@ -26,10 +26,11 @@ Vector = NDArray[np.float64]
 
 # Error of a step in the first run, over the accuracy and the root of its share of the scene: steps
 # that add up to an error A have A / N each, and their number N goes with the root of 1 / A.
-FIRST = 4.0
-# The next run's steps are half as long at least and a fifth as long at most: closer, and the
-# difference of two runs tells little; further, and nobody has seen whether the error obeys.
-LEAST, MOST = 2.0, 5.0
+FIRST = 0.5
+# The second run's steps are half as long.  Those of later ones are shorter by what is wanted, but
+# not by less than LEAST or more than MOST: closer, and the difference of two runs tells little;
+# further, and nobody has seen whether the error obeys.
+SECOND, LEAST, MOST = 2.0, 1.5, 5.0
 SAFETY = 0.6  # share of the accuracy that the next run is meant for
 MOST_RUNS = 12
 STUCK = 0.7  # an error that falls by less than this, runs after runs, is not one of the steps
@@ -149,7 +150,7 @@ def solve_accurately(
         solver = replace(solver, seed_frame="fixed")
     total = RunStats(runs=0, threads=threads)
     before: States | None = None
-    local, shrink, error, stuck = FIRST * accuracy * math.sqrt(accuracy / size), LEAST, np.inf, 0
+    local, shrink, error, stuck = FIRST * accuracy * math.sqrt(accuracy / size), SECOND, np.inf, 0
     begin = time.perf_counter()
     with tqdm(unit="run", disable=not progress, leave=False) as bar:
         while total.runs < MOST_RUNS and stuck < 3:
@@ -181,7 +182,7 @@ def solve_accurately(
                 return states, total
             before = states
             wanted = math.sqrt(error / (SAFETY * accuracy))
-            shrink = min(max(wanted, LEAST), MOST) if wanted < np.inf else LEAST
+            shrink = min(max(wanted, LEAST), MOST) if wanted < np.inf else SECOND
             local /= shrink**3
     raise AccuracyFailure(accuracy, error, total.runs)
 
