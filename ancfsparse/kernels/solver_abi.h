@@ -53,6 +53,9 @@ typedef struct {
     /* 0 if every pivot has the sign it must have, else 1 + index of the first bad unknown */
     ptrdiff_t (*factor)(void *context, const double *values);
     void (*solve)(void *context, const double *r, double *x); /* x may be r */
+    /* Keep the factor in single precision until the next one, for solves that read half as much;
+     * NULL where that is not faster */
+    void (*round_to_single)(void *context);
 } ancf_seed;
 
 typedef struct {

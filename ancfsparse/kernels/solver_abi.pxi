@@ -24,6 +24,7 @@ cdef extern from "solver_abi.h":
         ptrdiff_t n
         ptrdiff_t (*factor)(void *, const double *) noexcept nogil
         void (*solve)(void *, const double *, double *) noexcept nogil
+        void (*round_to_single)(void *) noexcept nogil
 
     ctypedef struct ancf_equations:
         void *context

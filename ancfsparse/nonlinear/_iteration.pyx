@@ -64,6 +64,7 @@ cdef struct Counts:
     ptrdiff_t indefinite  # factors with a pivot of the wrong sign
     ptrdiff_t material_seeds  # those replaced by a factor of the material part, with right signs
     ptrdiff_t rotating_seeds  # taken to be turned with the body
+    ptrdiff_t single_seeds  # kept in single precision
     ptrdiff_t last_corrections  # by the residual that ended a step, see finish
 
 
@@ -89,6 +90,7 @@ cdef struct Loop:
     double cost_iteration, cost_rotation, cost_seed
     double patience  # iterations above the mean that a step may take before a new seed is due
     bint seeded, reseed_due, indefinite
+    bint rounds, rounded  # whether seeds are kept in single precision, and this one is
     bint rotating, compares_frames
     double frame_cost[2]  # of a step with a fixed and with a rotating seed, 0 if not known
     ptrdiff_t seeds_since_trial
@@ -125,7 +127,7 @@ cdef class Iteration:
 
     def __cinit__(self, equations, seed, inverse, frame, const int64_t[::1] column_start, *,
                   bint rotating, bint compares_frames, bint newton,
-                  bint learns, bint carry, bint polishes, bint economical,
+                  bint learns, bint carry, bint polishes, bint economical, bint rounds,
                   bint by_correction, int max_iterations, double force_tolerance,
                   double constraint_tolerance, double correction_tolerance, double noise,
                   double cost_iteration, double cost_rotation, double cost_seed,
@@ -144,6 +146,7 @@ cdef class Iteration:
                 raise ValueError("a frame needs equations that show their coordinates")
         loop.rotating, loop.compares_frames = rotating, compares_frames
         loop.n, loop.parts = loop.equations.n, 1
+        loop.rounds = rounds and loop.seed.round_to_single != NULL
         loop.newton, loop.learns, loop.carry, loop.polishes = newton, learns, carry, polishes
         loop.economical = economical
         loop.by_correction, loop.max_iterations = by_correction, max_iterations
@@ -353,7 +356,8 @@ cdef void renew_seed(Loop *self, bint newton, double unfinished) noexcept nogil:
     """Factor the matrix at the current iterate; a wrong sign of a pivot is counted.
 
     A seed that is kept is better definite: then the material part of the stiffness takes the place
-    of an indefinite tangent.  Newton's own corrections are right whatever the signs.
+    of an indefinite tangent.  Newton's own corrections are right whatever the signs.  It also is
+    solved with more than once, so that rounding it to single precision pays.
     """
     cdef double start
     assemble(self)
@@ -368,6 +372,12 @@ cdef void renew_seed(Loop *self, bint newton, double unfinished) noexcept nogil:
     if self.compares_frames and self.seeded and not newton:
         compare_frames(self, unfinished)
     self.counts.rotating_seeds += self.rotating and not newton
+    self.rounded = self.rounds and not newton and not self.indefinite
+    if self.rounded:
+        start = clock(self)
+        self.seed.round_to_single(self.seed.context)
+        self.seconds.factor += clock(self) - start
+        self.counts.single_seeds += 1
     hold(self)
     self.counts.solves += self.inverse.reseed(self.inverse.context)
     self.seeded, self.reseed_due = True, False
@@ -555,6 +565,8 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
     self.rung = rung
     self.doubtful = rung >= NEWTON
     self.reseed_due = True
+    if self.rounded:  # it may be why the step was lost
+        self.rounds = False
     used[0] = 0
     if rung == COASTING:
         eq.coast(eq.context)

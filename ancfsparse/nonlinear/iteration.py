@@ -190,6 +190,7 @@ def make_iteration(
         # Judged by the correction, a last one on a sparse seed would cost more than it gives.
         polishes=not davidon and (carry or not tolerance.by_correction),
         economical=not full and not isinstance(method, Newton),
+        rounds=not full,
         by_correction=tolerance.by_correction,
         max_iterations=method.max_iterations,
         force_tolerance=tolerance.force,

@@ -65,6 +65,8 @@ class RunStats:
         Indefinite ones that a factor with the material part of the stiffness alone replaced.
     rotating_seeds : int
         Seeds that were turned with the body.
+    single_seeds : int
+        Seeds that were kept in single precision, as those of large systems are.
     solves : int
         Solutions with a factor or a dense inverse.
     skipped_pairs : int
@@ -99,6 +101,7 @@ class RunStats:
     indefinite: int = 0
     material_seeds: int = 0
     rotating_seeds: int = 0
+    single_seeds: int = 0
     solves: int = 0
     skipped_pairs: int = 0
     recoveries: int = 0

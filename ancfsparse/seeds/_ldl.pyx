@@ -30,6 +30,7 @@ cdef extern from "ldl.h":
         double *triangle
         double *block
         double *diagonal
+        int is_single
         double *work
         ptrdiff_t n_parts, root_column, n_root, n_boundary
         const int32_t *part
@@ -52,6 +53,9 @@ cdef extern from "ldl_factor.h":
 cdef extern from "ldl_sweeps.h":
     void solve "ldl_solve" (void *, const double *, double *) noexcept nogil
 
+cdef extern from "ldl_single.h":
+    void round_to_single "ldl_round" (void *) noexcept nogil
+
 
 # Entries of the matrix up to which the place of each is kept: 1 MB.
 cdef ptrdiff_t FEW_ENTRIES = 250_000
@@ -72,6 +76,8 @@ cdef class Ldl:
         Supernodes and parts.
     row : int32 array
         Rows below the supernodes, as ``shape.rows`` returns them; it is written to.
+    may_round : bool, optional
+        Whether compiled callers may round the factor to single precision.
     """
 
     cdef ancf_seed interface
@@ -80,7 +86,8 @@ cdef class Ldl:
     cdef readonly object capsule
 
     def __cinit__(self, const int64_t[::1] indptr, const int32_t[::1] indices,
-                  const int32_t[::1] permutation, ptrdiff_t n_positive, shape, row):
+                  const int32_t[::1] permutation, ptrdiff_t n_positive, shape, row,
+                  bint may_round=False):
         cdef Factor *data = &self.data
         cdef ptrdiff_t[::1] outcome
         cdef ptrdiff_t n_triangle
@@ -132,6 +139,8 @@ cdef class Ldl:
             data.place_of_entry = ints(a["place_of_entry"])
         self.interface.context, self.interface.n = data, n
         self.interface.factor, self.interface.solve = factor, solve
+        if may_round:
+            self.interface.round_to_single = round_to_single
         self.capsule = PyCapsule_New(&self.interface, "ancf_seed", NULL)
 
     @property
@@ -144,6 +153,10 @@ cdef class Ldl:
         """Factor; return 0, or 1 + the first unknown whose pivot has the wrong sign."""
         return factor(&self.data, &values[0])
 
+    def round_to_single(self):
+        """Round the factor to single precision, until the next one."""
+        round_to_single(&self.data)
+
     def solve(self, const double[::1] r):
         """Return the solution ``x (n,)`` for the right-hand side ``r (n,)``."""
         x = np.empty(self.data.n)
@@ -153,6 +166,8 @@ cdef class Ldl:
 
     def columns(self):
         """Return ``(column_start, row, lower, pivot, permutation)`` of L by columns, for tests."""
+        if self.data.is_single:
+            raise ValueError("the factor is rounded to single precision: factor again")
         a = self.arrays
         width, rows = np.diff(a["first"]), np.diff(a["row_start"])
         length = [np.arange(w - 1, -1, -1) + r for w, r in zip(width, rows)]

@@ -32,6 +32,7 @@ typedef struct {
     const int32_t *row;
     double *entries; /* diagonals, triangles and blocks one after another */
     double *diagonal, *triangle, *block;
+    int is_single; /* whether they are rounded to single precision, see ldl_single.h */
     const int32_t *place_of_entry; /* of the matrix in them; null where these would be too many */
     double *work;                  /* unknowns in order of elimination, then the images */
     /* First supernode of each part, of the root and the end; first column and columns of the root. */
@@ -54,9 +55,40 @@ typedef struct {
 
 /* Four numbers at once; like `vec` in simd.h, but of a length that nodes have a multiple of. */
 typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
+typedef float ldl_single __attribute__((may_alias));
+typedef float short_quad __attribute__((vector_size(16), aligned(4), may_alias));
 
 LDL_INLINE quad quad_load(const double *p) { return *(const quad *)p; }
 LDL_INLINE void quad_store(double *p, quad v) { *(quad *)p = v; }
+
+/* Numbers in double or single precision; which of them is known where the code is compiled. */
+typedef struct {
+    const void *first;
+    int single;
+} ldl_numbers;
+
+LDL_INLINE ldl_numbers ldl_double(const double *first)
+{
+    return (ldl_numbers){first, 0};
+}
+
+LDL_INLINE ldl_numbers ldl_ahead(ldl_numbers x, ptrdiff_t n)
+{
+    ptrdiff_t size = x.single ? sizeof(float) : sizeof(double);
+    return (ldl_numbers){(const char *)x.first + n * size, x.single};
+}
+
+LDL_INLINE double ldl_one(ldl_numbers x, ptrdiff_t i)
+{
+    return x.single ? ((const ldl_single *)x.first)[i] : ((const double *)x.first)[i];
+}
+
+LDL_INLINE quad ldl_four(ldl_numbers x, ptrdiff_t i)
+{
+    if (x.single)
+        return __builtin_convertvector(*(const short_quad *)((const ldl_single *)x.first + i), quad);
+    return quad_load((const double *)x.first + i);
+}
 
 /* Whether loops over a width are unrolled and best left to single numbers: nodes of cables. */
 #define LDL_NARROW(width) (__builtin_constant_p(width) && (width) < 8)
@@ -75,18 +107,18 @@ LDL_INLINE ptrdiff_t ldl_rows(const ldl *self, ptrdiff_t s)
 enum { LDL_SHORT = 12 };
 
 /* g . y, in two chains of additions, so that neither is long */
-LDL_INLINE double ldl_dot(const double *restrict g, const double *restrict y, ptrdiff_t width)
+LDL_INLINE double ldl_dot(ldl_numbers g, const double *restrict y, ptrdiff_t width)
 {
     double even = 0.0, odd = 0.0;
     ptrdiff_t c = 0;
     if (!LDL_NARROW(width)) {
         quad first = {0}, second = {0};
         for (; c + 8 <= width; c += 8) {
-            first += quad_load(g + c) * quad_load(y + c);
-            second += quad_load(g + c + 4) * quad_load(y + c + 4);
+            first += ldl_four(g, c) * quad_load(y + c);
+            second += ldl_four(g, c + 4) * quad_load(y + c + 4);
         }
         if (c + 4 <= width) {
-            first += quad_load(g + c) * quad_load(y + c);
+            first += ldl_four(g, c) * quad_load(y + c);
             c += 4;
         }
         first += second;
@@ -94,23 +126,23 @@ LDL_INLINE double ldl_dot(const double *restrict g, const double *restrict y, pt
         odd = first[1] + first[3];
     }
     for (; c + 2 <= width; c += 2) {
-        even += g[c] * y[c];
-        odd += g[c + 1] * y[c + 1];
+        even += ldl_one(g, c) * y[c];
+        odd += ldl_one(g, c + 1) * y[c + 1];
     }
     if (c < width)
-        even += g[c] * y[c];
+        even += ldl_one(g, c) * y[c];
     return even + odd;
 }
 
 /* out -= a x, of length n */
-LDL_INLINE void ldl_subtract(double *restrict out, double a, const double *restrict x, ptrdiff_t n)
+LDL_INLINE void ldl_subtract(double *restrict out, double a, ldl_numbers x, ptrdiff_t n)
 {
     ptrdiff_t i = 0;
     if (!LDL_NARROW(n))
         for (; i + 4 <= n; i += 4)
-            quad_store(out + i, quad_load(out + i) - a * quad_load(x + i));
+            quad_store(out + i, quad_load(out + i) - a * ldl_four(x, i));
     for (; i < n; ++i)
-        out[i] -= a * x[i];
+        out[i] -= a * ldl_one(x, i);
 }
 
 /* Passes in vectors may read and write so many numbers behind what they are for. */

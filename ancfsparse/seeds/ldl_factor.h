@@ -52,7 +52,7 @@ LDL_INLINE ptrdiff_t ldl_pivots(const ldl *self, ptrdiff_t s, ptrdiff_t width)
         double pivot = inverse[c], sign = permutation[c] < self->n_positive ? 1.0 : -1.0;
         const double *above = triangle;
         for (ptrdiff_t k = 1; k < c; ++k) {
-            entry[k] -= ldl_dot(above, entry, k);
+            entry[k] -= ldl_dot(ldl_double(above), entry, k);
             above += k;
         }
         for (ptrdiff_t k = 0; k < c; ++k) {
@@ -202,6 +202,7 @@ static ptrdiff_t ldl_factor(void *context, const double *values)
     ldl *self = context;
     ptrdiff_t bad = 0, found;
     self->values = values;
+    self->is_single = 0;
     ancf_in_parts(self->n_parts, ldl_clear, self);
     ancf_in_parts(self->n_parts, ldl_spread, self);
     ancf_in_parts(self->n_parts, ldl_eliminate_part, self);

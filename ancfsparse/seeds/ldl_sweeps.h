@@ -8,7 +8,7 @@
 #include "parallel.h"
 
 /* x_rows -= G x_s */
-LDL_INLINE void ldl_forward(const double *g, const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width,
+LDL_INLINE void ldl_forward(ldl_numbers g, const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width,
                             double *x, const double *y)
 {
     double held[LDL_SHORT];
@@ -18,11 +18,11 @@ LDL_INLINE void ldl_forward(const double *g, const int32_t *row, ptrdiff_t n_row
         y = held;
     }
     for (ptrdiff_t r = 0; r < n_rows; ++r)
-        x[row[r]] -= ldl_dot(g + r * width, y, width);
+        x[row[r]] -= ldl_dot(ldl_ahead(g, r * width), y, width);
 }
 
 /* y = P^-1 y */
-LDL_INLINE void ldl_divide_one(const double *entry, const double *inverse, ptrdiff_t width,
+LDL_INLINE void ldl_divide_one(ldl_numbers entry, ldl_numbers inverse, ptrdiff_t width,
                                double *restrict y)
 {
     if (__builtin_constant_p(width)) { /* straight lines, so that all that does not wait overlaps */
@@ -30,31 +30,31 @@ LDL_INLINE void ldl_divide_one(const double *entry, const double *inverse, ptrdi
         for (ptrdiff_t c = 1; c < width; ++c)
 #pragma GCC unroll 12
             for (ptrdiff_t k = 0; k < c; ++k)
-                y[c] -= entry[c * (c - 1) / 2 + k] * y[k];
+                y[c] -= ldl_one(entry, c * (c - 1) / 2 + k) * y[k];
 #pragma GCC unroll 12
         for (ptrdiff_t c = 0; c < width; ++c)
-            y[c] *= inverse[c];
+            y[c] *= ldl_one(inverse, c);
 #pragma GCC unroll 12
         for (ptrdiff_t c = width - 1; c > 0; --c)
 #pragma GCC unroll 12
             for (ptrdiff_t k = 0; k < c; ++k)
-                y[k] -= entry[c * (c - 1) / 2 + k] * y[c];
+                y[k] -= ldl_one(entry, c * (c - 1) / 2 + k) * y[c];
         return;
     }
     for (ptrdiff_t c = 1; c < width; ++c) {
         y[c] -= ldl_dot(entry, y, c);
-        entry += c;
+        entry = ldl_ahead(entry, c);
     }
     for (ptrdiff_t c = 0; c < width; ++c)
-        y[c] *= inverse[c];
+        y[c] *= ldl_one(inverse, c);
     for (ptrdiff_t c = width - 1; c > 0; --c) {
-        entry -= c;
+        entry = ldl_ahead(entry, -c);
         ldl_subtract(y, y[c], entry, c);
     }
 }
 
 /* y = P^-1 y - G^T x_rows, of the unknowns of a supernode; `low` is working space. */
-LDL_INLINE void ldl_backward(const double *g, const double *inverse, const double *triangle,
+LDL_INLINE void ldl_backward(ldl_numbers g, ldl_numbers inverse, ldl_numbers triangle,
                              const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width, const double *x,
                              double *restrict y, double *restrict low)
 {
@@ -66,9 +66,9 @@ LDL_INLINE void ldl_backward(const double *g, const double *inverse, const doubl
         for (ptrdiff_t r = 0; r < n_rows; ++r) {
             double value = x[row[r]];
             for (ptrdiff_t k = 0; k < fours; ++k)
-                four[k] += value * quad_load(g + r * width + 4 * k);
+                four[k] += value * ldl_four(g, r * width + 4 * k);
             for (ptrdiff_t c = 4 * fours; c < width; ++c)
-                single[c] += value * g[r * width + c];
+                single[c] += value * ldl_one(g, r * width + c);
         }
         for (ptrdiff_t k = 0; k < fours; ++k)
             quad_store(low + 4 * k, four[k]);
@@ -78,7 +78,7 @@ LDL_INLINE void ldl_backward(const double *g, const double *inverse, const doubl
         for (ptrdiff_t c = 0; c < width; ++c)
             low[c] = 0.0;
         for (ptrdiff_t r = 0; r < n_rows; ++r)
-            ldl_subtract(low, -x[row[r]], g + r * width, width);
+            ldl_subtract(low, -x[row[r]], ldl_ahead(g, r * width), width);
     }
     ldl_divide_one(triangle, inverse, width, y);
     for (ptrdiff_t c = 0; c < width; ++c)
@@ -86,11 +86,12 @@ LDL_INLINE void ldl_backward(const double *g, const double *inverse, const doubl
 }
 
 /* Sweep over supernodes s to end.  The right-hand side comes in just before it is needed, from column
- * `gathered` on. */
-static void ldl_forward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, ptrdiff_t gathered)
+ * `gathered` on.  Supernodes s to end are a part or the root, which are rounded each for itself. */
+LDL_INLINE void ldl_forward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, ptrdiff_t gathered,
+                                  int single)
 {
     double *x = self->work;
-    const double *g = self->block + self->block_start[s];
+    ldl_numbers g = {self->block + self->block_start[s], single};
     const int32_t *row = self->row + self->row_start[s];
     ptrdiff_t column = self->first[s], last = self->first[end];
     for (; s < end; ++s) {
@@ -112,7 +113,7 @@ static void ldl_forward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, ptrdi
             ldl_forward(g, row, n_rows, 12, x, x + column);
         else
             ldl_forward(g, row, n_rows, width, x, x + column);
-        g += n_rows * width;
+        g = ldl_ahead(g, n_rows * width);
         row += n_rows;
         column += width;
     }
@@ -128,20 +129,26 @@ static void ldl_forward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, ptrdi
             self->x[out[c]] = y[c] = held[c];                                                  \
     } while (0)
 
-static void ldl_backward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, double *space)
+LDL_INLINE void ldl_backward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, double *space,
+                                   int single)
 {
     double *x = self->work;
-    const double *g = self->block + self->block_start[end];
-    const double *triangle = self->triangle + self->triangle_start[end];
+    int64_t in_block = self->block_start[s], in_triangle = self->triangle_start[s];
+    ldl_numbers g = {self->block + in_block, single};
+    ldl_numbers triangle = {self->triangle + in_triangle, single};
+    ldl_numbers inverse = {self->diagonal + self->first[s], single};
     const int32_t *row = self->row + self->row_start[end];
     ptrdiff_t column = self->first[end], begin = s;
+    g = ldl_ahead(g, self->block_start[end] - in_block);
+    triangle = ldl_ahead(triangle, self->triangle_start[end] - in_triangle);
+    inverse = ldl_ahead(inverse, column - self->first[s]);
     for (s = end - 1; s >= begin; --s) {
         ptrdiff_t width = ldl_width(self, s), n_rows = ldl_rows(self, s);
-        const double *inverse = self->diagonal + (column -= width);
-        const int32_t *out = self->permutation + column;
+        const int32_t *out = self->permutation + (column -= width);
         double held[LDL_SHORT], low[LDL_SHORT], *y = x + column;
-        g -= n_rows * width;
-        triangle -= width * (width - 1) / 2;
+        g = ldl_ahead(g, -n_rows * width);
+        triangle = ldl_ahead(triangle, -width * (width - 1) / 2);
+        inverse = ldl_ahead(inverse, -width);
         row -= n_rows;
         if (width == 4)
             LDL_BACKWARD(4);
@@ -157,11 +164,28 @@ static void ldl_backward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, doub
     }
 }
 
+/* Supernodes of a part, or of the root; the two precisions are compiled apart. */
+static void ldl_down(const ldl *self, ptrdiff_t s, ptrdiff_t end, ptrdiff_t gathered)
+{
+    if (self->is_single)
+        ldl_forward_range(self, s, end, gathered, 1);
+    else
+        ldl_forward_range(self, s, end, gathered, 0);
+}
+
+static void ldl_up(const ldl *self, ptrdiff_t s, ptrdiff_t end, double *space)
+{
+    if (self->is_single)
+        ldl_backward_range(self, s, end, space, 1);
+    else
+        ldl_backward_range(self, s, end, space, 0);
+}
+
 static void ldl_forward_part(void *context, ptrdiff_t part)
 {
     const ldl *self = context;
     memset(self->work + self->n + part * self->n_root, 0, self->n_root * sizeof(double));
-    ldl_forward_range(self, self->part[part], self->part[part + 1], self->first[self->part[part]]);
+    ldl_down(self, self->part[part], self->part[part + 1], self->first[self->part[part]]);
 }
 
 static void ldl_backward_part(void *context, ptrdiff_t part)
@@ -169,8 +193,8 @@ static void ldl_backward_part(void *context, ptrdiff_t part)
     const ldl *self = context;
     memcpy(self->work + self->n + part * self->n_root, self->work + self->root_column,
            self->n_root * sizeof(double));
-    ldl_backward_range(self, self->part[part], self->part[part + 1],
-                       self->space + part * self->space_of_part);
+    ldl_up(self, self->part[part], self->part[part + 1],
+           self->space + part * self->space_of_part);
 }
 
 static void ldl_solve(void *context, const double *r, double *x)
@@ -187,8 +211,8 @@ static void ldl_solve(void *context, const double *r, double *x)
                 sum += self->work[k - self->root_column + self->n + part * self->n_root];
             self->work[k] = sum;
         }
-        ldl_forward_range(self, root, self->n_super, self->n);
-        ldl_backward_range(self, root, self->n_super, self->space);
+        ldl_down(self, root, self->n_super, self->n);
+        ldl_up(self, root, self->n_super, self->space);
     }
     ancf_in_parts(self->n_parts, ldl_backward_part, self);
 }

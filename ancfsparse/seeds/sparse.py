@@ -16,6 +16,9 @@ Indices = NDArray[np.integer[Any]]
 # between square nets of 140 (496, a tenth slower) and of 200 cables a side (665, a tenth faster).
 # Cubes of 30^3 unknowns (637) are a quarter slower yet.
 DENSE_BLOCKS = 600.0
+# Bytes of a factor from which solves in single precision are faster, where caches end: a chain of
+# 80 000 planar elements, a net of 50 a side.  Within the caches they are up to a tenth slower.
+SINGLE_FROM = 16e6
 
 
 class SparseSeed:
@@ -23,9 +26,9 @@ class SparseSeed:
 
     CHOLMOD orders the unknowns once, unless their own order causes no fill, as along a chain.
     Where the factor is sparse, every factorisation and every solve runs in our own compiled loops,
-    without Python and without allocation.  Where it fills in so much that dense blocks pay, as on
-    large nets, CHOLMOD's supernodal factor takes over; if that meets an indefinite matrix, our own
-    steps in.
+    without Python and without allocation, those of a large definite matrix in single precision if
+    the caller likes.  Where it fills in so much that dense blocks pay, as on large nets, CHOLMOD's
+    supernodal factor takes over; if that meets an indefinite matrix, our own steps in.
 
     Parameters
     ----------
@@ -91,6 +94,7 @@ class SparseSeed:
             self._n_positive,
             self.shape,
             self.shape.rows(upper),
+            may_round=self._n_positive == self.n and 8.0 * (self.nnz + self.n) >= SINGLE_FROM,
         )
 
     @property

@@ -206,8 +206,8 @@ def _add(total: RunStats, stats: RunStats) -> None:
     del total.events[MOST_EVENTS:]
     for name in (
         *("march_seconds", "steps", "iterations", "last_corrections", "residual_evaluations"),
-        *("factorizations", "indefinite", "material_seeds", "rotating_seeds", "solves"),
-        *("skipped_pairs", "recoveries", "rejected_steps", "runs"),
+        *("factorizations", "indefinite", "material_seeds", "rotating_seeds", "single_seeds"),
+        *("solves", "skipped_pairs", "recoveries", "rejected_steps", "runs"),
     ):
         setattr(total, name, getattr(total, name) + getattr(stats, name))
     for part, seconds in stats.seconds.items():

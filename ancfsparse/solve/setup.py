@@ -121,6 +121,7 @@ def count(stats: RunStats, iteration: Any) -> None:
     stats.indefinite = counts["indefinite"]
     stats.material_seeds = counts["material_seeds"]
     stats.rotating_seeds = counts["rotating_seeds"]
+    stats.single_seeds = counts["single_seeds"]
     stats.solves = counts["solves"]
     stats.skipped_pairs = counts["skipped_pairs"]
     stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]

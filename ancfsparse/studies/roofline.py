@@ -23,8 +23,8 @@ from ancfsparse.system import System
 
 DT = 5e-4
 
-# In every solve: permuted in (8 + 4 + 8), down (16), up (8 + 16), permuted out (4 + 8).
-SOLVE_BYTES_PER_UNKNOWN = 72
+# In every solve: permuted in (8 + 4 + 8), down (16), up (16), permuted out (4 + 8); and 1 / D, up.
+SOLVE_BYTES_PER_UNKNOWN = 64
 
 # Elements whose data stay in the first-level cache.
 IN_CACHE = 128
@@ -147,14 +147,19 @@ def _seed(n_elements: int) -> list[Loop]:
     values = system.assembly.matrix(1.0, DT**2 / 4.0, system.q0, lam, amplitudes)
     r = np.ones(seed.n)
     factor = fastest(lambda: seed.factor(values), 3)
-    solve = fastest(lambda: seed.solve(r), 7)
-    # L is read on the way down and on the way up.
-    moved = 16.0 * seed.nnz + SOLVE_BYTES_PER_UNKNOWN * seed.n
     per = 1.0 / n_elements
-    return [
-        Loop("factor", n_elements, 1e9 * factor * per, 0.0, seed.factor_flops * per),
-        Loop("solve", n_elements, 1e9 * solve * per, moved * per, seed.solve_flops * per),
-    ]
+    loops = [Loop("factor", n_elements, 1e9 * factor * per, 0.0, seed.factor_flops * per)]
+
+    def add_solve(name: str, size: float) -> None:
+        solve = fastest(lambda: seed.solve(r), 7)
+        # L is read on the way down and on the way up.
+        moved = size * (2.0 * seed.nnz + seed.n) + SOLVE_BYTES_PER_UNKNOWN * seed.n
+        loops.append(Loop(name, n_elements, 1e9 * solve * per, moved * per, seed.solve_flops * per))
+
+    add_solve("solve", 8.0)
+    seed.own.round_to_single()
+    add_solve("solve, single", 4.0)
+    return loops
 
 
 def fastest(work: Callable[[], object], rounds: int) -> float:

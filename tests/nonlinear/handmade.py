@@ -115,6 +115,7 @@ class Equations:
             "carry": False,
             "polishes": False,
             "economical": False,
+            "rounds": True,
             "by_correction": False,
             "max_iterations": 25,
             "force_tolerance": 1e-10,

@@ -38,7 +38,7 @@ def frozen(rotating, dt, youngs_modulus=1e8, t_end=0.5):
     iteration = compiled("iteration").Iteration(
         march, seed, compiled("corotated").Corotated(inverse, frame), frame, system.pattern.indptr,
         rotating=rotating, compares_frames=False, newton=False, learns=False, carry=False,
-        polishes=True, economical=False, by_correction=False, max_iterations=25,
+        polishes=True, economical=False, rounds=False, by_correction=False, max_iterations=25,
         force_tolerance=0.25 * dt**2 * 1e-6, constraint_tolerance=1e-6, correction_tolerance=0.0,
         noise=1e-16, cost_iteration=1.0, cost_rotation=0.0, cost_seed=3.0, patience=0.0,
     )  # fmt: skip

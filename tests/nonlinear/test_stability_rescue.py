@@ -7,6 +7,7 @@ from scipy.optimize import root
 
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome
+from ancfsparse.seeds import sparse
 from ancfsparse.solve.setup import prepare
 from ancfsparse.studies.stability_scenes import SCENES
 from ancfsparse.system import System
@@ -28,6 +29,25 @@ def test_an_attempt_with_a_new_seed_renews_it_where_waiting_costs_more():
     assert [event[1] for event in loop.events] == [NEW_SEED]
     assert loop.counts["recoveries_reseed"] == 1
     assert loop.counts["reseeds_inside"] > 1
+
+
+def test_a_step_lost_on_a_rounded_seed_is_the_last_on_one(monkeypatch):
+    # The spring of above: the rounding is not the cause here, but it might be.
+    monkeypatch.setattr(sparse, "SINGLE_FROM", 0.0)
+    equations = Equations(
+        lambda x: 50.0 * x**3 + x - 0.1, lambda x: np.diag(150.0 * x**2 + 1.0), [0.1]
+    )
+    loop = equations.loop(equations.limited("broyden", 0), learns=False, max_iterations=15)
+    assert loop.solve() == Outcome.CONVERGED
+    assert loop.counts["single_seeds"] == 1
+    equations.start[:] = 1.0
+    assert loop.solve() == Outcome.CONVERGED
+    assert loop.events
+    loop.mark_stale()
+    equations.start[:] = 0.1
+    assert loop.solve() == Outcome.CONVERGED
+    assert loop.counts["factorizations"] > 2
+    assert loop.counts["single_seeds"] == 1
 
 
 @pytest.mark.parametrize(

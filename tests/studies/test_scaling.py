@@ -213,7 +213,8 @@ def test_roofline_measures_something(monkeypatch):
     monkeypatch.setattr(module, "time_kernel", lambda kind, kernel, **how: 10.0)
     result = roofline(50, 10_000)
     assert [each.name for each in result.loops] == [
-        "factor", "solve", "kernel residual", "kernel residual", "kernel tangent", "kernel tangent",
+        "factor", "solve", "solve, single",
+        "kernel residual", "kernel residual", "kernel tangent", "kernel tangent",
     ]  # fmt: skip
     assert all(each.nanoseconds > 0 for each in result.loops)
     assert "of triad" in str(result)
