@@ -23,16 +23,7 @@ cdef extern from "simd.h":
 cdef extern from "vectors.h":
     double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
 
-include "../kernels/solver_abi.pxi"
-
-
-cdef extern from "energy_watch.h":
-    ctypedef struct ancf_watch:
-        double limit, noise, work, exchanged, gain
-    void ancf_watch_start(ancf_watch *, const ancf_system *, const double *, const double *,
-                          const double *, double *) noexcept nogil
-    bint ancf_watch_gains(ancf_watch *, const ancf_system *, const double *, const double *,
-                          const double *, double *, bint) noexcept nogil
+include "../kernels/energy_watch.pxi"
 
 
 cdef enum:

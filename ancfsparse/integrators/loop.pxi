@@ -1,0 +1,301 @@
+"""The time loop of the implicit integrators; text for the modules that include it.
+
+Such a module brings the formulas of its integrator: before this text a struct ``Scheme`` of what it
+alone keeps, after it a class made of `TimeLoop` and the functions ``set_weights``, ``set_load``,
+``restart_part``, ``coast``, ``correct_part``, ``evaluate``, ``matrix``, ``material``,
+``solve_step`` and ``accept_part``.
+
+The dynamic rows are multiplied by ``scale`` and the multipliers divided by it, so the matrix of a
+step, ``[M + scale K, phi_q^T; phi_q, 0]``, does not degrade as dt goes to zero.
+"""
+from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from libc.string cimport memcpy
+
+import numpy as np
+
+
+cdef extern from "parallel.h":
+    void in_parts "ancf_in_parts" (
+        ptrdiff_t, void (*)(void *, ptrdiff_t) noexcept nogil, void *) noexcept nogil
+
+cdef extern from "vectors.h":
+    double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
+    void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
+
+
+cdef enum:
+    GAINED_ENERGY = 4
+    MAY_GROW = 6
+
+# An energy costs about one residual.  Steps that take many, because they are long, are watched more
+# closely, if the module counts them.
+cdef ptrdiff_t WATCH_EVERY = 16, WATCH_RESIDUALS = 40
+
+
+cdef struct Motion:
+    const ancf_system *system
+    ptrdiff_t n_free, n_all, m, n_parts
+    ptrdiff_t unwatched, evaluated  # steps and residuals since the last look at the energy
+    bint corrected  # whether the iterate is no longer a predictor
+    bint ahead  # whether v0 and the work of the loads are already those of the step under way
+    double dt
+    double scale  # metres that a unit of new acceleration moves a coordinate by [s2]
+    ancf_watch watch
+    # Last accepted state, and the iterate of the step under way.
+    double *q0
+    double *v0
+    double *a0
+    double *lam0
+    double *q
+    double *v  # only if forces depend on it
+    double *a
+    double *lam
+    double *amplitudes0
+    const double *dead_load
+    const double *amplitudes
+    double *r
+    double *phi
+    const double *s  # the correction under way, its factor, and the squares of each part
+    double factor
+    double *squares
+    Scheme scheme
+
+
+cdef class TimeLoop:
+    """State of a system in time, and the equations of its next step.
+
+    Parameters
+    ----------
+    system : object with a ``capsule`` "ancf_system"
+    dt : float
+        Time step [s].
+    integrator : Implicit
+        The weights.
+    q, v, a, b : (n_all,) float
+        State at the start: free coordinates first, then fixed ones, which never move; ``b`` is
+        the integrator's own acceleration.
+    lam : (m,) float
+        Multipliers at the start.
+    dead_load : (n_all,) float
+        Constant applied force.
+    amplitudes : (n_amplitudes,) float
+        Changing loads at the start.
+    largest_gain : float
+        Share of the energy exchanged so far by which the energy may exceed what was given.
+    noise : float
+        Energy that rounding makes [J].
+    """
+
+    cdef ancf_equations interface
+    cdef Motion motion
+    cdef object owner, loads  # the loads are pointed into until the next ones come
+    cdef dict arrays
+    cdef readonly object capsule
+
+    def __cinit__(self, system, double dt, integrator, q, v, a, b, lam, dead_load, amplitudes,
+                  double largest_gain, double noise):
+        cdef Motion *motion = &self.motion
+        cdef dict own = {}
+        self.owner, self.arrays = system, own
+        motion.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
+        motion.n_free, motion.n_all = motion.system.n_free, motion.system.n_all
+        motion.m = motion.system.n_multipliers
+        # Never empty, so that a pointer to the first multiplier or amplitude always exists.
+        lam, amplitudes = np.append(lam, 0.0), np.append(amplitudes, 0.0)
+        motion.q0, motion.q = kept(own, "q0", q), kept(own, "q", q)
+        motion.a0, motion.a = kept(own, "a0", a), kept(own, "a", a)
+        motion.lam0, motion.lam = kept(own, "lam0", lam), kept(own, "lam", lam)
+        motion.v0 = kept(own, "v0", v)
+        if motion.system.damped:
+            motion.v = kept(own, "v", v)
+        motion.amplitudes0 = kept(own, "amplitudes0", amplitudes)
+        motion.dead_load = kept(own, "dead_load", dead_load)
+        motion.r = kept(own, "r", np.zeros(len(q)))
+        motion.phi = kept(own, "phi", np.zeros(len(lam)))
+        self.set_threads(1)
+        set_weights(motion, dt, integrator)
+        self.interface.context = motion
+        self.interface.n, self.interface.n_coordinates = motion.n_free + motion.m, motion.n_free
+        self.interface.n_values = motion.system.n_values
+        self.interface.restart, self.interface.coast = restart, coast
+        self.interface.correct = correct
+        self.interface.residual, self.interface.matrix = residual, matrix
+        if motion.system.material != NULL:
+            self.interface.material = material
+        self.interface.q = motion.q
+        self.capsule = PyCapsule_New(&self.interface, "ancf_equations", NULL)
+        motion.watch.limit, motion.watch.noise = largest_gain, noise
+        ancf_watch_start(&motion.watch, motion.system, motion.dead_load, motion.q0, motion.v0,
+                         motion.r)
+
+    def change_step(self, double dt, integrator, change_b, change_v):
+        """Go on with another step: its weights, and what a smooth motion asks of ``b``, ``v``."""
+        set_weights(&self.motion, dt, integrator)
+        if "b0" in self.arrays:
+            self.arrays["b0"] += change_b
+        self.arrays["v0"] += change_v
+
+    def set_threads(self, ptrdiff_t threads):
+        """Set the number of threads for passes over vectors."""
+        self.motion.n_parts = threads
+        self.motion.squares = kept(self.arrays, "squares", np.zeros(threads))
+
+    @property
+    def state(self):
+        """Last accepted ``(q, v, a, lam)`` as copies."""
+        q, v, a, lam = (self.arrays[name].copy() for name in ("q0", "v0", "a0", "lam0"))
+        return q, v, a, lam[: self.motion.m]
+
+    @property
+    def unbalanced(self):
+        """Residual ``(n_all,)`` [N, N m] and constraints ``(m,)`` [m] of the last iterate."""
+        evaluate(&self.motion)
+        return self.arrays["r"].copy(), self.arrays["phi"][: self.motion.m].copy()
+
+    @property
+    def energy_gain(self):
+        """Energy above what was given, and the largest energy exchanged, at the last look [J]."""
+        return self.motion.watch.gain, self.motion.watch.exchanged
+
+    def gains_energy(self):
+        """Whether the energy is now too far above what was given: the last look of a run."""
+        return bool(gains_energy(&self.motion))
+
+    def prepare(self, const double[:, ::1] amplitudes):
+        """Set the loads of the next step and put its predictor in place."""
+        self.loads = amplitudes
+        set_load(&self.motion, &amplitudes[0, 0] if amplitudes.shape[1] > 0 else NULL)
+        restart(&self.motion)
+
+    def residual(self):
+        """Return the scaled residual ``(n,)`` at the present iterate."""
+        out = np.empty(self.interface.n)
+        cdef double[::1] view = out
+        residual(&self.motion, &view[0])
+        return out
+
+    def correct(self, const double[::1] s):
+        """Add a correction ``(n,)`` to the present iterate."""
+        correct(&self.motion, 1.0, &s[0])
+
+    def matrix(self):
+        """Return the values of the scaled iteration matrix at the present iterate."""
+        out = np.empty(self.interface.n_values + 1)
+        cdef double[::1] view = out
+        matrix(&self.motion, &view[0])
+        return out[: self.interface.n_values]
+
+    def advance(self, nonlinear, ptrdiff_t n_steps, const double[:, ::1] amplitudes,
+                ptrdiff_t save_every, ptrdiff_t steps_done, double[:, ::1] q_out,
+                double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] lam_out):
+        """Take steps; return ``(steps taken, outcome)``, outcome 0 if all of them were accepted.
+
+        Parameters
+        ----------
+        amplitudes : (n_steps, n_amplitudes)
+            Loads at the end of each step.
+        save_every, steps_done : int
+            Step number k of the run (from 1) is written to row ``k / save_every`` of the outputs.
+        """
+        cdef const ancf_nonlinear *solver = <const ancf_nonlinear *>PyCapsule_GetPointer(
+            nonlinear.capsule, "ancf_nonlinear")
+        cdef Motion *motion = &self.motion
+        cdef ptrdiff_t k, row
+        cdef int outcome = 0
+        self.loads = amplitudes
+        with nogil:
+            for k in range(n_steps):
+                set_load(motion, &amplitudes[k, 0] if amplitudes.shape[1] > 0 else NULL)
+                restart(motion)
+                outcome = solve_step(motion, solver)
+                if outcome != 0 and outcome != MAY_GROW:
+                    break
+                accept(motion)
+                if (steps_done + k + 1) % save_every == 0:
+                    row = (steps_done + k + 1) // save_every
+                    memcpy(&q_out[row, 0], motion.q0, motion.n_all * sizeof(double))
+                    memcpy(&v_out[row, 0], motion.v0, motion.n_all * sizeof(double))
+                    memcpy(&a_out[row, 0], motion.a0, motion.n_all * sizeof(double))
+                    memcpy(&lam_out[row, 0], motion.lam0, motion.m * sizeof(double))
+                if look(motion):
+                    outcome = GAINED_ENERGY
+                if outcome != 0:
+                    k += 1
+                    break
+            else:
+                k = n_steps
+        return k, outcome
+
+
+cdef double *kept(dict own, str name, values) except NULL:
+    """Keep a copy of an array under its name; return its first place."""
+    cdef double[::1] view
+    own[name] = view = np.array(values, dtype=float)
+    return &view[0]
+
+
+cdef inline ptrdiff_t share(const Motion *self, ptrdiff_t part) noexcept nogil:
+    """Where the share of a part begins among the free coordinates: whole cache lines for each."""
+    if part == self.n_parts:
+        return self.n_free
+    return self.n_free // 8 * part // self.n_parts * 8
+
+
+cdef void restart(void *context) noexcept nogil:
+    """The predictor: the acceleration and the multipliers of the last step (equation 4)."""
+    cdef Motion *self = <Motion *>context
+    in_parts(self.n_parts, restart_part, self)
+    memcpy(self.lam, self.lam0, self.m * sizeof(double))
+    self.corrected = False
+
+
+cdef double correct(void *context, double factor, const double *s) noexcept nogil:
+    """Equation 10; where no force depends on it, the velocity follows when the step is accepted."""
+    cdef Motion *self = <Motion *>context
+    cdef ptrdiff_t i
+    cdef double total = 0.0
+    self.s, self.factor, self.corrected = s, factor, True
+    in_parts(self.n_parts, correct_part, self)
+    for i in range(self.m):
+        self.lam[i] += factor / self.scale * s[self.n_free + i]
+    for i in range(self.n_parts):
+        total += self.squares[i]
+    return total
+
+
+cdef void residual(void *context, double *r) noexcept nogil:
+    cdef Motion *self = <Motion *>context
+    evaluate(self)
+    vec_scale_parts(self.n_parts, r, self.scale, self.r, self.n_free)
+    memcpy(r + self.n_free, self.phi, self.m * sizeof(double))
+
+
+cdef void accept(Motion *self) noexcept nogil:
+    if self.system.n_amplitudes > 0:
+        if not self.ahead:
+            add_work(self)
+        memcpy(self.amplitudes0, self.amplitudes, self.system.n_amplitudes * sizeof(double))
+    in_parts(self.n_parts, accept_part, self)
+    self.corrected = False
+    memcpy(self.lam0, self.lam, self.m * sizeof(double))
+
+
+cdef void add_work(Motion *self) noexcept nogil:
+    self.watch.work += self.system.load_work(
+        self.system.context, self.q0, self.amplitudes0, self.q, self.amplitudes, self.r)
+
+
+cdef bint look(Motion *self) noexcept nogil:
+    """Look at the energy now and then, unless that was done before the step was accepted."""
+    cdef bint seen = self.ahead
+    self.ahead = False
+    self.unwatched += 1
+    if not seen and self.unwatched < WATCH_EVERY and self.evaluated < WATCH_RESIDUALS:
+        return False
+    self.unwatched = self.evaluated = 0
+    return not seen and gains_energy(self)
+
+
+cdef bint gains_energy(Motion *self) noexcept nogil:
+    return ancf_watch_gains(&self.watch, self.system, self.dead_load, self.q0, self.v0, self.r,
+                            False)
