@@ -41,6 +41,7 @@ cdef extern from "ldl.h":
         ptrdiff_t space_of_part
         ptrdiff_t *outcome
     const int SLACK "LDL_SLACK"
+    const int TAIL "LDL_TAIL"
     ptrdiff_t stride_of "ldl_stride" (ptrdiff_t) noexcept nogil
 
 cdef extern from "ldl_spread.h":
@@ -103,13 +104,13 @@ cdef class Ldl:
         root = int(first[parts[-2]])
         boundary = images(row, row_start, n, root, parts)
         kept = [width[s] * stride_of(rows[s]) for s in boundary]
-        # One more entry than needed here and there, so that a pointer to the first always exists.
+        # A little more room than needed here and there, so that a pointer to the first always exists.
         self.arrays = {
             "indptr": np.asarray(indptr), "indices": np.asarray(indices),
             "permutation": np.asarray(permutation), "place": place, "super_of": super_of,
             "first": first, "row_start": row_start, "triangle_start": triangle_start,
             "block_start": block_start, "row": row,
-            "entries": np.zeros(n + triangle_start[-1] + block_start[-1] + 1), "part": parts,
+            "entries": np.zeros(n + triangle_start[-1] + block_start[-1] + TAIL), "part": parts,
             "work": np.zeros(n + n_parts * (n - root)),
             "boundary": np.append(boundary, np.int32(0)),
             "kept_start": np.cumsum([0, *kept], dtype=np.int64), "kept": np.zeros(sum(kept) + SLACK),

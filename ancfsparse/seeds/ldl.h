@@ -19,6 +19,7 @@
 #ifndef ANCF_LDL_H
 #define ANCF_LDL_H
 
+#include <immintrin.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -85,10 +86,16 @@ LDL_INLINE double ldl_one(ldl_numbers x, ptrdiff_t i)
 
 LDL_INLINE quad ldl_four(ldl_numbers x, ptrdiff_t i)
 {
-    if (x.single)
-        return __builtin_convertvector(*(const short_quad *)((const ldl_single *)x.first + i), quad);
-    return quad_load((const double *)x.first + i);
+    if (!x.single)
+        return quad_load((const double *)x.first + i);
+#ifdef __AVX__
+    return _mm256_cvtps_pd(_mm_loadu_ps((const float *)x.first + i)); /* GCC 12 would take two steps */
+#else
+    return __builtin_convertvector(*(const short_quad *)((const float *)x.first + i), quad);
+#endif
 }
+
+LDL_INLINE double quad_sum(quad v) { return (v[0] + v[2]) + (v[1] + v[3]); }
 
 /* Whether loops over a width are unrolled and best left to single numbers: nodes of cables. */
 #define LDL_NARROW(width) (__builtin_constant_p(width) && (width) < 8)
@@ -145,8 +152,9 @@ LDL_INLINE void ldl_subtract(double *restrict out, double a, ldl_numbers x, ptrd
         out[i] -= a * ldl_one(x, i);
 }
 
-/* Passes in vectors may read and write so many numbers behind what they are for. */
-enum { LDL_SLACK = 15 };
+/* Passes in vectors may read and write so many numbers behind what they are for, and the sweeps read
+ * so many behind the entries. */
+enum { LDL_SLACK = 15, LDL_TAIL = 3 };
 
 /* The rows of a supernode, transposed, stand this far apart: whole vectors. */
 LDL_INLINE ptrdiff_t ldl_stride(ptrdiff_t n_rows) { return (n_rows + 3) / 4 * 4; }

@@ -18,6 +18,9 @@ static void ldl_round_numbers(double *x, ptrdiff_t n)
         *(short_quad *)(out + i) = __builtin_convertvector(quad_load(x + i), short_quad);
     for (; i < n; ++i)
         out[i] = (float)x[i];
+    /* What is read behind them, times zero, must be numbers; fewer are not read in fours. */
+    for (ptrdiff_t k = 0; n > LDL_TAIL && k < LDL_TAIL; ++k)
+        out[n + k] = 0.0f;
 }
 
 /* Round what is kept of supernodes s to end. */

@@ -21,6 +21,58 @@ LDL_INLINE void ldl_forward(ldl_numbers g, const int32_t *row, ptrdiff_t n_rows,
         x[row[r]] -= ldl_dot(ldl_ahead(g, r * width), y, width);
 }
 
+/* The same for wide supernodes, four rows at a time; `held` is working space.  The fours at the end of a
+ * row reach into the next one, times zero. */
+LDL_INLINE void ldl_forward_wide(ldl_numbers g, const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width,
+                                 double *x, const double *y, double *restrict held)
+{
+    ptrdiff_t r = 0;
+    for (ptrdiff_t c = 0; c < width; ++c)
+        held[c] = y[c];
+    quad_store(held + width, (quad){0});
+    for (; r + 4 <= n_rows; r += 4) {
+        ldl_numbers g1 = ldl_ahead(g, width), g2 = ldl_ahead(g1, width), g3 = ldl_ahead(g2, width);
+        quad sum0 = {0}, sum1 = {0}, sum2 = {0}, sum3 = {0};
+        for (ptrdiff_t c = 0; c < width; c += 4) {
+            quad value = quad_load(held + c);
+            sum0 += ldl_four(g, c) * value;
+            sum1 += ldl_four(g1, c) * value;
+            sum2 += ldl_four(g2, c) * value;
+            sum3 += ldl_four(g3, c) * value;
+        }
+        x[row[r]] -= quad_sum(sum0);
+        x[row[r + 1]] -= quad_sum(sum1);
+        x[row[r + 2]] -= quad_sum(sum2);
+        x[row[r + 3]] -= quad_sum(sum3);
+        g = ldl_ahead(g3, width);
+    }
+    for (; r < n_rows; ++r) {
+        x[row[r]] -= ldl_dot(g, held, width);
+        g = ldl_ahead(g, width);
+    }
+}
+
+/* low = G^T x_rows, for wide supernodes; the fours at the end of a row reach behind `low`. */
+LDL_INLINE void ldl_gather_wide(ldl_numbers g, const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width,
+                                const double *x, double *restrict low)
+{
+    ptrdiff_t r = 0;
+    for (ptrdiff_t c = 0; c < width; c += 4)
+        quad_store(low + c, (quad){0});
+    for (; r + 4 <= n_rows; r += 4) {
+        ldl_numbers g1 = ldl_ahead(g, width), g2 = ldl_ahead(g1, width), g3 = ldl_ahead(g2, width);
+        double x0 = x[row[r]], x1 = x[row[r + 1]], x2 = x[row[r + 2]], x3 = x[row[r + 3]];
+        for (ptrdiff_t c = 0; c < width; c += 4)
+            quad_store(low + c, quad_load(low + c) + (x0 * ldl_four(g, c) + x1 * ldl_four(g1, c))
+                                    + (x2 * ldl_four(g2, c) + x3 * ldl_four(g3, c)));
+        g = ldl_ahead(g3, width);
+    }
+    for (; r < n_rows; ++r) {
+        ldl_subtract(low, -x[row[r]], g, width);
+        g = ldl_ahead(g, width);
+    }
+}
+
 /* y = P^-1 y */
 LDL_INLINE void ldl_divide_one(ldl_numbers entry, ldl_numbers inverse, ptrdiff_t width,
                                double *restrict y)
@@ -59,7 +111,17 @@ LDL_INLINE void ldl_backward(ldl_numbers g, ldl_numbers inverse, ldl_numbers tri
                              double *restrict y, double *restrict low)
 {
     /* What comes from above is waited for; all else can be done before. */
-    if (__builtin_constant_p(width)) {
+    if (__builtin_constant_p(width) && width == 3) {
+        quad even = {0}, odd = {0}; /* the fourth number is of no use */
+        ptrdiff_t r = 0;
+        for (; r + 2 <= n_rows; r += 2) {
+            even += x[row[r]] * ldl_four(g, 3 * r);
+            odd += x[row[r + 1]] * ldl_four(g, 3 * r + 3);
+        }
+        if (r < n_rows)
+            even += x[row[r]] * ldl_four(g, 3 * r);
+        quad_store(low, even + odd);
+    } else if (__builtin_constant_p(width)) {
         double single[LDL_SHORT] = {0}; /* in registers, as the others */
         quad four[LDL_SHORT / 4] = {{0}};
         ptrdiff_t fours = LDL_NARROW(width) ? 0 : width / 4;
@@ -75,10 +137,7 @@ LDL_INLINE void ldl_backward(ldl_numbers g, ldl_numbers inverse, ldl_numbers tri
         for (ptrdiff_t c = 4 * fours; c < width; ++c)
             low[c] = single[c];
     } else {
-        for (ptrdiff_t c = 0; c < width; ++c)
-            low[c] = 0.0;
-        for (ptrdiff_t r = 0; r < n_rows; ++r)
-            ldl_subtract(low, -x[row[r]], ldl_ahead(g, r * width), width);
+        ldl_gather_wide(g, row, n_rows, width, x, low);
     }
     ldl_divide_one(triangle, inverse, width, y);
     for (ptrdiff_t c = 0; c < width; ++c)
@@ -88,7 +147,7 @@ LDL_INLINE void ldl_backward(ldl_numbers g, ldl_numbers inverse, ldl_numbers tri
 /* Sweep over supernodes s to end.  The right-hand side comes in just before it is needed, from column
  * `gathered` on.  Supernodes s to end are a part or the root, which are rounded each for itself. */
 LDL_INLINE void ldl_forward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, ptrdiff_t gathered,
-                                  int single)
+                                  double *space, int single)
 {
     double *x = self->work;
     ldl_numbers g = {self->block + self->block_start[s], single};
@@ -105,14 +164,16 @@ LDL_INLINE void ldl_forward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, p
         for (; gathered < needed; ++gathered)
             x[gathered] = self->r[self->permutation[gathered]];
         /* Nodes of planar cables, spatial cables and thick beams: loops of known length. */
-        if (width == 4)
+        if (width == 3)
+            ldl_forward(g, row, n_rows, 3, x, x + column);
+        else if (width == 4)
             ldl_forward(g, row, n_rows, 4, x, x + column);
         else if (width == 6)
             ldl_forward(g, row, n_rows, 6, x, x + column);
         else if (width == 12)
             ldl_forward(g, row, n_rows, 12, x, x + column);
         else
-            ldl_forward(g, row, n_rows, width, x, x + column);
+            ldl_forward_wide(g, row, n_rows, width, x, x + column, space);
         g = ldl_ahead(g, n_rows * width);
         row += n_rows;
         column += width;
@@ -150,7 +211,9 @@ LDL_INLINE void ldl_backward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, 
         triangle = ldl_ahead(triangle, -width * (width - 1) / 2);
         inverse = ldl_ahead(inverse, -width);
         row -= n_rows;
-        if (width == 4)
+        if (width == 3)
+            LDL_BACKWARD(3);
+        else if (width == 4)
             LDL_BACKWARD(4);
         else if (width == 6)
             LDL_BACKWARD(6);
@@ -165,12 +228,12 @@ LDL_INLINE void ldl_backward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, 
 }
 
 /* Supernodes of a part, or of the root; the two precisions are compiled apart. */
-static void ldl_down(const ldl *self, ptrdiff_t s, ptrdiff_t end, ptrdiff_t gathered)
+static void ldl_down(const ldl *self, ptrdiff_t s, ptrdiff_t end, ptrdiff_t gathered, double *space)
 {
     if (self->is_single)
-        ldl_forward_range(self, s, end, gathered, 1);
+        ldl_forward_range(self, s, end, gathered, space, 1);
     else
-        ldl_forward_range(self, s, end, gathered, 0);
+        ldl_forward_range(self, s, end, gathered, space, 0);
 }
 
 static void ldl_up(const ldl *self, ptrdiff_t s, ptrdiff_t end, double *space)
@@ -185,7 +248,8 @@ static void ldl_forward_part(void *context, ptrdiff_t part)
 {
     const ldl *self = context;
     memset(self->work + self->n + part * self->n_root, 0, self->n_root * sizeof(double));
-    ldl_down(self, self->part[part], self->part[part + 1], self->first[self->part[part]]);
+    ldl_down(self, self->part[part], self->part[part + 1], self->first[self->part[part]],
+             self->space + part * self->space_of_part);
 }
 
 static void ldl_backward_part(void *context, ptrdiff_t part)
@@ -211,7 +275,7 @@ static void ldl_solve(void *context, const double *r, double *x)
                 sum += self->work[k - self->root_column + self->n + part * self->n_root];
             self->work[k] = sum;
         }
-        ldl_down(self, root, self->n_super, self->n);
+        ldl_down(self, root, self->n_super, self->n, self->space);
         ldl_up(self, root, self->n_super, self->space);
     }
     ancf_in_parts(self->n_parts, ldl_backward_part, self);

@@ -82,11 +82,12 @@ def test_a_rounded_factor_cannot_be_looked_at(rng):
 
 @pytest.mark.parametrize(
     "solver",
-    [ancf.ModifiedNewton(), ancf.QuasiNewton("bfgs", memory=5), ancf.QuasiNewton("davidon", 5)],
+    [ancf.ModifiedNewton(), ancf.QuasiNewton("bfgs", memory=5), ancf.QuasiNewton("broyden", 5)],
     ids=str,
 )
 @pytest.mark.parametrize("young", [1e8, 2.1e11])
 def test_runs_with_rounded_seeds_do_the_same_and_take_no_more(young, solver, monkeypatch):
+    # Not Davidon's: its denominators let the last digits decide on iterations, also in double.
     runs = []
     for smallest in (np.inf, 0.0):
         monkeypatch.setattr(sparse, "SINGLE_FROM", smallest)
@@ -124,6 +125,6 @@ def test_small_systems_keep_their_digits():
 
 
 def test_large_systems_are_rounded_unasked():
-    # 16 MB of factor: 20 coordinates' worth of numbers per element of a cable, and its pivots.
-    run = ancf.simulate(cable(100_000).scene, 1e-3, 5e-4, save_every=2)
+    # 26 numbers of a factor for an element: 6 MB.
+    run = ancf.simulate(cable(30_000).scene, 1e-3, 5e-4, save_every=2)
     assert run.stats.single_seeds == run.stats.factorizations > 0
