@@ -223,10 +223,17 @@ cdef class Iteration:
         hold(&self.loop)
         self.loop.seeded = True
 
-    def set_tolerance(self, double correction, double constraint, double force=0.0):
-        """Judge corrections by another bound [m], constraints [m] and scaled residuals by others."""
-        self.loop.correction_tolerance, self.loop.constraint_tolerance = correction, constraint
-        self.loop.force_tolerance = force
+    @property
+    def by_correction(self):
+        """Whether corrections are judged, and not the residual."""
+        return bool(self.loop.by_correction)
+
+    def set_tolerance(self, tolerance):
+        """Judge steps by other bounds, an object with the attributes of `iteration.Tolerance`."""
+        self.loop.by_correction = tolerance.by_correction
+        self.loop.correction_tolerance = tolerance.correction
+        self.loop.constraint_tolerance = tolerance.constraint
+        self.loop.force_tolerance, self.loop.noise = tolerance.force, tolerance.noise
 
     @property
     def step(self):
@@ -435,15 +442,17 @@ cdef void finish(Loop *self, double size) noexcept nogil:
 
     This costs no residual.  Davidon's inverse may be far off in a direction it has not seen, so its
     correction would need a residual to be believed; nor is one believed that is longer than the last.
+    Judged by the correction, one on a sparse seed would cost more than it gives.
     """
     cdef ptrdiff_t n = self.n
+    cdef bint polishes = self.polishes and (self.carry or not self.by_correction)
     if self.carry:
         scaled(self.parts, self.s, -1.0, self.z, n)
         combined(self.parts, self.y, 1.0, self.r_new, -1.0, self.r, n)
         learn(self, self.r_new)
-    elif self.polishes:
+    elif polishes:
         multiply(self, self.r_new)
-    if self.polishes and rms(self, self.z, self.equations.n_coordinates) <= size:
+    if polishes and rms(self, self.z, self.equations.n_coordinates) <= size:
         self.equations.correct(self.equations.context, -1.0, self.z)
         self.counts.last_corrections += 1
 

@@ -53,7 +53,12 @@ class Tolerance:
 
 
 def tolerance_of(
-    wish: str | float, scale: float, force_scale: float, size: float, mass: float | None = None
+    wish: str | float,
+    scale: float,
+    force_scale: float,
+    size: float,
+    mass: float | None = None,
+    usual: float = 1e-3,
 ) -> Tolerance:
     """Translate what a person says into bounds.
 
@@ -61,8 +66,7 @@ def tolerance_of(
     ----------
     wish : "default", "paper" or float
         ``"paper"``: max|r| < 1e-6 N (N m on slopes) and max|phi| < 1e-6 m, unscaled.  A number: the
-        error of the accelerations that a step may leave [m/s2]; ``"default"`` is 1e-3, with a
-        mass 1e-4.
+        error of the accelerations that a step may leave [m/s2].
     scale : float
         beta dt^2 [s2].
     force_scale : float
@@ -71,8 +75,10 @@ def tolerance_of(
         Largest coordinate [m].
     mass : float, optional
         With it a number bounds what is unbalanced of the forces, over this mass [kg], and not the
-        correction.  Where the mass rules that is the same; in stiff directions, where forces that
-        are not balanced do work on errors of position too small to matter, it asks for more.
+        correction.  Where the mass rules that is the same; in stiff directions, where an error of
+        position too small to matter holds a large force, it asks for more.
+    usual : float, optional
+        What ``"default"`` is [m/s2].
     """
     floor = 4.0 * EPSILON * force_scale
     noise = EPSILON * size
@@ -80,7 +86,6 @@ def tolerance_of(
         return Tolerance(False, scale * max(1e-6, floor), 1e-6, 0.0, noise)
     if isinstance(wish, str) and wish != "default":
         raise InputError(f"tolerance must be 'default', 'paper' or a number in m/s2, got {wish!r}")
-    usual = 1e-3 if mass is None else 1e-4
     a_tol = usual if wish == "default" else check_positive("tolerance", wish, "m/s2")
     bound = scale * a_tol
     if mass is not None:
@@ -187,8 +192,7 @@ def make_iteration(
         newton=isinstance(method, Newton),
         learns=isinstance(method, QuasiNewton),
         carry=carry,
-        # Judged by the correction, a last one on a sparse seed would cost more than it gives.
-        polishes=not davidon and (carry or not tolerance.by_correction),
+        polishes=not davidon,
         economical=not full and not isinstance(method, Newton),
         rounds=not full,
         by_correction=tolerance.by_correction,

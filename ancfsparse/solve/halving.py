@@ -9,7 +9,8 @@ import numpy as np
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event
-from ancfsparse.solve.setup import CAUSES, bounds
+from ancfsparse.solve.judge import Judge
+from ancfsparse.solve.setup import CAUSES
 from ancfsparse.system import System
 
 # What a shorter step may cure.
@@ -26,8 +27,10 @@ class Halving:
     ----------
     system, march, iteration
         What moves, and its compiled loops.
-    integrator, tolerance, dt
+    integrator, dt
         As in `simulate`.
+    judge : Judge
+        Bounds for steps of another length.
     most : int
         Halvings of a step that are allowed.
 
@@ -45,13 +48,12 @@ class Halving:
         march: Any,
         iteration: Any,
         integrator: Implicit,
-        tolerance: str | float,
+        judge: Judge,
         dt: float,
         most: int,
     ) -> None:
         self._system, self._march, self._iteration = system, march, iteration
-        self._integrator, self._tolerance, self._dt, self._most = integrator, tolerance, dt, most
-        self._force_scale = system.force_scale(system.q0) if most else 0.0
+        self._integrator, self._judge, self._dt, self._most = integrator, judge, dt, most
         self.events: list[Event] = []
         self.stuck = False
 
@@ -90,6 +92,5 @@ class Halving:
     def _change(self, dt: float) -> None:
         none = np.zeros(self._system.n_all)
         self._march.change_step(dt, self._integrator, none, none)
-        tolerance = bounds(self._system, self._integrator, self._tolerance, dt, self._force_scale)
-        self._iteration.set_tolerance(tolerance.correction, tolerance.constraint, tolerance.force)
+        self._iteration.set_tolerance(self._judge.at(dt))
         self._iteration.mark_stale()

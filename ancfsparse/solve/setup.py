@@ -11,17 +11,11 @@ from ancfsparse.errors import EnergyGain, StepFailure
 from ancfsparse.integrators import EnergyMomentum, Implicit
 from ancfsparse.integrators.march import make_march
 from ancfsparse.nonlinear import Method, Outcome, QuasiNewton, seed_frame_of
-from ancfsparse.nonlinear.iteration import (
-    EPSILON,
-    Costs,
-    Tolerance,
-    make_inverse,
-    make_iteration,
-    tolerance_of,
-)
+from ancfsparse.nonlinear.iteration import EPSILON, Costs, make_inverse, make_iteration
 from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.choose import choose
+from ancfsparse.solve.judge import Judge
 from ancfsparse.solve.start import check_constraints, regularize, starting_state
 from ancfsparse.solve.threads import divide
 from ancfsparse.system import System
@@ -50,8 +44,8 @@ def prepare(
     tolerance: str | float,
     max_energy_gain: float,
     threads: int = 1,
-) -> tuple[Any, Any, SparseSeed, str, Vector]:
-    """Return the compiled march and nonlinear loop, the seed, why this method, and a at t = 0."""
+) -> tuple[Any, Any, SparseSeed, Judge, str, Vector]:
+    """Return compiled march and nonlinear loop, seed, judge, why this method, and a at t = 0."""
     pattern = system.pattern
     seed = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
     straight = system.constraints.linear
@@ -60,20 +54,20 @@ def prepare(
     regularize(system, scale)
     check_constraints(system)
     start, a = starting_state(system, seed, integrator, dt)
-    force_scale, size = system.force_scale(system.q0), float(np.max(np.abs(system.q0)))
-    noise = 100.0 * EPSILON * force_scale * size
+    judge = Judge(system, integrator, method, tolerance)
+    noise = 100.0 * EPSILON * judge.force_scale * float(np.max(np.abs(system.q0)))
     march = make_march(system, dt, integrator, start, max_energy_gain, noise)
     march.prepare(system.loads.amplitudes(np.array([dt])))
     weights = np.concatenate([system.mass_diagonal, np.zeros(system.n_multipliers)])
     frame = None if seed_frame_of(method) == "fixed" else frame_of(system)
-    inverse = make_inverse(method, seed, weights, 100.0 * EPSILON * scale * force_scale)
+    inverse = make_inverse(method, seed, weights, 100.0 * EPSILON * scale * judge.force_scale)
     iteration = make_iteration(
         march,
         seed,
         inverse,
         system.pattern.indptr,
         method,
-        bounds(system, integrator, tolerance, dt, force_scale),
+        judge.at(dt),
         costs(system, integrator, seed, frame),
         frame,
         # Where the tangent is all that is known and nothing binds, corrections need no belief.
@@ -82,19 +76,7 @@ def prepare(
     divide(system, threads, march, iteration, inverse)
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
         why += ", first inverse from finite differences"
-    return march, iteration, seed, why, a
-
-
-def bounds(
-    system: System, integrator: Implicit, tolerance: str | float, dt: float, force_scale: float
-) -> Tolerance:
-    """Translate a tolerance: an integrator that keeps energy must not leave forces that do work."""
-    mass = None
-    if isinstance(integrator, EnergyMomentum):
-        places = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
-        mass = float(np.mean(system.mass_diagonal[places[places < system.n_free]]))
-    size = rounding(system) / EPSILON
-    return tolerance_of(tolerance, integrator.scale * dt**2, force_scale, size, mass)
+    return march, iteration, seed, judge, why, a
 
 
 def costs(system: System, integrator: Implicit, seed: SparseSeed, frame: Any) -> Costs:
@@ -104,11 +86,6 @@ def costs(system: System, integrator: Implicit, seed: SparseSeed, frame: Any) ->
         residual += system.operations("discrete_gradient") - system.operations("force")
         tangent += system.operations("tangent") + 3 * system.operations("material")
     return Costs.of(residual, tangent, seed, frame)
-
-
-def rounding(system: System) -> float:
-    """Size of the smallest correction that means anything [m]: constraints sum several squares."""
-    return (4.0 if system.n_multipliers else 1.0) * EPSILON * float(np.max(np.abs(system.q0)))
 
 
 def count(stats: RunStats, iteration: Any) -> None:

@@ -105,8 +105,9 @@ def simulate(
         the forces is a floor under the first.  A number [m/s2]: the error in the accelerations that
         the iteration of a step may leave, as estimated from its corrections, usually right within
         a factor of 10, and never below rounding, about 1e-15 |q| / dt^2;
-        ``"default"`` is 1e-3.  With `EnergyMomentum` it bounds what is unbalanced of the forces,
-        over the mean mass of a node, since that does work; ``"default"`` is 1e-4.
+        ``"default"`` is 1e-3.  Where steps are long for a stiff body it bounds what is unbalanced
+        of the forces, over the mean mass of a node, since that does work; with `EnergyMomentum`
+        always, and ``"default"`` is 1e-4.
     max_energy_gain : float, optional
         Share of the largest energy exchanged so far between motion, strain, gravity and loads by
         which the energy may exceed what was given, before the run is stopped [-]; ``inf`` never
@@ -218,10 +219,10 @@ def simulate(
         march, seed, why = prepare_explicit(system, dt, n_steps, integrator, max_energy_gain)
         nodes, a = integrator.tableau.c[1:], march.state[2]
     else:
-        march, iteration, seed, why, a = prepare(
+        march, iteration, seed, judge, why, a = prepare(
             system, dt, integrator, solver, tolerance, max_energy_gain, threads
         )
-        halving = Halving(system, march, iteration, integrator, tolerance, dt, max_halvings)
+        halving = Halving(system, march, iteration, integrator, judge, dt, max_halvings)
     seconds = {"set-up": time.perf_counter() - begin}
     stats = RunStats(solver=why, seconds=seconds, threads=threads)
     with record.open() as recorder:

@@ -15,7 +15,7 @@ from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, RunStats
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.setup import CAUSES, count, events, prepare, rounding, stopped
+from ancfsparse.solve.setup import CAUSES, count, events, prepare, stopped
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -83,6 +83,11 @@ class Stepper:
         Times asked for, the first one 0 [s].
     max_energy_gain, threads
         As in `simulate`.
+
+    Attributes
+    ----------
+    left : float
+        Error that the iteration of a step may leave, a small share of the step's own [m].
     """
 
     def __init__(
@@ -100,12 +105,11 @@ class Stepper:
         self.system, self.integrator = system, integrator
         self.local_error, self.dt, self.max_energy_gain = local_error, dt, max_energy_gain
         self.seed: SparseSeed
-        self.march, self.iteration, self.seed, why, a = prepare(
+        self.march, self.iteration, self.seed, self.judge, why, a = prepare(
             system, dt, integrator, solver, "default", max_energy_gain, threads
         )
-        # The iteration of a step leaves a small share of the step's error.
-        bound = ITERATION_SHARE * local_error
-        self.iteration.set_tolerance(bound, max(bound, 4.0 * rounding(system)))
+        self.left = ITERATION_SHARE * local_error
+        self.iteration.set_tolerance(self.judge.at(dt, self.left))
         mass = system.mass_diagonal
         places = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
         total = mass[places[places < system.n_free]].sum()
@@ -219,5 +223,6 @@ class Stepper:
             change_v[:n] = self.seed.solve(np.concatenate([np.zeros(n), rate]))[:n]
         change_b = self.integrator.shift * (dt - self.dt) * jerk
         self.march.change_step(dt, self.integrator, change_b, change_v)
+        self.iteration.set_tolerance(self.judge.at(dt, self.left))
         self.iteration.mark_stale()
         self.dt = dt

@@ -200,10 +200,14 @@ class System:
 
     def force_scale(self, q: Vector) -> float:
         """Return the size of the terms that cancel in the residual [N]: max |K_ii| max |q|."""
+        diagonal = self.stiffness_diagonal(q)
+        return float(np.max(np.abs(diagonal), initial=0.0) * np.max(np.abs(q)))
+
+    def stiffness_diagonal(self, q: Vector) -> Vector:
+        """Return the diagonal of the stiffness over the free coordinates, (n_free,) [N/m, N m]."""
         lam, amplitudes = np.zeros(self.n_multipliers), self.loads.amplitudes(np.zeros(1))[0]
         values = self.assembly.matrix(0.0, 1.0, q, lam, amplitudes)
-        diagonal = values[self.pattern.indptr[:-1]][: self.n_free]
-        return float(np.max(np.abs(diagonal), initial=0.0) * np.max(np.abs(q)))
+        return np.asarray(values[self.pattern.indptr[: self.n_free]])
 
     @property
     def mass_diagonal(self) -> Vector:

@@ -119,8 +119,9 @@ def test_generalized_alpha_without_correction_starts_with_first_order_multiplier
 def alternating_errors(integrator, dt, corrected=True):
     """Largest error of the multiplier where steps of dt and dt / 2 alternate, five at a time."""
     point = on_circle(1.0, 4.0)
-    stepper = Stepper(point, integrator, Newton(), math.inf, dt, np.array([0.0, 1.0]), math.inf)
-    stepper.iteration.set_tolerance(1e-12, 1e-12)
+    stepper = Stepper(point, integrator, Newton(), 1.0, dt, np.array([0.0, 1.0]), math.inf)
+    stepper.left = 1e-12
+    stepper.iteration.set_tolerance(stepper.judge.at(dt, stepper.left))
     buffer = [np.empty((2, n)) for n in (2, 2, 2, 1)]
     t, lam = [0.0], []
     while t[-1] < 1.0 - 1e-9:
