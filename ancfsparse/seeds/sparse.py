@@ -12,12 +12,12 @@ from ancfsparse.seeds.cholmod import Supernodal, order
 from ancfsparse.seeds.shape import Upper, parts_of, shape_of
 
 Indices = NDArray[np.integer[Any]]
-# Operations for each entry of L from which CHOLMOD's dense blocks beat our loops on one thread:
-# between square nets of 140 (496, a tenth slower) and of 200 cables a side (665, a tenth faster).
-# Cubes of 30^3 unknowns (637) are a quarter slower yet.
-DENSE_BLOCKS = 600.0
-# Bytes of a factor from which solves in single precision are faster: a net of 30 a side (a tenth), a
-# chain of 20 000 planar elements (nothing yet, a fifth from 100 000 on, where the caches end).
+# Operations for each entry of L from which CHOLMOD's dense blocks factor faster than our loops, on
+# one thread: a tenth slower for square nets of 200 cables a side (665), as fast for 250 (791), a
+# quarter faster for cubes of 40^3 unknowns (1129).  Its solves take 1.6 to 2.3 times as long.
+DENSE_BLOCKS = 1000.0
+# Bytes of a factor from which solves in single precision are faster: a tenth for a net of 30 a
+# side, nothing yet for a chain of 20 000 planar elements, a fifth from 100 000 on, past the caches.
 SINGLE_FROM = 4e6
 
 
