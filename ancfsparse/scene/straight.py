@@ -12,6 +12,7 @@ from ancfsparse.errors import InputError, check_count, check_positive, check_vec
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import VelocityField
 from ancfsparse.scene.elements import check_make, options_of
+from ancfsparse.scene.functions import Uniform
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection
 
@@ -165,7 +166,7 @@ def velocity_field(
     what = f"velocity of {label}"
     if not callable(velocity):
         constant = check_vector(what, velocity, positions.shape[1], "m/s")
-        return lambda x: np.broadcast_to(constant, np.shape(x)).copy()
+        return Uniform(constant)
     values: Any = velocity(positions.copy())
     try:
         values = np.asarray(values, dtype=np.float64)
