@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
+from ancfsparse.results.opening import opened
 from ancfsparse.results.source import Array
 
 
@@ -38,19 +38,19 @@ class Stored:
     Parameters
     ----------
     path : Path
-        The file.
+        The file, absolute: the working folder may change.
     name : str
         Name of the data set.
+    run : str
+        The mark of the run it is of: a later one may have replaced the file.
+    shape : (int, int)
+        Numbers of rows and columns.  Rows beyond were written in part, and do not count.
     """
 
     path: Path
     name: str
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Numbers of rows and columns."""
-        with h5py.File(self.path, "r") as file:
-            return tuple(file[self.name].shape)
+    run: str
+    shape: tuple[int, int]
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -62,16 +62,18 @@ class Stored:
 
     def __getitem__(self, key: Any) -> Array:
         """Read rows, or with ``[..., places]`` columns in any order and shape."""
-        with h5py.File(self.path, "r") as file:
-            table = file[self.name]
+        with opened(self.path, self.run) as file:
+            table, rows = file[self.name], slice(0, len(self))
             if isinstance(key, tuple) and len(key) == 2 and key[0] is Ellipsis:
                 unique, inverse = np.unique(key[1], return_inverse=True)
                 if len(unique) and unique[-1] - unique[0] < 4 * len(unique):  # faster than a list
-                    values = table[:, unique[0] : unique[-1] + 1][:, unique - unique[0]]
+                    values = table[rows, unique[0] : unique[-1] + 1][:, unique - unique[0]]
                 else:
-                    values = table[:, unique] if len(unique) else np.empty((len(table), 0))
+                    values = table[rows, unique] if len(unique) else np.empty((len(self), 0))
                 return np.asarray(values[:, inverse.reshape(np.shape(key[1]))])
-            return np.asarray(table[key])
+            if isinstance(key, slice):
+                return np.asarray(table[slice(*key.indices(len(self)))])
+            return np.asarray(table[range(len(self))[key]])
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,8 @@ Indices = NDArray[np.integer[Any]]
 # between square nets of 140 (496, a tenth slower) and of 200 cables a side (665, a tenth faster).
 # Cubes of 30^3 unknowns (637) are a quarter slower yet.
 DENSE_BLOCKS = 600.0
-# Bytes of a factor from which solves in single precision are faster: a net of 30 a side (a tenth), a
-# chain of 20 000 planar elements (nothing yet, a fifth from 100 000 on, where the caches end).
+# Bytes of a factor from which solves in single precision are faster: a net of 30 a side (a tenth),
+# a chain of 20 000 planar elements (nothing yet, a fifth from 100 000 on, where the caches end).
 SINGLE_FROM = 4e6
 
 

@@ -126,7 +126,8 @@ def simulate(
         Keep only position, velocity and acceleration of these points, such as ``[rod.end]``.
     output : str or Path, optional
         Write the states to this HDF5 file while the run lasts, instead of keeping them in memory;
-        a file that exists is replaced.  `ancfsparse.results.load` opens it later.
+        the file of an earlier run is replaced, any other is not.  `ancfsparse.results.load` opens
+        it later.
     progress : bool, optional
         Whether to draw a progress bar.
 
@@ -138,7 +139,9 @@ def simulate(
     Raises
     ------
     InputError
-        If something said cannot be meant, or the run cannot fit in memory.
+        If something said cannot be meant, or the run cannot fit in memory or on the disk.
+    OutputFailure
+        If the disk is full before the end; it carries the trajectory, as a KeyboardInterrupt does.
     StepFailure
         If a step cannot be solved; it carries the trajectory so far.
     AccuracyFailure

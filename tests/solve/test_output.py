@@ -101,8 +101,16 @@ def test_a_file_of_another_scene_is_refused(tmp_path):
     (tmp_path / "text.h5").write_text("no")
     with h5py.File(tmp_path / "other.h5", "w"):
         pass
-    for name in ("text.h5", "other.h5", "none.h5"):
-        with pytest.raises(InputError, match="is not a file that simulate wrote"):
+    whole = (tmp_path / "run.h5").read_bytes()
+    (tmp_path / "cut.h5").write_bytes(whole[: len(whole) // 2])
+    for name, message in (
+        ("text.h5", "is not a file that simulate wrote$"),
+        ("other.h5", "is not a file that simulate wrote$"),
+        ("cut.h5", r"is cut off or damaged after \d+ bytes: copy it again"),
+        ("none.h5", "there is no file .*none.h5: it was moved, removed or never written$"),
+        (".", "is a folder: give the name of a file in it$"),
+    ):
+        with pytest.raises(InputError, match=message):
             load(tmp_path / name, swing()[0])
 
 
