@@ -81,6 +81,6 @@ def check_replaceable(path: Path) -> None:
             pass
     except InputError as other:
         raise InputError(
-            f"output {str(path)!r} exists and is not replaced, since it is not the file of an "
-            f"earlier run ({other}): take another name, or remove it"
+            f"output {str(path)!r} exists and is not replaced: {other}; take another name, or "
+            "remove it"
         ) from None

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, OutputFailure
+from ancfsparse.machine import GIGABYTE
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.files import read
 from ancfsparse.results.opening import check_replaceable
 from ancfsparse.results.tables import Chosen
 from ancfsparse.results.writer import Writer
 from ancfsparse.scene import Node
-from ancfsparse.solve.memory import GIGABYTE
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]

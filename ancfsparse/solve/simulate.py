@@ -185,11 +185,10 @@ def simulate(
     kept = None if save_nodes is None else len(save_nodes)
     compared = 2 if accuracy is not None else 0
     matrices = 2 if isinstance(integrator, EnergyMomentum) else 1
-    check_fits(
-        estimate(
-            scene, rows, kept, output is not None, solver, whole_runs=compared, matrices=matrices
-        )
+    needed = estimate(
+        scene, rows, kept, output is not None, solver, whole_runs=compared, matrices=matrices
     )
+    check_fits(needed)
     system = System(scene)
     settings = {
         "dt": dt,
@@ -223,7 +222,7 @@ def simulate(
         nodes, a = integrator.tableau.c[1:], march.state[2]
     else:
         march, iteration, seed, judge, why, a = prepare(
-            system, dt, integrator, solver, tolerance, max_energy_gain, threads
+            system, dt, integrator, solver, tolerance, max_energy_gain, threads, needed
         )
         halving = Halving(system, march, iteration, integrator, judge, dt, max_halvings)
     seconds = {"set-up": time.perf_counter() - begin}

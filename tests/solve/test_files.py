@@ -54,7 +54,7 @@ def test_files_of_others_are_not_replaced(tmp_path, content):
             file["mine"] = 1
         content = path.read_bytes()
     path.write_bytes(content)
-    with pytest.raises(InputError, match=r"precious.txt' exists and is not replaced, since"):
+    with pytest.raises(InputError, match=r"precious.txt' exists and is not replaced: .*; take another name"):
         run_to(path)
     assert path.read_bytes() == content
 
