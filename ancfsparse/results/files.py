@@ -50,7 +50,7 @@ def load(path: str | Path, scene: Scene) -> Trajectory:
     system = System(scene)
     run = read(path, system)
     with opened(Path(path)) as file:
-        there = json.loads(file.attrs.get("scene", "{}"))
+        there = dict(json.loads(file.attrs["scene"]))
     other = difference(there, scene.digest())
     if other is None and (
         run.q.shape[1] != system.n_all or run.lam.shape[1] != system.n_multipliers
@@ -75,19 +75,12 @@ def read(path: str | Path, system: System) -> Trajectory:
     """Open a file for a system it is known to belong to."""
     path = Path(path)
     with opened(path) as file:
-        try:
-            return _trajectory(path.absolute(), file, system)
-        except (KeyError, ValueError, TypeError, AttributeError, OSError) as damage:
-            if isinstance(damage, InputError):
-                raise
-            raise InputError(
-                f"{path} is damaged, or of another version of ancfsparse: run again"
-            ) from damage
+        return _trajectory(path.absolute(), file, system)
 
 
 def _trajectory(path: Path, file: h5py.File, system: System) -> Trajectory:
     t = np.asarray(file["t"])
-    settings = json.loads(file.attrs["settings"])
+    settings = dict(json.loads(file.attrs["settings"]))
     # Counts that a later version may have added are passed over.
     known = {each.name for each in fields(RunStats)}
     counts = json.loads(file.attrs.get("stats", "{}"))

@@ -26,7 +26,8 @@ def opened(path: Path, run: str | None = None) -> Iterator[h5py.File]:
     Raises
     ------
     InputError
-        If it cannot be read, is none that ``simulate`` wrote, or holds a later run.
+        If it cannot be read, is none that ``simulate`` wrote, or holds a later run; or if what is
+        read from it turns out not to be what a run writes.
     """
     try:
         file = h5py.File(path, "r")
@@ -40,7 +41,14 @@ def opened(path: Path, run: str | None = None) -> Iterator[h5py.File]:
                 f"{path} was rewritten by a later run, which replaced the states of this one: "
                 "give every run an output of its own"
             )
-        yield file
+        try:
+            yield file
+        except InputError:
+            raise
+        except (OSError, KeyError, ValueError, TypeError, AttributeError) as damage:
+            raise InputError(
+                f"{path} is damaged, or of another version of ancfsparse: run again"
+            ) from damage
 
 
 def unreadable(path: Path, refused: OSError) -> str:

@@ -61,19 +61,31 @@ class Stored:
         return np.asarray(self[:], dtype=dtype)
 
     def __getitem__(self, key: Any) -> Array:
-        """Read rows, or with ``[..., places]`` columns in any order and shape."""
+        """Read rows, or with ``[rows, places]`` columns of them, in any order and shape."""
+        of_rows, of_columns = key if isinstance(key, tuple) else (key, ...)
+        rows, row = _cover(of_rows, self.shape[0])
+        columns, column = _cover(of_columns, self.shape[1])
+        if not isinstance(rows, slice) and not isinstance(columns, slice):
+            rows, row = slice(None, self.shape[0]), of_rows  # HDF5 takes one list, not two
         with opened(self.path, self.run) as file:
-            table, rows = file[self.name], slice(0, len(self))
-            if isinstance(key, tuple) and len(key) == 2 and key[0] is Ellipsis:
-                unique, inverse = np.unique(key[1], return_inverse=True)
-                if len(unique) and unique[-1] - unique[0] < 4 * len(unique):  # faster than a list
-                    values = table[rows, unique[0] : unique[-1] + 1][:, unique - unique[0]]
-                else:
-                    values = table[rows, unique] if len(unique) else np.empty((len(self), 0))
-                return np.asarray(values[:, inverse.reshape(np.shape(key[1]))])
-            if isinstance(key, slice):
-                return np.asarray(table[slice(*key.indices(len(self)))])
-            return np.asarray(table[range(len(self))[key]])
+            values = file[self.name][rows, columns]
+        return np.asarray(values[row][..., column])
+
+
+def _cover(key: Any, n: int) -> tuple[Any, Any]:
+    """Return what to read of an axis of length n, and where in it is what the key asks for."""
+    if key is Ellipsis:
+        key = slice(None)
+    if isinstance(key, slice) and (key.step is None or key.step > 0):
+        return slice(*key.indices(n)), slice(None)
+    places = np.arange(n)[key]
+    unique, inverse = np.unique(places, return_inverse=True)
+    if not len(unique):
+        return slice(0, 0), places
+    first, last = int(unique[0]), int(unique[-1])
+    if last - first < 4 * len(unique):  # faster than a list
+        return slice(first, last + 1), places - first
+    return unique, inverse.reshape(places.shape)
 
 
 @dataclass(frozen=True, eq=False)

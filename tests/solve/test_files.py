@@ -54,7 +54,8 @@ def test_files_of_others_are_not_replaced(tmp_path, content):
             file["mine"] = 1
         content = path.read_bytes()
     path.write_bytes(content)
-    with pytest.raises(InputError, match=r"precious.txt' exists and is not replaced: .*; take another name"):
+    told = r"precious.txt' exists and is not replaced: .*; take another name"
+    with pytest.raises(InputError, match=told):
         run_to(path)
     assert path.read_bytes() == content
 
@@ -93,7 +94,9 @@ def test_a_file_of_a_scene_that_differs_is_refused(tmp_path, changes, told):
     ("break_it", "told"),
     [
         (lambda file: file.attrs.__setitem__("settings", "{"), "is damaged, or of another version"),
+        (lambda file: file.attrs.__setitem__("settings", "3"), "is damaged"),
         (lambda file: file.attrs.__setitem__("stats", '{"events": 3}'), "is damaged"),
+        (lambda file: file.attrs.__setitem__("scene", "["), "is damaged"),
         (lambda file: file.__delitem__("q"), "is damaged"),
         (lambda file: file["v"].resize(3, axis=0), r"v has shape \(3, 16\) where \(11, 16\) is"),
         (lambda file: file["t"].resize(0, axis=0), "holds no states"),
@@ -106,6 +109,14 @@ def test_damaged_files_are_told(tmp_path, break_it, told):
         break_it(file)
     with pytest.raises(InputError, match=told):
         load(path, scene)
+
+
+def test_damage_that_is_met_later_is_told(tmp_path):
+    _, rod, run = run_to(tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5", "r+") as file:
+        del file["q"]
+    with pytest.raises(InputError, match=r"run\.h5 is damaged, or of another version"):
+        run.position(rod.end)
 
 
 def test_counts_of_later_versions_are_passed_over(tmp_path):
@@ -130,8 +141,11 @@ def test_the_file_is_found_from_other_folders_and_missed_when_gone(tmp_path, mon
 def test_rows_of_a_file_are_read_as_those_of_an_array(tmp_path):
     _, _, run = run_to(tmp_path / "run.h5")
     whole = np.asarray(run.q)
-    for key in (3, -1, slice(2, 5), slice(-3, None), slice(0, 100)):
+    some, scattered = [[7, 2], [2, 3]], [10, 0]
+    for key in (3, -1, slice(2, 5), slice(-3, None, 2), slice(None, None, -1), scattered, []):
         np.testing.assert_array_equal(run.q[key], whole[key])
+        for places in (3, slice(4, 6), some, [15, 0], np.empty((2, 0), int)):
+            np.testing.assert_array_equal(run.q[key, places], whole[key][..., places])
     with pytest.raises(IndexError):
         run.q[11]
 
