@@ -117,7 +117,7 @@ def simulate(
         crossed in shorter ones; each is listed in ``stats.events``.  By default such a step ends
         the run.
     threads : int, optional
-        Threads that share the work of large systems, from 40 000 free coordinates on; smaller ones
+        Threads that share the work of large systems, from 16 000 free coordinates on; smaller ones
         run on one.  Runs with the same number repeat bit for bit.  More than the machine has gain
         nothing.
     save_every : int, optional
