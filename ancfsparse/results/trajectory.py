@@ -49,7 +49,9 @@ class Trajectory:
         return (
             f"Trajectory: {len(self.t)} states from t = {self.t[0]:.6g} s to {self.t[-1]:.6g} s, "
             f"{self.q.shape[1]} coordinates, {self.lam.shape[1]} multipliers\n"
-            f"  {stats.steps} steps, {stats.iterations_per_step:.2f} iterations per step, "
+            f"  {stats.steps} steps"
+            + (f", {stats.short_steps} shorter ones" if stats.short_steps else "")
+            + f", {stats.iterations_per_step:.2f} iterations per step, "
             f"{stats.factorizations} factorizations, {stats.march_seconds:.3g} s"
             + (f", {stats.solver}" if stats.solver else "")
         )
