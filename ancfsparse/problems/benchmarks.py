@@ -6,9 +6,10 @@ import math
 from typing import NamedTuple
 
 from ancfsparse.errors import InputError, check_choice, check_positive
+from ancfsparse.kernels.catalog import OPTIONS
 from ancfsparse.scene import AnySection, Beam, Circle, Material, Rectangle, Scene
 
-ELEMENT_OPTIONS = ("strain", "curvature", "section_strain")
+ELEMENT_OPTIONS = tuple(dict.fromkeys(each for options in OPTIONS.values() for each in options))
 """What else a problem takes, as in `Scene.add_beam`."""
 
 

@@ -198,9 +198,9 @@ def solve_accurately(
                 total.seconds["set-up"] = time.perf_counter() - begin - total.march_seconds
                 return states, total
             least = min(least, error)
-            # The rounding of a step is about that of the largest coordinate.  That of n of them adds
-            # up to about root n times as much, and to n times at most.  Shorter steps only add to
-            # it, and take ever longer.
+            # The rounding of a step is about that of the largest coordinate.  In n steps it adds up
+            # to about root n times as much, and to n times at most.  Shorter steps only add to it,
+            # and take ever longer.
             n, rounding = stepper.stats.steps, EPSILON * size
             hopeless = accuracy < rounding * math.sqrt(n) or (stuck and error < rounding * n)
             if error < np.inf and hopeless:

@@ -141,7 +141,7 @@ def as_markdown(table: Table) -> str:
         f"{settings['elements']} elements, dt = {settings['dt_s']:g} s, {settings['machine']} with "
         f"kernels for {settings['instruction_set']}, SciPy {settings['scipy']} on the same "
         f"compiled forces with tolerances {settings['ode_rtol']:g} and {settings['ode_atol']:g}; "
-        "tip error: largest distance from the same mesh converged in time."
+        "tip error: largest distance from the same mesh converged in time, over the whole run."
     )
     return "\n".join([*lines, "", how, "", *(f"- {each}" for each in findings(table))])
 
