@@ -6,7 +6,8 @@ import importlib.metadata
 import json
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -61,6 +62,17 @@ ADVICE = (
 )
 ADVICE_ON_ACCURACY = "Try a smaller --accuracy, or --rho-inf 0.8, which damps more."
 ADVICE_ON_EXPLICIT = "Try a smaller --step, or --integrator generalized-alpha."
+
+
+@contextmanager
+def _in_own_words() -> Iterator[None]:
+    """Say errors of the library in the options of the command."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(in_options(str(error))) from error
+    except (StepFailure, AccuracyFailure) as error:
+        raise RunError(_ended(error)) from error
 
 
 def in_options(text: str) -> str:
@@ -208,12 +220,8 @@ def pendulum(
         save_every=save_every,
         options={key: value for key, value in said.items() if value is not None},
     )
-    try:
+    with _in_own_words():
         run, summary = run_pendulum(wish)
-    except InputError as error:
-        raise InputError(in_options(str(error))) from error
-    except (StepFailure, AccuracyFailure) as error:
-        raise RunError(_ended(error)) from error
     if json_to is None:
         tip = ", ".join(f"{x:.9f}" for x in summary["tip"][-1])
         typer.echo(f"{run!r}\n  tip at t = {run.t[-1]:.6g} s: ({tip}) m\n  {run.energy!r}")
@@ -233,7 +241,8 @@ def table1(
 ) -> None:
     """Reproduce table 1 and figures 1 and 2 of the paper beside the paper's own numbers."""
     check_targets(output, readme, report.MARKERS)
-    table = run_table1(t_end=time, dt=step, cap=cap, progress=True)
+    with _in_own_words():
+        table = run_table1(t_end=time, dt=step, cap=cap, progress=True)
     typer.echo(report.as_text(table))
     written = report.write(table, output) + figures.write(table, output)
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
