@@ -191,6 +191,11 @@ def test_an_unknown_integrator_is_refused(capsys):
         (("--memory", "5", "--solver", "newton"), "--memory 5 means nothing to --solver newton: "),
         (("--memory", "5", "--accuracy", "1e-3", "--integrator", "hht"),
          "--memory 5 means nothing to --solver auto, the default here"),
+        (("--solver", "newton", "--integrator", "central-difference"),
+         "--solver newton means nothing to --integrator central-difference: leave it out"),
+        (("--tolerance", "1e-3", "--integrator", "rkn4"), "--tolerance 1e-3 means nothing to"),
+        (("--solver", "bfgs", "--accuracy", "1e-3", "--integrator", "hht"),
+         "the full memory of --solver bfgs keeps its first: add --memory 10"),
         (("--nu", ".4"), "--nu 0.4 means nothing to --element thin: leave it out, or take "
          "--element thick"),
     ],

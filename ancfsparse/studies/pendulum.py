@@ -23,9 +23,10 @@ from ancfsparse.problems import pendulum
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
 
+EXPLICIT = ("central-difference", "rkn4", "rkn8")
 INTEGRATORS = (
     *("newmark", "hht", "generalized-alpha", "energy-momentum"),
-    *("central-difference", "rkn4", "rkn8"),
+    *EXPLICIT,
 )
 ALPHAS = {"newmark": 0.0, "hht": 0.05}
 ALPHA_METHOD, RHO_INF = "generalized-alpha", 0.9
@@ -163,12 +164,17 @@ def check_heard(wish: PendulumRun, solver: str) -> None:
     solver : str
         What solves the steps.
     """
+    integrator = f"--integrator {wish.integrator}"
     what_solves = f"--solver {solver}" + ("" if wish.solver else ", the default here")
+    implicit = wish.integrator not in EXPLICIT
+    solves = "--integrator generalized-alpha"
     for option, said, heard, owners, chosen in (
+        ("--solver", wish.solver, implicit or wish.solver == "auto", solves, integrator),
+        ("--tolerance", wish.tolerance, implicit, solves, integrator),
         ("--alpha", wish.alpha, wish.integrator in ALPHAS, "--integrator " + " or ".join(ALPHAS),
-         f"--integrator {wish.integrator}"),
+         integrator),
         ("--rho-inf", wish.rho_inf, wish.integrator == ALPHA_METHOD, f"--integrator {ALPHA_METHOD}",
-         f"--integrator {wish.integrator}"),
+         integrator),
         ("--memory", wish.memory, solver in UPDATES, "--solver " + " or ".join(UPDATES),
          what_solves),
         ("--nu", wish.nu, wish.element == THICK, f"--element {THICK}",
@@ -178,6 +184,12 @@ def check_heard(wish: PendulumRun, solver: str) -> None:
             raise InputError(
                 f"{option} {said} means nothing to {chosen}: leave it out, or take {owners}"
             )
+    if wish.accuracy is not None and solver in UPDATES and wish.memory in (None, "full"):
+        raise InputError(
+            f"--accuracy {wish.accuracy:g} needs a factor that is renewed as the body moves, and "
+            f"the full memory of --solver {solver} keeps its first: add --memory 10, or leave "
+            "--solver out"
+        )
 
 
 def integrator_of(name: str, alpha: float = 0.0, rho_inf: float = 0.9) -> Implicit | Explicit:
