@@ -10,6 +10,7 @@ from ancfsparse.errors import (
     EquilibriumFailure,
     InputError,
     Instability,
+    OutputFailure,
     StepFailure,
 )
 from ancfsparse.integrators import (
@@ -42,6 +43,7 @@ __all__ = [
     "ModifiedNewton",
     "Newmark",
     "Newton",
+    "OutputFailure",
     "QuasiNewton",
     "Rectangle",
     "RungeKuttaNystrom",

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import ModuleType
 
 from ancfsparse.errors import InputError
+from ancfsparse.openmp import brief_waits
 
 ENVIRONMENT_VARIABLE = "ANCFSPARSE_INSTRUCTION_SET"
 
@@ -71,4 +72,6 @@ def compiled(name: str, instruction_set_name: str | None = None) -> ModuleType:
     instruction_set_name : str, optional
         One of `available_instruction_sets`; by default the one in use.
     """
-    return import_module(f"ancfsparse.compiled.{name}_{instruction_set_name or instruction_set()}")
+    module = f"ancfsparse.compiled.{name}_{instruction_set_name or instruction_set()}"
+    with brief_waits():
+        return import_module(module)

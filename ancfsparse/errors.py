@@ -165,6 +165,38 @@ class Instability(StepFailure):
         )
 
 
+class OutputFailure(AncfError, RuntimeError):
+    """The file of a run cannot take its states any more, as when the disk is full.
+
+    Parameters
+    ----------
+    reason : str
+        What the system says.
+    path : str
+        The file.
+    time : float
+        Time of the last state in it [s].
+    trajectory : Trajectory, optional
+        The states in it.
+    """
+
+    def __init__(self, reason: str, path: str, time: float, trajectory: Any = None) -> None:
+        super().__init__(reason, path, time, trajectory)
+        self.reason = reason
+        self.path = path
+        self.time = time
+        self.trajectory = trajectory
+
+    def __str__(self) -> str:
+        """Compose the message a reader meets."""
+        return (
+            f"{self.path} cannot take the states after t = {self.time:.6g} s: {self.reason}. "
+            "Free some space or write elsewhere, or save less with save_every or save_nodes."
+            + KEPT
+            * (self.trajectory is not None)
+        )
+
+
 class AccuracyFailure(AncfError, RuntimeError):
     """The error of a motion did not come down to what was asked for.
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
+from ancfsparse.results.opening import opened
 from ancfsparse.results.source import Array
 
 
@@ -38,19 +38,19 @@ class Stored:
     Parameters
     ----------
     path : Path
-        The file.
+        The file, absolute: the working folder may change.
     name : str
         Name of the data set.
+    run : str
+        The mark of the run it is of: a later one may have replaced the file.
+    shape : (int, int)
+        Numbers of rows and columns.  Rows beyond were written in part, and do not count.
     """
 
     path: Path
     name: str
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Numbers of rows and columns."""
-        with h5py.File(self.path, "r") as file:
-            return tuple(file[self.name].shape)
+    run: str
+    shape: tuple[int, int]
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -61,17 +61,31 @@ class Stored:
         return np.asarray(self[:], dtype=dtype)
 
     def __getitem__(self, key: Any) -> Array:
-        """Read rows, or with ``[..., places]`` columns in any order and shape."""
-        with h5py.File(self.path, "r") as file:
-            table = file[self.name]
-            if isinstance(key, tuple) and len(key) == 2 and key[0] is Ellipsis:
-                unique, inverse = np.unique(key[1], return_inverse=True)
-                if len(unique) and unique[-1] - unique[0] < 4 * len(unique):  # faster than a list
-                    values = table[:, unique[0] : unique[-1] + 1][:, unique - unique[0]]
-                else:
-                    values = table[:, unique] if len(unique) else np.empty((len(table), 0))
-                return np.asarray(values[:, inverse.reshape(np.shape(key[1]))])
-            return np.asarray(table[key])
+        """Read rows, or with ``[rows, places]`` columns of them, in any order and shape."""
+        of_rows, of_columns = key if isinstance(key, tuple) else (key, ...)
+        rows, row = _cover(of_rows, self.shape[0])
+        columns, column = _cover(of_columns, self.shape[1])
+        if not isinstance(rows, slice) and not isinstance(columns, slice):
+            rows, row = slice(None, self.shape[0]), of_rows  # HDF5 takes one list, not two
+        with opened(self.path, self.run) as file:
+            values = file[self.name][rows, columns]
+        return np.asarray(values[row][..., column])
+
+
+def _cover(key: Any, n: int) -> tuple[Any, Any]:
+    """Return what to read of an axis of length n, and where in it is what the key asks for."""
+    if key is Ellipsis:
+        key = slice(None)
+    if isinstance(key, slice) and (key.step is None or key.step > 0):
+        return slice(*key.indices(n)), slice(None)
+    places = np.arange(n)[key]
+    unique, inverse = np.unique(places, return_inverse=True)
+    if not len(unique):
+        return slice(0, 0), places
+    first, last = int(unique[0]), int(unique[-1])
+    if last - first < 4 * len(unique):  # faster than a list
+        return slice(first, last + 1), places - first
+    return unique, inverse.reshape(places.shape)
 
 
 @dataclass(frozen=True, eq=False)

@@ -48,13 +48,24 @@ class Trajectory:
         stats = self.stats
         return (
             f"Trajectory: {len(self.t)} states from t = {self.t[0]:.6g} s to {self.t[-1]:.6g} s, "
-            f"{self.q.shape[1]} coordinates, {self.lam.shape[1]} multipliers\n"
-            f"  {stats.steps} steps"
-            + (f", {stats.short_steps} shorter ones" if stats.short_steps else "")
-            + f", {stats.iterations_per_step:.2f} iterations per step, "
-            f"{stats.factorizations} factorizations, {stats.march_seconds:.3g} s"
+            f"{self.q.shape[1]} coordinates, {self.lam.shape[1]} multipliers\n  "
+            + ("" if self.finished else f"unfinished: t_end is {self.settings['t_end']:.6g} s; ")
+            + (
+                f"{stats.steps} steps"
+                + (f", {stats.short_steps} shorter ones" if stats.short_steps else "")
+                + f", {stats.iterations_per_step:.2f} iterations per step, "
+                f"{stats.factorizations} factorizations, {stats.march_seconds:.3g} s"
+                if stats.steps or len(self.t) == 1
+                else "interrupted, so that nothing was counted"
+            )
             + (f", {stats.solver}" if stats.solver else "")
         )
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run came to the end it was started for."""
+        t_end = self.settings.get("t_end")
+        return t_end is None or bool(self.t[-1] >= t_end * (1.0 - 1e-9))
 
     @property
     def multipliers(self) -> Array:

@@ -10,11 +10,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
+from ancfsparse.scene.functions import sendable
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection
 
@@ -67,6 +69,10 @@ class Body(ABC):
     ends: Numbers
     vectors: Vector
     velocity: VelocityField | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what is pickled: a velocity only if it can be."""
+        return self.__dict__ | {"velocity": sendable(self.velocity)}
 
     @property
     def dim(self) -> int:

@@ -4,19 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.errors import InputError, check_finite, check_vector
 from ancfsparse.scene.bodies import Body, Node
+from ancfsparse.scene.functions import sendable
 
 Vector = NDArray[np.float64]
 Value = ArrayLike | Callable[[float], ArrayLike]
 
 
+class Sendable:
+    """A load that can be sent to another process, if need be without its function of time."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what is pickled."""
+        return self.__dict__ | {"value": sendable(self.__dict__["value"])}
+
+
 @dataclass(frozen=True, eq=False)
-class PointForce:
+class PointForce(Sendable):
     """A force at a point of a beam, fixed in space.
 
     Attributes
@@ -42,7 +52,7 @@ class PointForce:
 
 
 @dataclass(frozen=True, eq=False)
-class PointMoment:
+class PointMoment(Sendable):
     """A moment at a node of a beam, fixed in space.
 
     Attributes
@@ -78,7 +88,7 @@ class PointMoment:
 
 
 @dataclass(frozen=True, eq=False)
-class DistributedForce:
+class DistributedForce(Sendable):
     """A force per reference length along a whole beam or mesh, fixed in space.
 
     Attributes

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.errors import InputError, check_choice, check_vector
 from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.contents import Contents
+from ancfsparse.scene.digest import digest
 from ancfsparse.scene.joints import (
     SAME_PLACE,
     Clamp,
@@ -63,6 +64,10 @@ class Scene(Contents):
             f"{kind} scene: beams {len(self.beams)}, joints {len(self.joints)}, "
             f"loads {len(self.loads)}"
         )
+
+    def digest(self) -> dict[str, str]:
+        """Describe its parts, so that a file can be told from that of another scene."""
+        return digest(self, self.joints, self.loads)
 
     def pin(self, node: Node, as_constraint: bool = False) -> Pin:
         """Hold the position of a node where it is, leave its rotation free.

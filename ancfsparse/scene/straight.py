@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.errors import InputError, check_count, check_positive, check_vector
+from ancfsparse.machine import check_room
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import VelocityField
 from ancfsparse.scene.elements import check_make, options_of
+from ancfsparse.scene.functions import Uniform
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection
 
@@ -57,6 +59,7 @@ def straight_beam(
     head = check_vector(f"end of {label}", end, dim, "m")
     count = check_count(f"n_elements of {label}", n_elements)
     check_make(label, element, dim, section, material)
+    check_room(f"{label}, {count} elements,", (16.0 * dim + 20.0) * count, "a smaller n_elements")
     far = max(np.abs(tail).max(), np.abs(head).max())
     if np.linalg.norm(head - tail) <= NO_LENGTH * far:
         raise InputError(
@@ -165,7 +168,7 @@ def velocity_field(
     what = f"velocity of {label}"
     if not callable(velocity):
         constant = check_vector(what, velocity, positions.shape[1], "m/s")
-        return lambda x: np.broadcast_to(constant, np.shape(x)).copy()
+        return Uniform(constant)
     values: Any = velocity(positions.copy())
     try:
         values = np.asarray(values, dtype=np.float64)

@@ -7,7 +7,11 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from sksparse.cholmod import CholmodNotPositiveDefiniteError, analyze
+
+from ancfsparse.openmp import brief_waits
+
+with brief_waits():  # SuiteSparse brings OpenMP with it
+    from sksparse.cholmod import CholmodNotPositiveDefiniteError, analyze
 
 Indices = NDArray[np.integer[Any]]
 

@@ -154,7 +154,7 @@ LDL_INLINE void ldl_subtract(double *restrict out, double a, ldl_numbers x, ptrd
 
 /* Passes in vectors may read and write so many numbers behind what they are for, and the sweeps read
  * so many behind the entries. */
-enum { LDL_SLACK = 15, LDL_TAIL = 3 };
+enum { LDL_SLACK = 31, LDL_TAIL = 3 };
 
 /* The rows of a supernode, transposed, stand this far apart: whole vectors. */
 LDL_INLINE ptrdiff_t ldl_stride(ptrdiff_t n_rows) { return (n_rows + 3) / 4 * 4; }

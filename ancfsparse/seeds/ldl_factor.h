@@ -6,38 +6,19 @@
 #include <string.h>
 
 #include "ldl.h"
+#include "ldl_dense.h"
 #include "ldl_spread.h"
 #include "parallel.h"
 #include "simd.h"
 
-/* Numbers of working space for a supernode: rows, rows times the inverse, both transposed; products. */
+/* Numbers between the products of one row and of the next. */
+LDL_INLINE ptrdiff_t ldl_product_room(ptrdiff_t n_rows) { return ldl_stride(n_rows) + LDL_SLACK; }
+
+/* Numbers of working space for a supernode: its rows transposed, their products, and those divided. */
 static inline ptrdiff_t ldl_space(ptrdiff_t width, ptrdiff_t n_rows)
 {
-    ptrdiff_t stride = ldl_stride(n_rows);
-    return width * stride + 4 * width + stride + width + 3 * LDL_SLACK;
-}
-
-/* product[k] = sum over c of g[c] b[c * stride + k], for k < n; up to LDL_SLACK more are read and written. */
-LDL_INLINE void ldl_products(const double *restrict g, ptrdiff_t width, const double *restrict b,
-                             ptrdiff_t stride, ptrdiff_t n, double *restrict product)
-{
-    ptrdiff_t k = 0;
-    if (!__builtin_constant_p(width))
-        for (; k + 4 < n; k += 2 * ANCF_LANES) {
-            vec first = g[0] * vec_load(b + k), second = g[0] * vec_load(b + k + ANCF_LANES);
-            for (ptrdiff_t c = 1; c < width; ++c) {
-                first += g[c] * vec_load(b + c * stride + k);
-                second += g[c] * vec_load(b + c * stride + k + ANCF_LANES);
-            }
-            *(vec *)(product + k) = first;
-            *(vec *)(product + k + ANCF_LANES) = second;
-        }
-    for (; k < n; k += 4) {
-        quad total = g[0] * quad_load(b + k);
-        for (ptrdiff_t c = 1; c < width; ++c)
-            total += g[c] * quad_load(b + c * stride + k);
-        quad_store(product + k, total);
-    }
+    return width * ldl_stride(n_rows) + LDL_SLACK + LDL_ROWS * ldl_product_room(n_rows) +
+           LDL_ABREAST * ANCF_LANES * width;
 }
 
 /* Factor the block at the diagonal of a supernode, L D L^T in place, D inverted; 0, 1 + the first unknown
@@ -72,32 +53,45 @@ LDL_INLINE ptrdiff_t ldl_pivots(const ldl *self, ptrdiff_t s, ptrdiff_t width)
     return bad;
 }
 
-/* Four rows times the inverse of the block, by its factor: y[c] holds column c of them. */
-LDL_INLINE void ldl_divide(const double *triangle, const double *inverse, ptrdiff_t width, quad *y)
+/* G of a wide supernode, for up to abreast vectors of rows from row r on. */
+LDL_INLINE void ldl_divide_rows(const ldl *self, ptrdiff_t s, ptrdiff_t r, const double *b, vec *y,
+                                int abreast)
 {
-    const double *entry = triangle;
-    for (ptrdiff_t c = 1; c < width; ++c) {
-        for (ptrdiff_t k = 0; k < c; ++k)
-            y[c] -= entry[k] * y[k];
-        entry += c;
-    }
+    ptrdiff_t width = ldl_width(self, s), n_rows = ldl_rows(self, s), stride = ldl_stride(n_rows);
+    ptrdiff_t n = n_rows - r < abreast * ANCF_LANES ? n_rows - r : abreast * ANCF_LANES;
+    double *g = self->block + self->block_start[s] + r * width;
     for (ptrdiff_t c = 0; c < width; ++c)
-        y[c] *= inverse[c];
-    for (ptrdiff_t c = width - 1; c > 0; --c) {
-        entry -= c;
-        for (ptrdiff_t k = 0; k < c; ++k)
-            y[k] -= entry[k] * y[c];
-    }
+        for (int j = 0; j < abreast; ++j)
+            y[abreast * c + j] = vec_load(b + c * stride + r + j * ANCF_LANES);
+    ldl_divide_abreast(self->triangle + self->triangle_start[s], self->diagonal + self->first[s], width,
+                       y, abreast);
+    for (ptrdiff_t k = 0; k < n; ++k)
+        for (ptrdiff_t c = 0; c < width; ++c)
+            g[k * width + c] = ((const double *)y)[abreast * ANCF_LANES * c + k];
+}
+
+/* G of a wide supernode, from its transposed rows; as many vectors abreast as there are rows for. */
+static void ldl_divide_wide(const ldl *self, ptrdiff_t s, const double *b, vec *y)
+{
+    ptrdiff_t n_rows = ldl_rows(self, s), r = 0;
+    for (; n_rows - r > 2 * ANCF_LANES; r += 4 * ANCF_LANES)
+        ldl_divide_rows(self, s, r, b, y, 4);
+    if (n_rows - r > ANCF_LANES)
+        ldl_divide_rows(self, s, r, b, y, 2);
+    else if (n_rows > r)
+        ldl_divide_rows(self, s, r, b, y, 1);
 }
 
 /* Subtract what supernode s gives to the columns of its rows r to end; `b` are its rows, transposed.
  * These rows are numbered from `shift` on: zero, or where the image of the root is. */
 LDL_INLINE void ldl_update(const ldl *self, ptrdiff_t s, ptrdiff_t width, ptrdiff_t r, ptrdiff_t end,
-                           ptrdiff_t shift, const double *b, double *product)
+                           ptrdiff_t shift, const double *b, double *products)
 {
     const double *block = self->block + self->block_start[s];
     const int32_t *row = self->row + self->row_start[s];
     ptrdiff_t n_rows = ldl_rows(self, s), stride = ldl_stride(n_rows);
+    ptrdiff_t room = ldl_product_room(n_rows);
+    double *product;
     while (r < end) {
         /* The rows up to `behind` are columns of supernode t. */
         ptrdiff_t t = self->super_of[row[r] - shift], first = self->first[t] + shift, behind = r + 1;
@@ -105,10 +99,19 @@ LDL_INLINE void ldl_update(const ldl *self, ptrdiff_t s, ptrdiff_t width, ptrdif
             ++behind;
         const int32_t *to = self->row + self->row_start[t];
         double *target = self->block + self->block_start[t];
-        for (ptrdiff_t i = r; i < n_rows; ++i) {
+        for (ptrdiff_t i = r, ready = r; i < n_rows; ++i) {
             ptrdiff_t n = i < behind ? i - r : behind - r;
             double *out;
-            ldl_products(block + i * width, width, b + r, stride, i < behind ? n + 1 : n, product);
+            if (i == ready) {
+                int several = !__builtin_constant_p(width) && i + LDL_ROWS <= n_rows;
+                ready += several ? LDL_ROWS : 1;
+                product = products;
+                ptrdiff_t columns = (ready < behind ? ready : behind) - r;
+                if (several)
+                    ldl_products_of_rows(block + i * width, width, b + r, stride, columns, product, room);
+                else
+                    ldl_products(block + i * width, width, b + r, stride, columns, product);
+            }
             if (i < behind) {
                 ptrdiff_t a = row[i] - first;
                 out = self->triangle + self->triangle_start[t] + a * (a - 1) / 2;
@@ -122,6 +125,7 @@ LDL_INLINE void ldl_update(const ldl *self, ptrdiff_t s, ptrdiff_t width, ptrdif
             }
             for (ptrdiff_t k = 0; k < n; ++k)
                 out[row[r + k] - first] -= product[k];
+            product += room;
         }
         r = behind;
     }
@@ -134,22 +138,26 @@ LDL_INLINE ptrdiff_t ldl_eliminate(const ldl *self, ptrdiff_t s, ptrdiff_t width
 {
     double *g = self->block + self->block_start[s];
     ptrdiff_t n_rows = ldl_rows(self, s), stride = ldl_stride(n_rows), end = n_rows, bad;
-    double *b = space, *product = b + width * stride + LDL_SLACK;
-    quad held[LDL_SHORT], *y = __builtin_constant_p(width) ? held : (quad *)(product + stride + LDL_SLACK);
+    double *b = space, *products = b + width * stride + LDL_SLACK;
     for (ptrdiff_t r = 0; r < n_rows; ++r)
         for (ptrdiff_t c = 0; c < width; ++c)
             b[c * stride + r] = g[r * width + c];
     bad = ldl_pivots(self, s, width);
     if (bad < 0)
         return bad;
-    for (ptrdiff_t r = 0; r < n_rows; r += 4) {
-        for (ptrdiff_t c = 0; c < width; ++c)
-            y[c] = quad_load(b + c * stride + r);
-        ldl_divide(self->triangle + self->triangle_start[s], self->diagonal + self->first[s], width, y);
-        for (ptrdiff_t k = r; k < n_rows && k < r + 4; ++k)
+    if (__builtin_constant_p(width))
+        for (ptrdiff_t r = 0; r < n_rows; r += 4) {
+            quad y[LDL_SHORT];
             for (ptrdiff_t c = 0; c < width; ++c)
-                g[k * width + c] = y[c][k - r];
-    }
+                y[c] = quad_load(b + c * stride + r);
+            ldl_divide(self->triangle + self->triangle_start[s], self->diagonal + self->first[s], width,
+                       y);
+            for (ptrdiff_t k = r; k < n_rows && k < r + 4; ++k)
+                for (ptrdiff_t c = 0; c < width; ++c)
+                    g[k * width + c] = y[c][k - r];
+        }
+    else
+        ldl_divide_wide(self, s, b, (vec *)(products + LDL_ROWS * ldl_product_room(n_rows)));
     if (s < self->part[self->n_parts]) {
         end = ldl_rows_before(self, s, self->root_column);
         if (end < n_rows) {
@@ -157,7 +165,7 @@ LDL_INLINE ptrdiff_t ldl_eliminate(const ldl *self, ptrdiff_t s, ptrdiff_t width
             *kept += width * stride;
         }
     }
-    ldl_update(self, s, width, 0, end, 0, b, product);
+    ldl_update(self, s, width, 0, end, 0, b, products);
     return bad;
 }
 
@@ -168,13 +176,11 @@ static ptrdiff_t ldl_eliminate_range(const ldl *self, ptrdiff_t s, ptrdiff_t end
     ptrdiff_t bad = 0;
     for (; s < end; ++s) {
         ptrdiff_t width = ldl_width(self, s), found;
-        /* Nodes of planar cables, spatial cables and thick beams: loops of known length. */
+        /* Nodes of planar and of spatial cables: loops of known length. */
         if (width == 4)
             found = ldl_eliminate(self, s, 4, space, &kept);
         else if (width == 6)
             found = ldl_eliminate(self, s, 6, space, &kept);
-        else if (width == 12)
-            found = ldl_eliminate(self, s, 12, space, &kept);
         else
             found = ldl_eliminate(self, s, width, space, &kept);
         if (found < 0)

@@ -12,13 +12,16 @@ from ancfsparse.seeds.cholmod import Supernodal, order
 from ancfsparse.seeds.shape import Upper, parts_of, shape_of
 
 Indices = NDArray[np.integer[Any]]
-# Operations for each entry of L from which CHOLMOD's dense blocks beat our loops on one thread:
-# between square nets of 140 (496, a tenth slower) and of 200 cables a side (665, a tenth faster).
-# Cubes of 30^3 unknowns (637) are a quarter slower yet.
-DENSE_BLOCKS = 600.0
-# Bytes of a factor from which solves in single precision are faster: a net of 30 a side (a tenth), a
-# chain of 20 000 planar elements (nothing yet, a fifth from 100 000 on, where the caches end).
+# Operations for each entry of L from which CHOLMOD's dense blocks factor faster than our loops, on
+# one thread: a tenth slower for square nets of 200 cables a side (665), as fast for 250 (791), a
+# quarter faster for cubes of 40^3 unknowns (1129).  Its solves take 1.6 to 2.3 times as long.
+DENSE_BLOCKS = 1000.0
+# Bytes of a factor from which solves in single precision are faster: a tenth for a net of 30 a
+# side, nothing yet for a chain of 20 000 planar elements, a fifth from 100 000 on, past the caches.
 SINGLE_FROM = 4e6
+# Bytes that an entry of L takes: in our own factor, and in CHOLMOD's, which pads its blocks, copies
+# the matrix and has room to work: 15 to 12 on cubes of 14 to 24 cells a side.
+OWN_ENTRY, BLOCK_ENTRY = 8.7, 13.0
 
 
 class SparseSeed:
@@ -55,6 +58,8 @@ class SparseSeed:
         How many take part in our own factor.
     shape : Shape
         Supernodes of L and their parts.
+    nbytes : float
+        Estimated memory of the factor, which is taken when it is first asked for [bytes].
     """
 
     def __init__(
@@ -77,6 +82,7 @@ class SparseSeed:
         self.nnz, self.factor_flops, self.threads = shape.nnz, shape.flops, shape.n_parts
         self._permutation, self.shape = permutation, shape
         self._own: Any = None
+        self._upper: Upper | None = None
         self._fallen_back = False
         self.supernodal = n_positive == self.n and self.factor_flops > DENSE_BLOCKS * self.nnz
         self._cholmod: Supernodal | None = None
@@ -85,9 +91,13 @@ class SparseSeed:
             self._cholmod = Supernodal(indptr, indices, self.ordering)
             self._callback = compiled("callback").Callback(self, self.n, len(indices))
         else:
-            self._make_own(upper)
+            self._upper = upper  # until the factor is made
+        self.nbytes = (BLOCK_ENTRY if self.supernodal else OWN_ENTRY) * (self.nnz + self.n)
 
-    def _make_own(self, upper: Upper) -> None:
+    def _make_own(self) -> None:
+        upper, self._upper = self._upper, None
+        if upper is None:
+            upper = _upper(*self._pattern, self._permutation)
         self._own = compiled("ldl").Ldl(
             *self._pattern,
             self._permutation,
@@ -101,7 +111,7 @@ class SparseSeed:
     def own(self) -> Any:
         """Our own compiled factor."""
         if self._own is None:
-            self._make_own(_upper(*self._pattern, self._permutation))
+            self._make_own()
         return self._own
 
     @property

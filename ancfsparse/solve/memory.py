@@ -5,14 +5,15 @@ from __future__ import annotations
 import ctypes
 import math
 import sys
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.kernels.layout import MANY_BLOCKS
+from ancfsparse.machine import GIGABYTE, available
 from ancfsparse.nonlinear import Method, QuasiNewton
 from ancfsparse.scene import Beam, Connect, Mesh, Scene
+from ancfsparse.seeds import SparseSeed
 
 # Vectors over all coordinates that a run keeps: loads, last and present state, residuals, one saved
 # state, the numbering and the pivots of the factor.
@@ -21,7 +22,6 @@ VECTORS = 24
 MATRIX_ENTRY, FACTOR_ENTRY = 12, 9
 # Secant pairs: two terms of two vectors each.
 PAIR = 4
-GIGABYTE = 1e9
 
 
 def give_back() -> None:
@@ -56,6 +56,9 @@ class Memory:
     def total(self) -> float:
         """All of it [bytes]."""
         return self.kernels + self.matrix + self.factor + self.vectors + self.states
+
+
+NOTHING = Memory(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def estimate(
@@ -121,27 +124,12 @@ def estimate(
 def _fill(scene: Scene, n_nodes: int) -> float:
     """Entries of the factor beside those of the matrix: chains and trees hardly fill in, nets do.
 
-    Nested dissection of a square grid fills in with the logarithm of the number of nodes.
+    Nested dissection of a square grid fills in with the logarithm of the number of nodes.  Lattices
+    in space fill in more; `check_factor` counts what they take once they are set up.
     """
     cycles = sum(isinstance(joint, Connect) for joint in scene.joints)
     cycles += sum(m.n_elements - m.n_nodes for m in scene.beams if isinstance(m, Mesh))
     return 0.5 * math.log2(n_nodes) if cycles > 0.1 * n_nodes else 1.0
-
-
-def available() -> float | None:
-    """Return the memory that is free for this process [bytes], None where nobody says."""
-    free = []
-    try:
-        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-        free += [1024.0 * int(each.split()[1]) for each in lines if "MemAvailable" in each]
-        group = Path("/sys/fs/cgroup")
-        most = (group / "memory.max").read_text(encoding="ascii").strip()
-        if most != "max":
-            used = int((group / "memory.current").read_text(encoding="ascii"))
-            free.append(float(int(most) - used))
-    except (OSError, ValueError):
-        pass  # not a Linux machine, or one without control groups
-    return min(free) if free else None
 
 
 def check_fits(needed: Memory) -> None:
@@ -172,3 +160,17 @@ def check_fits(needed: Memory) -> None:
         f"{free / GIGABYTE:.3g} GB of memory are free, and {name} alone would take "
         f"{parts[name] / GIGABYTE:.3g} GB; try {advice}"
     )
+
+
+def check_factor(needed: Memory, seed: SparseSeed) -> None:
+    """Refuse a run whose factor, now that it is counted, cannot fit with what is yet to come.
+
+    Parameters
+    ----------
+    needed : Memory
+        The estimate from the scene; its element arrays and its matrix are there by now.
+    seed : SparseSeed
+        Ordered, but not yet factored.
+    """
+    factor = max(needed.factor, seed.nbytes)
+    check_fits(replace(needed, kernels=0.0, matrix=0.0, factor=factor))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,10 +11,13 @@ from typing import Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, OutputFailure
+from ancfsparse.machine import GIGABYTE
 from ancfsparse.results import RunStats, Trajectory
-from ancfsparse.results.files import Writer, read
+from ancfsparse.results.files import read
+from ancfsparse.results.opening import check_replaceable
 from ancfsparse.results.tables import Chosen
+from ancfsparse.results.writer import Writer
 from ancfsparse.scene import Node
 from ancfsparse.system import System
 
@@ -25,7 +29,15 @@ BUFFER = 2**25
 
 
 class Recorder(Protocol):
-    """Takes saved states in order of time."""
+    """Takes saved states in order of time.
+
+    Attributes
+    ----------
+    rows : int
+        Number of states taken.
+    """
+
+    rows: int
 
     def append(self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector) -> None:
         """Take rows for the times `t`."""
@@ -50,16 +62,17 @@ class Kept:
     """
 
     def __init__(self, rows: int, n: int, m: int, places: Places | None) -> None:
-        self._places, self._n, self._done = places, n, 0
+        self._places, self._n, self.rows = places, n, 0
         width = n if places is None else len(places)
+        self._stats = RunStats()
         self._tables = [np.empty((rows, *shape)) for shape in ((), *[(width,)] * 3, (m,))]
 
     def append(self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector) -> None:
         """Take rows for the times `t`."""
         kept = [x if self._places is None else x[:, self._places] for x in (q, v, a)]
         for table, rows in zip(self._tables, (t, *kept, lam), strict=True):
-            table[self._done : self._done + len(t)] = rows
-        self._done += len(t)
+            table[self.rows : self.rows + len(t)] = rows
+        self.rows += len(t)
 
     def finish(self, stats: RunStats) -> None:
         """Take the counts of the run, at its end."""
@@ -67,7 +80,7 @@ class Kept:
 
     def trajectory(self, system: System, settings: Mapping[str, Any]) -> Trajectory:
         """Hand back what was taken."""
-        t, q, v, a, lam = (table[: self._done] for table in self._tables)
+        t, q, v, a, lam = (table[: self.rows] for table in self._tables)
         if self._places is not None:
             q, v, a = (cast(Vector, Chosen(x, self._places, self._n)) for x in (q, v, a))
         return Trajectory(system, t, q, v, a, lam, self._stats, settings)
@@ -98,19 +111,63 @@ class Record:
         output: str | Path | None,
         settings: Mapping[str, Any],
     ) -> None:
-        self._system, self._rows, self._output, self._settings = system, rows, output, settings
+        self._system, self._rows, self._settings = system, rows, settings
+        # The working folder may change before the states are read.
+        self._output = None if output is None else Path(output).absolute()
         self._places = None if nodes is None else places_of(system, nodes)
         self._kept: Kept | None = None
+        if self._output is not None:
+            self._check_room(self._output)
+
+    def _check_room(self, output: Path) -> None:
+        """Refuse a run whose states cannot fit on the disk."""
+        width = self._system.n_all if self._places is None else len(self._places)
+        needed = 8.0 * self._rows * (3 * width + self._system.n_multipliers + 1)
+        free = shutil.disk_usage(output.parent).free
+        free += output.stat().st_size if output.exists() else 0  # it is replaced
+        if needed > free:
+            raise InputError(
+                f"the states would take {needed / GIGABYTE:.3g} GB, but only {free / GIGABYTE:.3g} "
+                f"GB are free in {output.parent}: try a larger save_every, save_nodes=[...], or an "
+                "output on another disk"
+            )
 
     @contextmanager
     def open(self) -> Iterator[Recorder]:
-        """Give the recorder, and close the file after use."""
+        """Give the recorder, and close the file after use.
+
+        What ends a run for no reason of its own, an interruption or a full disk, takes what there
+        is of the trajectory along as its attribute ``trajectory``.
+        """
+        recorder = None
+        try:
+            with self._recorder() as recorder:
+                yield recorder
+        except (OutputFailure, KeyboardInterrupt) as stop:
+            if recorder is not None and recorder.rows:
+                self._hand_over(stop)
+            raise
+
+    def _hand_over(self, stop: OutputFailure | KeyboardInterrupt) -> None:
+        path = self.trajectory()
+        stop.trajectory = path  # type: ignore[union-attr]
+        if isinstance(stop, KeyboardInterrupt):
+            stop.add_note(
+                f"The run was interrupted: its states up to t = {path.t[-1]:.6g} s are in the "
+                "attribute `trajectory` of this exception"
+                + ("" if self._output is None else f" and in {self._output}")
+                + "; at a prompt take sys.last_value.trajectory."
+            )
+
+    @contextmanager
+    def _recorder(self) -> Iterator[Recorder]:
         n, m = self._system.n_all, self._system.n_multipliers
         if self._output is None:
             self._kept = Kept(self._rows, n, m, self._places)
             yield self._kept
         else:
-            with Writer(self._output, n, m, self._places, self._settings) as writer:
+            scene = self._system.scene.digest()
+            with Writer(self._output, n, m, self._places, self._settings, scene) as writer:
                 yield writer
 
     def trajectory(self) -> Trajectory:
@@ -141,6 +198,7 @@ def check_output(output: object) -> None:
     folder = Path(output).absolute().parent
     if not folder.is_dir():
         raise InputError(f"output {str(output)!r} cannot be written: there is no folder {folder}")
+    check_replaceable(Path(output))
 
 
 def places_of(system: System, nodes: Sequence[Node]) -> Places:

@@ -16,6 +16,7 @@ from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.choose import choose
 from ancfsparse.solve.judge import Judge
+from ancfsparse.solve.memory import NOTHING, Memory, check_factor
 from ancfsparse.solve.start import check_constraints, regularize, starting_state
 from ancfsparse.solve.threads import divide
 from ancfsparse.system import System
@@ -49,10 +50,15 @@ def prepare(
     tolerance: str | float,
     max_energy_gain: float,
     threads: int = 1,
+    needed: Memory = NOTHING,
 ) -> tuple[Any, Any, SparseSeed, Judge, str, Vector]:
-    """Return compiled march and nonlinear loop, seed, judge, why this method, and a at t = 0."""
+    """Return compiled march and nonlinear loop, seed, judge, why this method, and a at t = 0.
+
+    The factor is refused if it cannot fit beside what else is `needed`.
+    """
     pattern = system.pattern
     seed = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
+    check_factor(needed, seed)
     straight = system.constraints.linear
     method, why = choose(solver, seed.n, seed.solve_flops, straight=straight)
     scale = integrator.scale * dt**2

@@ -118,7 +118,8 @@ def simulate(
         Keep only position, velocity and acceleration of these points, such as ``[rod.end]``.
     output : str or Path, optional
         Write the states to this HDF5 file while the run lasts, instead of keeping them in memory;
-        a file that exists is replaced.  `ancfsparse.results.load` opens it later.
+        the file of an earlier run is replaced, any other is not.  `ancfsparse.results.load` opens
+        it later.
     progress : bool, optional
         Whether to draw a progress bar.
 
@@ -130,7 +131,9 @@ def simulate(
     Raises
     ------
     InputError
-        If something said cannot be meant, or the run cannot fit in memory.
+        If something said cannot be meant, or the run cannot fit in memory or on the disk.
+    OutputFailure
+        If the disk is full before the end; it carries the trajectory, as a KeyboardInterrupt does.
     StepFailure
         If a step cannot be solved; it carries the trajectory so far.
     AccuracyFailure
@@ -176,11 +179,10 @@ def simulate(
     kept = None if save_nodes is None else len(save_nodes)
     compared = 2 if accuracy is not None else 0
     matrices = 2 if isinstance(integrator, EnergyMomentum) else 1
-    check_fits(
-        estimate(
-            scene, rows, kept, output is not None, solver, whole_runs=compared, matrices=matrices
-        )
+    needed = estimate(
+        scene, rows, kept, output is not None, solver, whole_runs=compared, matrices=matrices
     )
+    check_fits(needed)
     system = System(scene)
     settings = {
         "dt": dt,
@@ -214,7 +216,7 @@ def simulate(
         nodes, a = integrator.tableau.c[1:], march.state[2]
     else:
         march, iteration, seed, judge, why, a = prepare(
-            system, dt, integrator, solver, tolerance, max_energy_gain, threads
+            system, dt, integrator, solver, tolerance, max_energy_gain, threads, needed
         )
         halving = Halving(system, march, iteration, integrator, judge, dt, max_halvings)
     seconds = {"set-up": time.perf_counter() - begin}

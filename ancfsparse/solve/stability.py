@@ -13,6 +13,7 @@ from ancfsparse.integrators.explicit import Explicit
 from ancfsparse.scene import Scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
+from ancfsparse.solve.memory import NOTHING, check_factor
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -83,6 +84,7 @@ def start_load(system: System) -> Vector:
 def mass_seed(system: System) -> SparseSeed:
     """Factor the mass matrix."""
     seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    check_factor(NOTHING, seed)
     seed.factor(system.assembly.mass)
     return seed
 

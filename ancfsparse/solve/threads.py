@@ -26,7 +26,7 @@ def check_threads(threads: object) -> int:
     wish = check_count("threads", threads)
     if wish > MOST:
         raise InputError(
-            f"threads must be at most {MOST}, got {wish}: more than the machine has gain nothing"
+            f"threads must be at most {MOST}, got {wish}: more than the machine has are slower"
         )
     return wish
 

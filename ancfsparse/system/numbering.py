@@ -42,7 +42,9 @@ class Numbering:
     v: NDArray[np.float64]
 
 
-def number(scene: Scene, coordinates_per_node: Sequence[int]) -> Numbering:
+def number(
+    scene: Scene, coordinates_per_node: Sequence[int], v0: NDArray[np.float64] | None = None
+) -> Numbering:
     """Give every coordinate of a scene its place.
 
     Held coordinates are fixed and joined positions shared by numbering; what cannot be said that
@@ -54,6 +56,8 @@ def number(scene: Scene, coordinates_per_node: Sequence[int]) -> Numbering:
         The beams and joints.
     coordinates_per_node : sequence of int
         For each beam.
+    v0 : (n_all,) float, optional
+        Initial velocities that are known already.
 
     Raises
     ------
@@ -90,7 +94,9 @@ def number(scene: Scene, coordinates_per_node: Sequence[int]) -> Numbering:
     q, v = np.empty(n_all), np.zeros(n_all)
     for beam, where in zip(scene.beams, places, strict=True):
         q[where] = reference(beam, where.shape[1])
-    if any(beam.velocity is not None for beam in scene.beams):
+    if v0 is not None:
+        v[:] = v0
+    elif any(beam.velocity is not None for beam in scene.beams):
         v[:] = np.nan  # not said yet
         for beam, where in zip(scene.beams, places, strict=True):
             _set_moving(beam, where, v)

@@ -35,6 +35,8 @@ class System:
     ----------
     scene : Scene
         At least one beam or mesh.
+    v0 : (n_all,) float, optional
+        Initial velocities, by default those that the scene tells.
 
     Attributes
     ----------
@@ -54,14 +56,14 @@ class System:
         ``residual``, ``matrix``, ``force``, ``inertia``, ``strain_energy``.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, v0: Vector | None = None) -> None:
         check_scene(scene)
         if not scene.beams:
             raise InputError("the scene has no beam: add one with scene.add_beam or scene.add_mesh")
         self.scene = scene
         self.dim = scene.dim
         self.kinds = [element_kind(b.element, scene.dim, **b.options) for b in scene.beams]
-        numbering = number(scene, [len(kind.node_coordinates) for kind in self.kinds])
+        numbering = number(scene, [len(kind.node_coordinates) for kind in self.kinds], v0)
         self.n_free, self.n_all = numbering.n_free, numbering.n_all
         if self.n_free == 0:
             raise InputError("the joints hold every coordinate of the scene: nothing can move")
@@ -75,6 +77,13 @@ class System:
         self.assembly = self._assembly()
         self.capsule = self.assembly.capsule
         self.gravity_load = self._gravity()
+
+    def __reduce__(self) -> tuple[type[System], tuple[Scene, Vector]]:
+        """Pickle the scene, from which another process compiles its own; and what moves at first.
+
+        The function that told initial velocities may not be known there.
+        """
+        return System, (self.scene, self.v0)
 
     def rows(self, node: Node) -> Places:
         """Return the places of the coordinates of all rows of a node, shape (k, n_c)."""

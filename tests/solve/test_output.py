@@ -9,7 +9,9 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.results import load
+from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve import memory, record
+from ancfsparse.system import System
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
@@ -101,8 +103,16 @@ def test_a_file_of_another_scene_is_refused(tmp_path):
     (tmp_path / "text.h5").write_text("no")
     with h5py.File(tmp_path / "other.h5", "w"):
         pass
-    for name in ("text.h5", "other.h5", "none.h5"):
-        with pytest.raises(InputError, match="is not a file that simulate wrote"):
+    whole = (tmp_path / "run.h5").read_bytes()
+    (tmp_path / "cut.h5").write_bytes(whole[: len(whole) // 2])
+    for name, message in (
+        ("text.h5", "is not a file that simulate wrote$"),
+        ("other.h5", "is not a file that simulate wrote$"),
+        ("cut.h5", r"is cut off or damaged after \d+ bytes: copy it again"),
+        ("none.h5", "there is no file .*none.h5: it was moved, removed or never written$"),
+        (".", "is a folder: give the name of a file in it$"),
+    ):
+        with pytest.raises(InputError, match=message):
             load(tmp_path / name, swing()[0])
 
 
@@ -152,6 +162,59 @@ def test_a_run_that_cannot_fit_is_refused_before_it_starts(monkeypatch):
         ancf.simulate(scene, 1.0, 1e-3, save_every=1000, solver=full)
     monkeypatch.setattr(memory, "available", lambda: None)
     swing()
+
+
+def lattice(n):
+    x = np.stack(np.meshgrid(*[np.arange(n + 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    number = np.arange(len(x)).reshape((n + 1,) * 3)
+    pairs = [(np.delete(number, -1, k), np.delete(number, 0, k)) for k in range(3)]
+    edges = [np.stack([tail.ravel(), head.ravel()], axis=1) for tail, head in pairs]
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    cube = scene.add_mesh(x, np.concatenate(edges), "thin", ancf.Circle(0.05), MATERIAL)
+    for k in np.flatnonzero(x[:, 2] == 0.0):
+        scene.pin(cube.node(int(k)))
+    return scene
+
+
+def test_a_lattice_whose_factor_cannot_fit_is_refused_before_it_is_factored(monkeypatch):
+    scene = lattice(12)
+    told = memory.estimate(scene, 2, 1, False, "auto")
+    seed = seed_of(scene)
+    assert seed.nbytes > 2.0 * told.factor  # what a plane net of as many nodes would take
+    monkeypatch.setattr(memory, "available", lambda: told.total + 1e6)
+    with pytest.raises(InputError, match=r"the factor or inverse alone would take .* GB; try few"):
+        ancf.simulate(scene, 1e-3, 1e-3)
+    with pytest.raises(InputError, match=r"the factor or inverse alone would take .* GB; try few"):
+        ancf.simulate(scene, 1e-4, 1e-5, integrator=ancf.CentralDifference())
+
+
+def seed_of(scene):
+    system = System(scene)
+    return SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+
+
+@pytest.mark.parametrize("joint", ["rod", "pin"])
+def test_the_memory_of_a_factor_is_known_before_it_is_made(joint):
+    for scene in (swing(3000, joint, t_end=1e-3)[0], lattice(8)):
+        seed = seed_of(scene)
+        assert seed.nbytes == pytest.approx(seed.own.nbytes, rel=0.5)
+
+
+def test_a_beam_that_cannot_fit_is_refused_before_it_is_made():
+    scene = ancf.Scene()
+    told = r"^beam 0, 1000000000000 elements, would need about 5.2e\+04 GB, more than there is: .*"
+    with pytest.raises(InputError, match=told + "GB of memory are free; try a smaller n_elements$"):
+        scene.add_beam("thin", (0, 0), (2, 0), 10**12, SECTION, MATERIAL)
+
+
+def test_a_limit_on_addresses_counts():
+    resource = pytest.importorskip("resource")
+    limits = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (2**40, limits[1]))
+    try:
+        assert memory.available() < 2**40
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, limits)
 
 
 def test_what_is_free_is_known_here():

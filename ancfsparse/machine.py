@@ -1,0 +1,66 @@
+"""What the machine has left."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from ancfsparse.errors import InputError
+
+if sys.platform != "win32":
+    import resource
+
+GIGABYTE = 1e9
+
+
+def available() -> float | None:
+    """Return the memory that is free for this process [bytes], None where nobody says."""
+    free = []
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        free += [1024.0 * int(each.split()[1]) for each in lines if "MemAvailable" in each]
+        free += _left_to_process()
+        group = Path("/sys/fs/cgroup")
+        most = (group / "memory.max").read_text(encoding="ascii").strip()
+        if most != "max":
+            used = int((group / "memory.current").read_text(encoding="ascii"))
+            free.append(float(int(most) - used))
+    except (OSError, ValueError):
+        pass  # not a Linux machine, or one without control groups
+    return min(free) if free else None
+
+
+def _left_to_process() -> list[float]:
+    """Return what a limit on the addresses of this process, as ulimit -v sets, leaves [bytes]."""
+    if sys.platform != "linux":
+        return []
+    most = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if most == resource.RLIM_INFINITY:
+        return []
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    return [float(most - pages * resource.getpagesize())]
+
+
+def check_room(what: str, needed: float, advice: str) -> None:
+    """Refuse what cannot fit in memory, before any of it is taken.
+
+    Parameters
+    ----------
+    what : str
+        What needs it, for the message.
+    needed : float
+        How much [bytes].
+    advice : str
+        What to try.
+
+    Raises
+    ------
+    InputError
+        With how much would be needed and how much is there.
+    """
+    free = available()
+    if free is not None and needed > free:
+        raise InputError(
+            f"{what} would need about {needed / GIGABYTE:.3g} GB, more than there is: "
+            f"{max(free, 0.0) / GIGABYTE:.3g} GB of memory are free; try {advice}"
+        )

@@ -1,0 +1,90 @@
+"""The ladder of attempts at a step, and what is written down of them; text for `_iteration`."""
+
+cdef enum:
+    MOST_EVENTS = 1000
+
+
+cdef void record(Loop *self, Rung rung, int cause) noexcept nogil:
+    cdef Event *event
+    if self.n_events < MOST_EVENTS:
+        event = &self.events[self.n_events]
+        event.step, event.rung = self.step, rung
+        event.cause = INDEFINITE if self.indefinite and cause != GAINED_ENERGY else cause
+        event.contraction = self.contraction
+    self.n_events += 1
+
+
+cdef void tally(Loop *self, ptrdiff_t by) noexcept nogil:
+    """Count the step among those that its rung saved, or take it out again."""
+    if self.rung == NEW_SEED:
+        self.counts.recoveries_reseed += by
+    elif self.rung > NEW_SEED:
+        self.counts.recoveries_newton += by
+
+
+cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
+    """Try to solve the step in the way of a rung, from the start that belongs to it."""
+    cdef const ancf_equations *eq = self.equations
+    cdef int outcome
+    record(self, rung, cause)
+    self.rung = rung
+    self.doubtful = rung >= NEWTON
+    self.reseed_due = True
+    if self.rounded:  # it may be why the step was lost
+        self.rounds = False
+    used[0] = 0
+    if rung == COASTING:
+        eq.coast(eq.context)
+        outcome = attempt(self, True, False, False, used)
+    else:
+        eq.restart(eq.context)
+        outcome = attempt(self, rung != NEW_SEED, rung == DAMPED_NEWTON, rung == NEW_SEED, used)
+        if outcome != CONVERGED and rung != NEW_SEED and not self.newton:
+            # Damping can hold back what whole corrections solve, and the other way round.
+            eq.restart(eq.context)
+            used[0] = 0
+            outcome = attempt(self, True, rung == NEWTON, False, used)
+    if outcome == CONVERGED:
+        tally(self, 1)
+    if rung != NEW_SEED:
+        self.reseed_due = True  # a factor of an iterate on the way
+    return outcome
+
+
+cdef int solve(void *context) noexcept nogil:
+    """Walk the ladder: the chosen method, the same with a new seed, damped Newton, another start."""
+    cdef Loop *self = <Loop *>context
+    cdef int used = 0
+    cdef int outcome
+    self.step += 1
+    self.rung, self.doubtful = METHOD, False
+    outcome = attempt(self, self.newton, False, self.economical, &used)
+    if outcome != CONVERGED and not self.newton:
+        self.cost_since += used * iteration_cost(self)
+        outcome = climb(self, NEW_SEED, outcome, &used)
+    if outcome != CONVERGED:
+        outcome = climb(self, DAMPED_NEWTON, outcome, &used)
+    if outcome != CONVERGED and self.equations.coast != NULL:
+        outcome = climb(self, COASTING, outcome, &used)
+    if outcome != CONVERGED:
+        return outcome
+    if self.economical and not self.newton:
+        count_cost(self, used * iteration_cost(self))
+    return CONVERGED
+
+
+cdef int again(void *context, int reason) noexcept nogil:
+    """Look for another solution of the step: the one of Newton, then the one of another start.
+
+    A step of rough motion can have several; which one an iteration finds is its own affair.
+    """
+    cdef Loop *self = <Loop *>context
+    cdef int used = 0
+    tally(self, -1)
+    if self.rung < NEWTON and not self.newton:
+        reason = climb(self, NEWTON, reason, &used)
+        if reason == CONVERGED:
+            return CONVERGED
+    if self.rung < COASTING and self.equations.coast != NULL:
+        return climb(self, COASTING, reason, &used)
+    return reason

@@ -1,0 +1,93 @@
+"""When a seed is renewed, in counts, and whether it turns with the body; text for `_iteration`."""
+from libc.math cimport log
+
+
+cdef enum:
+    TRIAL = 12  # seeds after which the frame that cost more is tried again
+
+cdef double SLOW = 0.9  # a contraction from which waiting never pays
+cdef double MARGIN = 0.98  # of the mean cost that a change of frame must undercut
+
+
+cdef inline double iteration_cost(const Loop *self) noexcept nogil:
+    return self.cost_iteration + (self.cost_rotation if self.rotating else 0.0)
+
+
+cdef void compare_frames(Loop *self, double unfinished) noexcept nogil:
+    """Choose whether the next seed turns: what cost less per step, and now and then the other.
+
+    ``unfinished`` is what the step under way has cost so far.
+    """
+    cdef ptrdiff_t steps = self.steps_since + (unfinished > 0.0)
+    cdef bint other = not self.rotating
+    cdef double mean
+    if steps == 0:
+        return
+    mean = (self.cost_since + unfinished) / steps
+    if self.frame_cost[self.rotating] > 0.0:
+        mean = 0.5 * (self.frame_cost[self.rotating] + mean)
+    self.frame_cost[self.rotating] = mean
+    self.seeds_since_trial += 1
+    if self.seeds_since_trial >= TRIAL or self.frame_cost[other] < MARGIN * mean:
+        self.rotating = other
+        self.seeds_since_trial = 0
+
+
+cdef void renew_seed(Loop *self, bint newton, double unfinished) noexcept nogil:
+    """Factor the matrix at the current iterate; a wrong sign of a pivot is counted.
+
+    A seed that is kept is better definite: then the material part of the stiffness takes the place
+    of an indefinite tangent.  Newton's own corrections are right whatever the signs.  It also is
+    solved with more than once, so that rounding it to single precision pays.
+    """
+    cdef double start
+    assemble(self)
+    self.indefinite = not factor(self)
+    if self.indefinite and not newton and self.equations.material != NULL:
+        start = clock(self)
+        self.equations.material(self.equations.context, self.values)
+        self.seconds.tangent += clock(self) - start
+        keep_diagonal(self)
+        self.indefinite = not factor(self)
+        self.counts.material_seeds += not self.indefinite
+    if self.compares_frames and self.seeded and not newton:
+        compare_frames(self, unfinished)
+    self.counts.rotating_seeds += self.rotating and not newton
+    self.rounded = self.rounds and not newton and not self.indefinite
+    if self.rounded:
+        start = clock(self)
+        self.seed.round_to_single(self.seed.context)
+        self.seconds.factor += clock(self) - start
+        self.counts.single_seeds += 1
+    hold(self)
+    self.counts.solves += self.inverse.reseed(self.inverse.context)
+    self.seeded, self.reseed_due = True, False
+    if not self.newton:
+        self.rate = SLOW
+    self.cost_since, self.steps_since = self.cost_seed, 0
+
+
+cdef void start_from_seed(Loop *self) noexcept nogil:
+    """Turn the seed to the predictor; drop pairs that are not carried from step to step."""
+    if self.rotating:
+        self.frame.turn(self.frame.context, self.equations.q)
+    if not self.carry:
+        self.inverse.forget(self.inverse.context)
+
+
+cdef bint waiting_costs_more(Loop *self, double progress, double remaining) noexcept nogil:
+    """Whether a new seed now is cheaper than the corrections still needed at this contraction."""
+    if progress >= SLOW:
+        return True
+    return (log(remaining) / -log(progress) * iteration_cost(self)
+            > self.cost_seed + 2.0 * iteration_cost(self))
+
+
+cdef void count_cost(Loop *self, double cost) noexcept nogil:
+    """Take in the cost of a step; say whether steps now cost more than the mean since the seed."""
+    if self.steps_since > 0 and (cost - self.patience * iteration_cost(self)
+                                 > self.cost_since / self.steps_since):
+        self.reseed_due = True
+        self.counts.reseeds_between += 1
+    self.cost_since += cost
+    self.steps_since += 1

@@ -1,0 +1,181 @@
+"""What the nonlinear loop knows, and its passes over vectors, matrix and factor; text for `_iteration`."""
+from libc.math cimport fabs, fmax, sqrt
+from libc.stdint cimport int64_t
+
+
+cdef extern from "<time.h>":
+    ctypedef long time_t
+    cdef struct timespec:
+        time_t tv_sec
+        long tv_nsec
+    int clock_gettime(int, timespec *) noexcept nogil
+    int CLOCK_MONOTONIC
+
+cdef extern from "vectors.h":
+    double dot "vec_dot_parts" (ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
+    void scaled "vec_scale_parts" (
+        ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
+    void combined "vec_sum_parts" (
+        ptrdiff_t, double *, double, const double *, double, const double *,
+        ptrdiff_t) noexcept nogil
+
+include "../kernels/solver_abi.pxi"
+
+
+cdef enum:
+    CONVERGED = 0
+    TOO_MANY = 1
+    DIVERGED = 2
+    NOT_FINITE = 3
+    GAINED_ENERGY = 4  # a solution that the time loop refused
+    INDEFINITE = 7  # the cause of one of these, where the factor had a wrong sign
+
+cdef enum Rung:
+    METHOD = 0
+    NEW_SEED = 1
+    DAMPED_NEWTON = 2
+    NEWTON = 3
+    COASTING = 4
+
+cdef ptrdiff_t TIMED_FROM = 1000  # unknowns: a look at the clock costs 20 ns, a few in each iteration
+
+
+cdef struct Counts:
+    ptrdiff_t iterations, residual_evaluations, factorizations, solves, skipped_pairs
+    ptrdiff_t reseeds_between, reseeds_inside  # why a quasi-Newton run factored again
+    ptrdiff_t recoveries_reseed, recoveries_newton  # steps saved by that rung of the ladder
+    ptrdiff_t indefinite  # factors with a pivot of the wrong sign
+    ptrdiff_t material_seeds  # those replaced by a factor of the material part, with right signs
+    ptrdiff_t rotating_seeds  # taken to be turned with the body
+    ptrdiff_t single_seeds  # kept in single precision
+    ptrdiff_t last_corrections  # by the residual that ended a step, see finish
+
+
+cdef struct Seconds:
+    double force, tangent, factor, solve
+
+
+cdef struct Event:
+    ptrdiff_t step
+    int rung, cause
+    double contraction
+
+
+cdef struct Loop:
+    const ancf_equations *equations
+    const ancf_seed *seed
+    const ancf_inverse *inverse
+    const ancf_frame *frame  # NULL if seeds do not turn
+    ptrdiff_t n, parts
+    bint newton, learns, carry, polishes, economical, by_correction
+    int max_iterations
+    double force_tolerance, constraint_tolerance, correction_tolerance, noise
+    double cost_iteration, cost_rotation, cost_seed
+    double patience  # iterations above the mean that a step may take before a new seed is due
+    bint seeded, reseed_due, indefinite
+    bint rounds, rounded  # whether seeds are kept in single precision, and this one is
+    bint rotating, compares_frames
+    double frame_cost[2]  # of a step with a fixed and with a rotating seed, 0 if not known
+    ptrdiff_t seeds_since_trial
+    double rate  # contraction of the corrections, carried from step to step
+    double cost_since  # since the last seed, its own cost included
+    ptrdiff_t steps_since
+    ptrdiff_t step
+    Rung rung  # the last one climbed in this step
+    int doubtful
+    double contraction  # of the residual, the last one seen
+    ptrdiff_t n_events
+    Event *events
+    double *r
+    double *r_new
+    double *s
+    double *y
+    double *z
+    double *values
+    double *diagonal  # of the last matrix that was factored
+    const double *softest  # what the matrix has at least in each coordinate, NULL if not known
+    const int64_t *column_start
+    Counts counts
+    bint timed
+    Seconds seconds
+
+
+cdef inline double clock(const Loop *self) noexcept nogil:
+    cdef timespec t
+    if not self.timed:
+        return 0.0
+    clock_gettime(CLOCK_MONOTONIC, &t)
+    return t.tv_sec + 1e-9 * t.tv_nsec
+
+
+cdef void evaluate(Loop *self, double *r) noexcept nogil:
+    cdef double start = clock(self)
+    self.equations.residual(self.equations.context, r)
+    self.counts.residual_evaluations += 1
+    self.seconds.force += clock(self) - start
+
+
+cdef void multiply(Loop *self, const double *r) noexcept nogil:
+    """z = H r."""
+    cdef double start = clock(self)
+    self.inverse.apply(self.inverse.context, r, self.z)
+    self.counts.solves += 1
+    self.seconds.solve += clock(self) - start
+
+
+cdef void learn(Loop *self, const double *r_new) noexcept nogil:
+    """Take in the pair (s, y) and set z = H r_new."""
+    cdef double start = clock(self)
+    self.counts.skipped_pairs += 1 - self.inverse.learn(
+        self.inverse.context, self.s, self.y, r_new, self.z)
+    self.counts.solves += 1
+    self.seconds.solve += clock(self) - start
+
+
+cdef bint all_below(const double *x, ptrdiff_t n, double bound) noexcept nogil:
+    cdef ptrdiff_t i
+    for i in range(n):
+        if not fabs(x[i]) < bound:  # a NaN is not below anything
+            return False
+    return True
+
+
+cdef double largest(const double *x, ptrdiff_t n) noexcept nogil:
+    cdef double m = 0.0
+    cdef ptrdiff_t i
+    for i in range(n):
+        m = fmax(m, fabs(x[i]))
+    return m
+
+
+cdef inline double rms(const Loop *self, const double *x, ptrdiff_t n) noexcept nogil:
+    return sqrt(dot(self.parts, x, x, n) / n)
+
+
+cdef void assemble(Loop *self) noexcept nogil:
+    cdef double start = clock(self)
+    self.equations.matrix(self.equations.context, self.values)
+    self.seconds.tangent += clock(self) - start
+    keep_diagonal(self)
+
+
+cdef void keep_diagonal(Loop *self) noexcept nogil:
+    cdef ptrdiff_t i
+    for i in range(self.n):  # each column starts with its diagonal
+        self.diagonal[i] = self.values[self.column_start[i]]
+
+
+cdef void hold(Loop *self) noexcept nogil:
+    """Make the current iterate the state that the seed is turned from."""
+    if self.frame != NULL:
+        self.frame.hold(self.frame.context, self.equations.q)
+
+
+cdef bint factor(Loop *self) noexcept nogil:
+    """Factor the values; return whether all pivots have the signs they must have."""
+    cdef double start = clock(self)
+    cdef ptrdiff_t bad = self.seed.factor(self.seed.context, self.values)
+    self.seconds.factor += clock(self) - start
+    self.counts.factorizations += 1
+    self.counts.indefinite += bad != 0
+    return bad == 0

@@ -1,0 +1,183 @@
+"""Saved states, written to an HDF5 file while the run lasts."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import shutil
+import uuid
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError, OutputFailure
+from ancfsparse.results.opening import check_replaceable
+from ancfsparse.results.source import Array
+from ancfsparse.results.stats import RunStats
+
+# Numbers in one chunk of a data set (32 KiB), the most columns of it, and the columns of a table
+# from which on a chunk has one row, so that appending a row does not read chunks back.
+CHUNK, WIDE, VERY_WIDE = 2**12, 1024, 2**20
+# Bytes for what HDF5 notes about a chunk, and about the file beside them: its index, the counts.
+NOTE, SLACK = 512, 2**19
+
+
+class Writer:
+    """Append saved states to an HDF5 file; what was appended stays readable whatever comes.
+
+    Data sets ``t`` (k,) [s]; ``q``, ``v``, ``a`` (k, c); ``lam`` (k, m) if there are
+    multipliers; and ``places`` (c,) if only some coordinates are kept.  Attributes ``settings``,
+    ``scene`` and ``stats`` are JSON; ``run`` is a mark that no other run has.
+
+    HDF5 cannot close a file it has no room for.  So the room for new rows is taken before it is
+    told of them.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; that of an earlier run is replaced.
+    n, m : int
+        Coordinates of the system, multipliers.
+    places : (c,) int array or None
+        The coordinates to be kept; None keeps all.
+    settings : mapping
+        What the run was started with.
+    scene : mapping
+        What moves, as `Scene.digest` tells it.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or is of anybody else.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        n: int,
+        m: int,
+        places: NDArray[np.integer[Any]] | None,
+        settings: Mapping[str, Any],
+        scene: Mapping[str, str],
+    ) -> None:
+        self._path, self._places = Path(path).absolute(), places
+        self.rows, self._last = 0, 0.0
+        check_replaceable(self._path)
+        about = json.dumps(dict(scene))
+        try:
+            self._path.touch()
+            # HDF5 writes nothing of a file before it is flushed.
+            _take_room(self._path, 0, SLACK + len(about))
+            self._file = h5py.File(self._path, "w")
+        except OSError as refused:
+            raise InputError(
+                f"output {str(path)!r} cannot be written: {os.strerror(refused.errno or 0)}"
+            ) from None
+        with_rows = (
+            {"q": n, "v": n, "a": n} if places is None else dict.fromkeys("qva", len(places))
+        )
+        for name, columns in (with_rows | ({"lam": m} if m else {})).items():
+            wide = min(columns, WIDE)
+            high = max(1, min(CHUNK // wide, VERY_WIDE // columns))
+            self._file.create_dataset(
+                name, (0, columns), float, maxshape=(None, columns), chunks=(high, wide)
+            )
+        self._file.create_dataset("t", (0,), float, maxshape=(None,), chunks=(CHUNK,))
+        if places is not None:
+            self._file["places"] = places
+        self._file.attrs["coordinates"] = n
+        self._file.attrs["settings"] = json.dumps(dict(settings), default=str)
+        self._file.attrs["scene"] = about
+        self._file.attrs["run"] = uuid.uuid4().hex
+        self._file.flush()
+
+    def append(self, t: Array, q: Array, v: Array, a: Array, lam: Array) -> None:
+        """Add rows for the times `t`.
+
+        Raises
+        ------
+        OutputFailure
+            If there is no room for all of them; those there is room for are added.
+        """
+        kept = [x if self._places is None else x[:, self._places] for x in (q, v, a)]
+        tables = dict(zip(("q", "v", "a", "lam", "t"), (*kept, lam, t), strict=True))
+        tables = {name: rows for name, rows in tables.items() if name in self._file}
+        rows = self.rows + len(t)
+        try:
+            self._reserve(sum(self._growth(self._file[name], rows) for name in tables))
+        except OutputFailure:
+            if len(t) < 2:
+                raise
+            for half in (slice(0, len(t) // 2), slice(len(t) // 2, None)):
+                self.append(t[half], q[half], v[half], a[half], lam[half])
+            return
+        for name, values in tables.items():
+            table = self._file[name]
+            table.resize(rows, axis=0)
+            table[self.rows :] = values
+        self._file.flush()
+        self.rows = rows
+        if len(t):
+            self._last = float(t[-1])
+
+    def finish(self, stats: RunStats) -> None:
+        """Add the counts of the run."""
+        text = json.dumps(asdict(stats))
+        self._reserve(len(text))
+        self._file.attrs["stats"] = text
+
+    def _growth(self, table: h5py.Dataset, rows: int) -> int:
+        """Return how many bytes a table will grow by."""
+        high, *wide = table.chunks
+        across = -(-table.shape[1] // wide[0]) if wide else 1
+        chunks = (-(-rows // high) - -(-self.rows // high)) * across
+        return int(chunks * (8 * np.prod(table.chunks) + NOTE))
+
+    def _reserve(self, growth: int) -> None:
+        try:
+            _take_room(self._path, self._file.id.get_filesize(), growth + SLACK)
+        except OSError as full:
+            reason = os.strerror(full.errno or 0)
+            raise OutputFailure(reason, str(self._path), self._last) from None
+
+    def __enter__(self) -> Self:
+        """Give itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close the file, without rows that came in part and room that was not used."""
+        for name in ("q", "v", "a", "lam", "t"):
+            if name in self._file and len(self._file[name]) != self.rows:
+                self._file[name].resize(self.rows, axis=0)
+        self._file.flush()
+        size = self._file.id.get_filesize()
+        self._file.close()
+        if self._path.stat().st_size > size:
+            os.truncate(self._path, size)
+
+
+def _take_room(path: Path, begin: int, length: int) -> None:
+    """Let a file have some bytes from a place on, or raise the OSError of the system."""
+    if not hasattr(os, "posix_fallocate"):  # only Linux has it: look at what is free
+        if shutil.disk_usage(path.parent).free < length:
+            raise OSError(errno.ENOSPC, "")
+        return
+    with path.open("r+b") as file:
+        size = os.fstat(file.fileno()).st_size
+        try:
+            os.posix_fallocate(file.fileno(), begin, length)
+        except OSError:
+            os.ftruncate(file.fileno(), size)
+            raise

@@ -1,0 +1,95 @@
+"""What a scene consists of, in words that two scenes can be compared by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from hashlib import sha256
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.scene.bodies import Body, Node
+from ancfsparse.scene.contents import Contents
+from ancfsparse.scene.joints import Clamp, Connect, Joint, Pin, Rod
+from ancfsparse.scene.loads import DistributedForce, Load
+
+# Longer descriptions are cut here and end in a checksum.
+LONGEST = 200
+
+
+def digest(scene: Contents, joints: list[Joint], loads: list[Load]) -> dict[str, str]:
+    """Describe what decides how a scene moves, but for its shape and initial velocities.
+
+    These are numbers, and compared as such.  Of a load that is a function of time only its place
+    is told.
+
+    Parameters
+    ----------
+    scene : Contents
+        Its beams and meshes, and gravity.
+    joints, loads : list
+        What holds them and acts on them.
+
+    Returns
+    -------
+    dict of str to str
+        A description of every part, by the name of the part.
+    """
+    number = {id(body): f"body {k}" for k, body in enumerate(scene.beams)}
+
+    def at(node: Node) -> str:
+        inside = f" + {node.xi:.9g}" if node.xi else ""
+        return f"{number[id(node.beam)]}, {node.index}{inside}"
+
+    def joint(each: Joint) -> str:
+        match each:
+            case Connect():
+                return f"connection ({at(each.a)}; {at(each.b)})"
+            case Rod():
+                return f"rod ({at(each.node)}) to {_numbers(each.anchor)}"
+            case Clamp():
+                return f"clamp ({at(each.node)}), stretch {each.stretch}"
+            case Pin():
+                return f"pin ({at(each.node)})" + " as constraint" * each.as_constraint
+
+    def load(each: Load) -> str:
+        where = number[id(each.beam)] if isinstance(each, DistributedForce) else at(each.node)
+        how = "a function of time" if callable(each.value) else _numbers(each.value)
+        return f"{type(each).__name__} ({where}): {how}"
+
+    parts = {"gravity": _numbers(scene.gravity)}
+    for body in scene.beams:
+        for name, value in _of(body).items():
+            parts[f"{name} of {number[id(body)]}"] = value
+    parts["joints"] = "; ".join(map(joint, joints))
+    parts["loads"] = "; ".join(map(load, loads))
+    return {name: _short(value) for name, value in parts.items()}
+
+
+def difference(there: Mapping[str, str], here: Mapping[str, str]) -> str | None:
+    """Say what is the first part that two descriptions differ in; None if they do not."""
+    for name in [*there, *here]:
+        then, now = there.get(name) or "none", here.get(name) or "none"
+        if then != now:
+            return f"{name} there: {then}; here: {now}"
+    return None
+
+
+def _of(body: Body) -> dict[str, str]:
+    links = np.concatenate([body.row_nodes, body.ends.ravel()]).astype("<i4")
+    return {
+        "element": " ".join([body.element, *body.options.values()]),
+        "section": repr(body.section),
+        "material": repr(body.material),
+        "mesh": f"{body.n_elements} elements, {sha256(links.tobytes()).hexdigest()[:16]}",
+    }
+
+
+def _numbers(values: ArrayLike) -> str:
+    return "(" + ", ".join(f"{each:.9g}" for each in np.ravel(values)) + ")"
+
+
+def _short(text: str) -> str:
+    if len(text) <= LONGEST:
+        return text
+    return f"{text[:LONGEST]}... {sha256(text.encode()).hexdigest()[:16]}"

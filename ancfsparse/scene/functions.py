@@ -1,0 +1,96 @@
+"""Functions of a scene, and what becomes of them in another process."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Uniform:
+    """The same velocity everywhere.
+
+    Parameters
+    ----------
+    velocity : ndarray, shape (dim,)
+        It [m/s].
+    """
+
+    velocity: Vector
+
+    def __call__(self, places: Vector) -> Vector:
+        """Return it for every place, shape (k, dim)."""
+        return np.broadcast_to(self.velocity, np.shape(places)).copy()
+
+
+@dataclass(frozen=True)
+class Unsent:
+    """Stands for a function that could not be sent to another process, and says so when called.
+
+    Parameters
+    ----------
+    name : str
+        The function.
+    """
+
+    name: str
+
+    def __call__(self, *_: object) -> Any:
+        """Refuse.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        raise InputError(
+            f"the function {self.name} of this scene was not sent along from the process it was "
+            "made in: define it by def at the top of a module, where other processes find it"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Sent:
+    """A function as it is copied and pickled; what comes out is the function itself.
+
+    Parameters
+    ----------
+    function : callable
+        It; where it cannot be pickled, `Unsent` comes out.
+    """
+
+    function: Callable[..., Any]
+
+    def __call__(self, *arguments: object) -> Any:
+        """Call it."""
+        return self.function(*arguments)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Callable[..., Any]:
+        """Return it: functions are not copied."""
+        return self.function
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any]]:
+        """Pickle it, or its name."""
+        try:
+            pickle.dumps(self.function)
+        except (pickle.PicklingError, AttributeError, TypeError):
+            return Unsent, (getattr(self.function, "__qualname__", repr(self.function)),)
+        return _itself, (self.function,)
+
+
+def sendable(value: Any) -> Any:
+    """Return a value as it may be copied and pickled, be it a function or not."""
+    return Sent(value) if callable(value) else value
+
+
+def _itself(function: Callable[..., Any]) -> Callable[..., Any]:
+    return function

@@ -1,0 +1,84 @@
+"""Results and errors that go to other processes."""
+
+import copy
+import multiprocessing
+import pickle
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.errors import InputError, StepFailure
+
+SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
+
+
+def swing(output=None, force=None, velocity=None):
+    scene = ancf.Scene()
+    rod = scene.add_beam("thin", (0, 0), (2, 0), 3, SECTION, MATERIAL, velocity=velocity)
+    scene.rod(rod.start, (0.0, 1.0))
+    if force is not None:
+        scene.point_force(rod.end, force)
+    return rod, ancf.simulate(scene, 0.01, 1e-3, output=output)
+
+
+def same(rod, run, twin, again):
+    for what in ("position", "velocity"):
+        np.testing.assert_array_equal(getattr(run, what)(rod.end), getattr(again, what)(twin.end))
+    np.testing.assert_array_equal(run.reaction(rod.start), again.reaction(twin.start))
+    np.testing.assert_array_equal(run.energy.total, again.energy.total)
+
+
+def broken(_):
+    swing(force=lambda t: (0.0, 1e200 if t > 0.0045 else 0.0))
+
+
+@pytest.mark.parametrize("to_file", [False, True])
+def test_a_trajectory_comes_back_from_another_process(tmp_path, to_file):
+    path = tmp_path / "run.h5" if to_file else None
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        twin, again = pool.apply(swing, [path])
+        with pytest.raises(StepFailure, match=r"^step 5 \(t = 0.005 s") as failed:
+            pool.map(broken, [0])
+    same(*swing(), twin, again)
+    assert len(failed.value.trajectory.t) == 5
+    beam = again.system.scene.beams[0]
+    np.testing.assert_array_equal(again.position(beam.end), again.position(twin.end))
+
+
+def test_functions_that_cannot_be_sent_are_missed_only_where_they_are_needed():
+    spin = swing(velocity=lambda x: x @ [[0, 1], [-1, 0]], force=lambda t: (t, 0.0))
+    twin, again = pickle.loads(pickle.dumps(spin))
+    np.testing.assert_array_equal(spin[1].velocity(spin[0].end), again.velocity(twin.end))
+    with pytest.raises(InputError, match=r"lambda> of this scene was not sent along from"):
+        _ = again.energy
+    with pytest.raises(InputError, match=r"lambda> of this scene was not sent along from"):
+        ancf.simulate(again.system.scene, 0.01, 1e-3)
+
+
+def test_copies_keep_their_functions():
+    rod, run = swing(velocity=lambda x: x @ [[0, 1], [-1, 0]], force=lambda t: (t, 0.0))
+    for copied in (copy.copy, copy.deepcopy):
+        load = copied(run.system.scene.loads[0])
+        assert load.at(2.0)[0] == 2.0
+    twin, scene = copy.deepcopy((rod, run.system.scene))
+    same(rod, run, twin, ancf.simulate(scene, 0.01, 1e-3))
+
+
+def test_a_uniform_velocity_can_be_sent_and_results_copied():
+    scene = ancf.Scene()
+    scene.add_beam("thin", (0, 0), (2, 0), 3, SECTION, MATERIAL, velocity=(1.0, 0.0))
+    run = ancf.simulate(copy.deepcopy(scene), 0.01, 1e-3)
+    twin = copy.deepcopy(run)
+    np.testing.assert_array_equal(run.q, twin.q)
+    ancf.simulate(pickle.loads(pickle.dumps(twin)).system.scene, 0.01, 1e-3)
+
+
+def test_shapes_at_rest_and_meshes_can_be_sent():
+    scene = ancf.Scene()
+    net = scene.add_mesh([(0, 0), (1, 0), (2, 0)], [(0, 1), (1, 2)], "l2t2", SECTION, MATERIAL)
+    scene.clamp(net.node(0), "fixed")
+    rest = ancf.solve_static(scene, load_steps=4)
+    twin, again = pickle.loads(pickle.dumps((net, rest)))
+    np.testing.assert_array_equal(rest.position(net.node(2)), again.position(twin.node(2)))
+    assert rest.elastic_energy == again.elastic_energy
