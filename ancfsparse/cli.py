@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
+import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ancfsparse.errors import AccuracyFailure, InputError, StepFailure, check_count
+from ancfsparse.errors import (
+    AccuracyFailure,
+    AncfError,
+    InputError,
+    Instability,
+    StepFailure,
+    check_count,
+)
 from ancfsparse.studies import figures, paper, report
 from ancfsparse.studies.bench_kernels import KernelBench
 from ancfsparse.studies.bench_kernels import bench_kernels as run_bench_kernels
 from ancfsparse.studies.bench_paper import PaperBench
 from ancfsparse.studies.bench_paper import bench_paper as run_bench_paper
 from ancfsparse.studies.commands import study
+from ancfsparse.studies.files import check_targets
 from ancfsparse.studies.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendulum
 from ancfsparse.studies.table1 import table1 as run_table1
 
@@ -24,13 +35,77 @@ EXIT_FAILURE, EXIT_INPUT = 1, 2
 
 app = typer.Typer(
     name="ancfsparse",
-    help="Flexible pendulums of ANCF cables and beams, and the studies of the paper.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
 app.add_typer(study, name="study")
+
+
+class RunError(AncfError):
+    """A run of the command ended early; the message speaks of the options of the command."""
+
+
+# What the library calls what the command has options for.
+OPTIONS = {
+    "t_end": "--time",
+    "dt": "--step",
+    "n_elements": "--elements",
+    "save_every": "--save-every",
+    "accuracy": "--accuracy",
+    "tolerance": "--tolerance",
+}
+ADVICE = (
+    "Try --integrator generalized-alpha --rho-inf 0.8, which damps what the steps cannot follow, a "
+    "smaller --step, or --accuracy 1e-3 with it."
+)
+ADVICE_ON_ACCURACY = "Try a smaller --accuracy, or --rho-inf 0.8, which damps more."
+ADVICE_ON_EXPLICIT = "Try a smaller --step, or --integrator generalized-alpha."
+
+
+@contextmanager
+def _in_own_words() -> Iterator[None]:
+    """Say errors of the library in the options of the command."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(in_options(str(error))) from error
+    except (StepFailure, AccuracyFailure) as error:
+        raise RunError(_ended(error)) from error
+
+
+def in_options(text: str) -> str:
+    """Say a sentence of the library in the options of the command.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``"dt = 3e-4 s does not divide ..."``.
+    """
+    text = text.replace("an implicit integrator such as GeneralizedAlpha", "GeneralizedAlpha")
+    names = "|".join(OPTIONS)
+    said = re.sub(rf"(?<![-\w])({names})\b( ?= ?)?", _option, text)
+    return said.replace("GeneralizedAlpha(0.9)", "--integrator generalized-alpha").replace(
+        "GeneralizedAlpha(rho_inf)", "--integrator generalized-alpha"
+    )
+
+
+def _option(found: re.Match[str]) -> str:
+    return OPTIONS[found[1]] + (" " if found[2] else "")
+
+
+def _ended(error: StepFailure | AccuracyFailure) -> str:
+    """Say why a run ended, with advice that the command can follow; it keeps no states."""
+    if isinstance(error, AccuracyFailure):
+        return in_options(str(error))
+    if isinstance(error, Instability):
+        error.advice = ADVICE_ON_EXPLICIT
+    else:
+        error.advice = ADVICE_ON_ACCURACY if error.trajectory is None else ADVICE
+    error.trajectory = None
+    error.reason = error.reason.replace(" (max_iterations)", "")
+    return str(error)
 
 
 def _can_be_written(target: str | None) -> str | None:
@@ -40,6 +115,24 @@ def _can_be_written(target: str | None) -> str | None:
             f"{target} cannot be written: there is no folder {Path(target).absolute().parent}"
         )
     return target
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"ancfsparse {importlib.metadata.version('ancfsparse')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Print the version and leave.", callback=_print_version, is_eager=True
+        ),
+    ] = False,
+) -> None:
+    """Flexible pendulums of ANCF cables and beams, and the studies of the paper."""
 
 
 JsonOption = Annotated[
@@ -78,14 +171,18 @@ def pendulum(
         str | None,
         typer.Option(help=", ".join(SOLVERS) + " [default: davidon; auto with --accuracy]."),
     ] = None,
-    memory: Annotated[str, typer.Option(help="'full' or a number of secant pairs.")] = "full",
+    memory: Annotated[
+        str | None,
+        typer.Option(help="'full' or a number of secant pairs, for quasi-Newton [default: full]."),
+    ] = None,
     alpha: Annotated[
         float | None,
         typer.Option(help="Numerical damping of Newmark's method [0] or HHT's [0.05]."),
     ] = None,
     rho_inf: Annotated[
-        float, typer.Option(help="What generalised-alpha leaves of the highest frequencies.")
-    ] = 0.9,
+        float | None,
+        typer.Option(help="What generalised-alpha leaves of the highest frequencies [0.9]."),
+    ] = None,
     tolerance: Annotated[
         str | None,
         typer.Option(
@@ -93,7 +190,9 @@ def pendulum(
             "leave in the accelerations [m/s2] [default: paper; default with --accuracy]."
         ),
     ] = None,
-    nu: Annotated[float, typer.Option(help="Poisson's ratio, for thick.")] = 0.3,
+    nu: Annotated[
+        float | None, typer.Option(help="Poisson's ratio, for thick [default: 0.3].")
+    ] = None,
     strain: Annotated[str | None, typer.Option(help="green or biot, for thin.")] = None,
     section_strain: Annotated[
         str | None, typer.Option(help="consistent or nodal, for thick.")
@@ -121,7 +220,8 @@ def pendulum(
         save_every=save_every,
         options={key: value for key, value in said.items() if value is not None},
     )
-    run, summary = run_pendulum(wish)
+    with _in_own_words():
+        run, summary = run_pendulum(wish)
     if json_to is None:
         tip = ", ".join(f"{x:.9f}" for x in summary["tip"][-1])
         typer.echo(f"{run!r}\n  tip at t = {run.t[-1]:.6g} s: ({tip}) m\n  {run.energy!r}")
@@ -140,7 +240,9 @@ def table1(
     ] = None,
 ) -> None:
     """Reproduce table 1 and figures 1 and 2 of the paper beside the paper's own numbers."""
-    table = run_table1(t_end=time, dt=step, cap=cap, progress=True)
+    check_targets(output, readme, report.MARKERS)
+    with _in_own_words():
+        table = run_table1(t_end=time, dt=step, cap=cap, progress=True)
     typer.echo(report.as_text(table))
     written = report.write(table, output) + figures.write(table, output)
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
@@ -197,7 +299,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         app(args=arguments, prog_name="ancfsparse")
     except (InputError, OSError) as error:
         _leave(EXIT_INPUT, error)
-    except (StepFailure, AccuracyFailure) as error:
+    except (RunError, StepFailure, AccuracyFailure) as error:
         _leave(EXIT_FAILURE, error)
 
 

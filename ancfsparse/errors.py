@@ -44,14 +44,16 @@ class StepFailure(AncfError, RuntimeError):
     dt : float
         Length of the failed step [s].
     residual : float
-        Largest entry of the residual left over, in the unit that `where` implies:
-        N for a position, N m for a slope, m for a constraint.
+        Size of the largest entry of the residual left over: N for a position, N m for a slope, m
+        for a constraint.
     where : str
         Beam, node and coordinate of that entry.
     trajectory : Trajectory, optional
         The accepted states before the failed step.
     advice : str, optional
         What to try, a sentence.
+    unit : str, optional
+        Of the residual.
     """
 
     def __init__(
@@ -64,9 +66,10 @@ class StepFailure(AncfError, RuntimeError):
         where: str,
         trajectory: Any = None,
         advice: str = "Try a smaller dt.",
+        unit: str = "",
     ) -> None:
         # All arguments go into `args`, so that the exception survives pickling between processes.
-        super().__init__(reason, time, step, dt, residual, where, trajectory, advice)
+        super().__init__(reason, time, step, dt, residual, where, trajectory, advice, unit)
         self.reason = reason
         self.time = time
         self.step = step
@@ -75,15 +78,15 @@ class StepFailure(AncfError, RuntimeError):
         self.where = where
         self.trajectory = trajectory
         self.advice = advice
+        self.unit = unit
 
     def __str__(self) -> str:
         """Compose the message a reader meets."""
         return (
             f"step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s) failed: "
             f"{self.reason.rstrip('.')}. "
-            f"The largest residual is {self.residual:.3g} at {self.where}. {self.advice}"
-            + KEPT
-            * (self.trajectory is not None)
+            f"The largest residual is {_with_unit(self.residual, self.unit, 3)} at {self.where}. "
+            f"{self.advice}" + KEPT * (self.trajectory is not None)
         )
 
 
@@ -127,9 +130,7 @@ class EnergyGain(StepFailure):
             f"stopped at step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): the "
             f"motion would have {self.gain:.3g} J more than it was given, {100 * share:.3g} % of "
             f"the largest energy exchanged so far (allowed: {100 * self.limit:.3g} %). "
-            f"{self.advice} max_energy_gain=inf goes on all the same."
-            + KEPT
-            * (self.trajectory is not None)
+            f"{self.advice}" + KEPT * (self.trajectory is not None)
         )
 
 
@@ -139,12 +140,28 @@ class Instability(StepFailure):
     The parameters are those of `StepFailure`; `residual` is the energy gained [J].
     """
 
+    def __init__(
+        self,
+        reason: str,
+        time: float,
+        step: int,
+        dt: float,
+        residual: float,
+        where: str,
+        trajectory: Any = None,
+        advice: str = (
+            "Try a smaller dt, an implicit integrator such as GeneralizedAlpha(0.9), or "
+            "max_energy_gain=inf to go on all the same."
+        ),
+        unit: str = "J",
+    ) -> None:
+        super().__init__(reason, time, step, dt, residual, where, trajectory, advice, unit)
+
     def __str__(self) -> str:
         """Compose the message a reader meets."""
         return (
             f"stopped after step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): "
-            f"{self.reason.rstrip('.')}. Try a smaller dt, an implicit integrator such as "
-            "GeneralizedAlpha(0.9), or max_energy_gain=inf to go on all the same." + KEPT
+            f"{self.reason.rstrip('.')}. {self.advice}" + KEPT * (self.trajectory is not None)
         )
 
 
@@ -189,16 +206,29 @@ class AccuracyFailure(AncfError, RuntimeError):
         What was asked for, and the estimate for the last run [m].
     runs : int
         Number of runs, each with shorter steps.
+    within_reach : float, optional
+        Where the rounding of the steps is what is left of the error: an accuracy that is above it
+        [m].
     """
 
-    def __init__(self, accuracy: float, error: float, runs: int) -> None:
-        super().__init__(accuracy, error, runs)
+    def __init__(
+        self, accuracy: float, error: float, runs: int, within_reach: float | None = None
+    ) -> None:
+        super().__init__(accuracy, error, runs, within_reach)
         self.accuracy = accuracy
         self.error = error
         self.runs = runs
+        self.within_reach = within_reach
 
     def __str__(self) -> str:
         """Compose the message a reader meets."""
+        if self.within_reach is not None:
+            return (
+                f"accuracy = {self.accuracy:.3g} m was not reached: after {self.runs} runs, each "
+                f"with shorter steps, the error is about {self.error:.3g} m, which is the rounding "
+                "of so many steps, and shorter ones add to it. Ask for "
+                f"{self.within_reach:.1g} m or more, or for a shorter time."
+            )
         return (
             f"accuracy = {self.accuracy:.3g} m was not reached: after {self.runs} runs, each with "
             f"shorter steps, the error is about {self.error:.3g} m and no longer follows the "
@@ -217,24 +247,29 @@ class EquilibriumFailure(AncfError, RuntimeError):
     load_fraction : float
         Share of the full load, in (0, 1], at which the iteration failed.
     residual : float
-        Largest entry of the residual left over [N or N m].
+        Size of the largest entry of the residual left over [N or N m].
     where : str
         Beam, node and coordinate of that entry.
+    unit : str, optional
+        Of the residual.
     """
 
-    def __init__(self, reason: str, load_fraction: float, residual: float, where: str) -> None:
-        super().__init__(reason, load_fraction, residual, where)
+    def __init__(
+        self, reason: str, load_fraction: float, residual: float, where: str, unit: str = ""
+    ) -> None:
+        super().__init__(reason, load_fraction, residual, where, unit)
         self.reason = reason
         self.load_fraction = load_fraction
         self.residual = residual
         self.where = where
+        self.unit = unit
 
     def __str__(self) -> str:
         """Compose the message a reader meets."""
         return (
             f"no equilibrium at {100 * self.load_fraction:.4g} % of the load: "
             f"{self.reason.rstrip('.')}. "
-            f"The largest residual is {self.residual:.3g} at {self.where}. "
+            f"The largest residual is {_with_unit(self.residual, self.unit, 3)} at {self.where}. "
             "Try more load steps or a finer mesh, and check that the joints hold the scene."
         )
 
@@ -425,5 +460,5 @@ def check_vector(what: str, value: ArrayLike, dim: int, unit: str = "") -> NDArr
     return vector
 
 
-def _with_unit(number: float, unit: str) -> str:
-    return f"{number:.6g} {unit}".rstrip()
+def _with_unit(number: float, unit: str, digits: int = 6) -> str:
+    return f"{number:.{digits}g} {unit}".rstrip()

@@ -1,6 +1,7 @@
 """The command: what it prints, what it refuses and how it leaves."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -108,10 +109,10 @@ def test_json_goes_to_a_file(capsys, tmp_path):
         (("--element", "l2t2", "--dim", "3"), "planar element"),
         (("--element", "l2t2", "--strain", "biot"), "no option strain"),
         (("--strain", "biott"), "did you mean 'biot'"),
-        (("--step", "0"), "dt must be positive"),
-        (("--step", "nan"), "dt must be finite"),
+        (("--step", "0"), "--step must be positive"),
+        (("--step", "nan"), "--step must be finite"),
         (("--step", "3e-4"), "does not divide"),
-        (("--time", "-1"), "t_end must be positive"),
+        (("--time", "-1"), "--time must be positive"),
         (("--solver", "davidson"), "did you mean 'davidon'"),
         (("--memory", "half"), "memory must be 'full' or a number"),
         (("--memory", "2.5"), "whole number of pairs"),
@@ -119,7 +120,7 @@ def test_json_goes_to_a_file(capsys, tmp_path):
         (("--alpha", "2"), "alpha"),
         (("--tolerance", "tight"), "tolerance must be 'paper' or 'default' or a number"),
         (("--tolerance", "-1"), "must be positive"),
-        (("--save-every", "0"), "save_every"),
+        (("--save-every", "0"), "--save-every must be"),
         (("--json", "nowhere/run.json"), "nowhere/run.json"),
     ],
 )
@@ -135,7 +136,7 @@ def test_step_that_fails_is_one_sentence_and_code_1(capsys):
     code, out, err = run(capsys, "pendulum", "--time", "20", "--step", "2", "--elements", "4")
     assert (code, out) == (1, "")
     assert err.count("\n") == 1
-    assert "a smaller dt" in err
+    assert "a smaller --step" in err
 
 
 def test_a_folder_that_is_missing_is_noticed_before_the_run(capsys, tmp_path):
@@ -178,3 +179,83 @@ def test_an_unknown_integrator_is_refused(capsys):
     code, _, err = run(capsys, *SHORT, "--integrator", "verlet")
     assert code == 2
     assert "unknown integrator 'verlet'" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--alpha", ".3", "--integrator", "generalized-alpha"),
+         "--alpha 0.3 means nothing to --integrator generalized-alpha: leave it out, or take "
+         "--integrator newmark or hht"),
+        (("--rho-inf", ".5"), "--rho-inf 0.5 means nothing to --integrator newmark"),
+        (("--memory", "5", "--solver", "newton"), "--memory 5 means nothing to --solver newton: "),
+        (("--memory", "5", "--accuracy", "1e-3", "--integrator", "hht"),
+         "--memory 5 means nothing to --solver auto, the default here"),
+        (("--solver", "newton", "--integrator", "central-difference"),
+         "--solver newton means nothing to --integrator central-difference: leave it out"),
+        (("--tolerance", "1e-3", "--integrator", "rkn4"), "--tolerance 1e-3 means nothing to"),
+        (("--solver", "bfgs", "--accuracy", "1e-3", "--integrator", "hht"),
+         "the full memory of --solver bfgs keeps its first: add --memory 10"),
+        (("--nu", ".4"), "--nu 0.4 means nothing to --element thin: leave it out, or take "
+         "--element thick"),
+    ],
+)  # fmt: skip
+def test_an_option_that_nothing_hears_is_refused(capsys, words, sentence):
+    code, out, err = run(capsys, *SHORT, *words)
+    assert (code, out) == (2, "")
+    assert sentence in err
+
+
+def test_settings_are_those_that_were_heard(capsys):
+    settings = json.loads(run(capsys, *SHORT)[1])["settings"]
+    assert (settings["alpha"], settings["memory"]) == (0.0, "full")
+    assert settings["rho_inf"] is settings["nu"] is None
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--time", "20", "--step", "2", "--elements", "4"),
+        ("--step", "0.1", "--solver", "newton"),
+        ("--step", "0.1"),
+        ("--time", "0.1", "--step", "1e-3", "--integrator", "rkn4"),
+        ("--time", "0.01", "--step", "3e-4"),
+        ("--time", "0.01", "--step", "0"),
+        ("--accuracy", "1e9", "--integrator", "hht"),
+        ("--accuracy", "1e-3"),
+        ("--accuracy", "1e-3", "--integrator", "newmark", "--alpha", ".1"),
+    ],
+)
+def test_failures_speak_of_options_of_the_command(capsys, words):
+    code, _, err = run(capsys, "pendulum", *words)
+    if code:
+        assert not re.search(r"max_|trajectory|(?<!-)dt\b(?! = .* s\))|t_end|(?<!-)accuracy=", err)
+        assert re.search(r"--(step|time|accuracy|integrator)", err)
+
+
+def test_version_is_told(capsys):
+    code, out, _ = run(capsys, "--version")
+    assert code == 0
+    assert re.fullmatch(r"ancfsparse \d+\.\d+\.\d+\n", out)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("study", "scaling"), ("study", "memory"), ("study", "work-precision"),
+        ("study", "total-error"), ("study", "stability"), ("study", "long-runs"), ("table1",),
+    ],
+)  # fmt: skip
+def test_targets_are_looked_at_before_a_study(capsys, tmp_path, words):
+    file = tmp_path / "a.md"
+    file.write_text("a page without markers\n", encoding="utf-8")
+    page = "--readme" if words == ("table1",) else "--page"
+    for said, sentence in (
+        (("--output", str(file)), "cannot be a folder"),
+        (("--output", str(file / "deeper")), "cannot be a folder"),
+        (("--output", str(tmp_path), page, str(file)), "has no place for"),
+        (("--output", str(tmp_path), page, str(tmp_path / "no.md")), "there is no such page"),
+    ):
+        code, out, err = run(capsys, *words, *said)
+        assert (code, out) == (2, "")
+        assert sentence in err

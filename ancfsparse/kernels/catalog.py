@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import product
 from types import ModuleType
 
 import numpy as np
@@ -17,7 +18,17 @@ OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
 }
 """Elements, their options, and the values of each; the first value is the default."""
 
-PLANAR = ("l2t2",)
+MODULES: dict[str, dict[int, str]] = {
+    "l2t2": {2: "l2t2"},
+    "thin": {2: "thin_planar_{strain}", 3: "thin_spatial_{strain}"},
+    "thick": {
+        3: "thick_{curvature}_{section_strain}",
+        2: "thick_planar_{curvature}_{section_strain}",
+    },
+}
+"""Names of the modules of every element, by the dimensions it has, with its options in them."""
+
+PLANAR = tuple(element for element, names in MODULES.items() if 3 not in names)
 """Elements that have no spatial form."""
 
 REFERENCES = ("thick_axis_consistent_gauss",)
@@ -93,11 +104,12 @@ def from_module(module: ModuleType) -> ElementKind:
 
 def module_names() -> tuple[str, ...]:
     """Return every element module, references left out."""
-    names = ["l2t2"]
-    names += [f"thin_{where}_{s}" for where in ("planar", "spatial") for s in ("green", "biot")]
-    for where in ("thick", "thick_planar"):
-        names += [f"{where}_{c}_{s}" for c in ("axis", "section") for s in ("consistent", "nodal")]
-    return tuple(names)
+    return tuple(
+        name.format_map(dict(zip(OPTIONS[element], values, strict=True)))
+        for element, names in MODULES.items()
+        for name in names.values()
+        for values in product(*OPTIONS[element].values())
+    )
 
 
 def element_kind(
@@ -137,14 +149,9 @@ def _module_name(element: str, dim: int, options: Mapping[str, str]) -> str:
         check_choice(f"option of element {element!r}", option, allowed)
         check_choice(option, value, allowed[option])
     choice = {option: options.get(option, values[0]) for option, values in allowed.items()}
-    if element in PLANAR:
-        if dim == 3:
-            raise InputError(
-                f'element "{element}" is planar; in a spatial scene use "thin", '
-                "or give the scene a gravity with 2 components"
-            )
-        return element
-    if element == "thin":
-        return f"thin_{'planar' if dim == 2 else 'spatial'}_{choice['strain']}"
-    plane = "planar_" if dim == 2 else ""
-    return f"thick_{plane}{choice['curvature']}_{choice['section_strain']}"
+    if dim not in MODULES[element]:
+        raise InputError(
+            f'element "{element}" is planar; in a spatial scene use "thin", '
+            "or give the scene a gravity with 2 components"
+        )
+    return MODULES[element][dim].format_map(choice)

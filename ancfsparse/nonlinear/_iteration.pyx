@@ -84,6 +84,11 @@ cdef class Iteration:
         """Counts since construction, by name."""
         return dict(self.loop.counts)
 
+    @property
+    def max_iterations(self):
+        """Corrections that an attempt may take."""
+        return self.loop.max_iterations
+
     def set_threads(self, ptrdiff_t threads):
         """Set the number of threads for passes over vectors."""
         self.loop.parts = threads

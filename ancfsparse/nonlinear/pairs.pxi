@@ -69,9 +69,10 @@ cdef int pair_terms(Rule rule, ptrdiff_t parts, ptrdiff_t n, const double *s, co
             return 0
         scaled(parts, a + stride, -1.0 / yh, w + stride, n)
         return 2
-    # Equation 16 multiplied out: s ((1 + y.h / s.y) s - h)^T / (s.y) - h s^T / (s.y).
-    scaled(parts, a, 1.0, s, n)
-    combined(parts, w, (1.0 + yh / sy) / sy, s, -1.0 / sy, w + stride, n)
-    scaled(parts, a + stride, 1.0, w + stride, n)
-    scaled(parts, w + stride, -1.0 / sy, s, n)
-    return 2
+    if rule == BFGS:  # equation 16: s ((1 + y.h / s.y) s - h)^T / (s.y) - h s^T / (s.y)
+        scaled(parts, a, 1.0, s, n)
+        combined(parts, w, (1.0 + yh / sy) / sy, s, -1.0 / sy, w + stride, n)
+        scaled(parts, a + stride, 1.0, w + stride, n)
+        scaled(parts, w + stride, -1.0 / sy, s, n)
+        return 2
+    return 0  # a rule without terms

@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ancfsparse.errors import InputError, check_positive
+from ancfsparse.errors import InputError, check_choice, check_positive
+from ancfsparse.kernels.catalog import OPTIONS
 from ancfsparse.scene import AnySection, Beam, Circle, Material, Rectangle, Scene
+
+ELEMENT_OPTIONS = tuple(dict.fromkeys(each for options in OPTIONS.values() for each in options))
+"""What else a problem takes, as in `Scene.add_beam`."""
 
 
 class Problem(NamedTuple):
@@ -180,6 +184,8 @@ def _rod(
         dim = 3 if element == "thick" else 2
     if dim not in (2, 3):
         raise InputError(f"dim must be 2 (planar) or 3 (spatial), got {dim!r}")
+    for option in options:
+        check_choice("option of a problem", option, ELEMENT_OPTIONS)
     out_of_plane = (0.0,) * (dim - 2)
     scene = Scene((0.0, gravity, *out_of_plane))
     ends = (0.0, 0.0, *out_of_plane), (length, 0.0, *out_of_plane)

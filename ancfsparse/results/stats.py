@@ -75,6 +75,9 @@ class RunStats:
         Steps that needed a rung of the ladder, from a new seed to another start.
     events : list of Event
         What was tried in them, at most the first thousand.
+    short_steps : int
+        Shorter steps that were accepted where one of a fixed length had failed and was halved; each
+        of those counts once in `steps`.
     rejected_steps : int
         Steps that were solved and taken back because they were not accurate enough.
     runs : int
@@ -106,6 +109,7 @@ class RunStats:
     skipped_pairs: int = 0
     recoveries: int = 0
     events: list[Event] = field(default_factory=list)
+    short_steps: int = 0
     rejected_steps: int = 0
     runs: int = 1
     error: float = math.nan
@@ -119,5 +123,6 @@ class RunStats:
 
     @property
     def iterations_per_step(self) -> float:
-        """Mean number of iterations per step; 0 if there was no step."""
-        return self.iterations / self.steps if self.steps else 0.0
+        """Mean number of iterations per step, whole or short; 0 if there was no step."""
+        taken = self.steps + self.short_steps
+        return self.iterations / taken if taken else 0.0

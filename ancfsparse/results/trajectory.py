@@ -51,7 +51,9 @@ class Trajectory:
             f"{self.q.shape[1]} coordinates, {self.lam.shape[1]} multipliers\n  "
             + ("" if self.finished else f"unfinished: t_end is {self.settings['t_end']:.6g} s; ")
             + (
-                f"{stats.steps} steps, {stats.iterations_per_step:.2f} iterations per step, "
+                f"{stats.steps} steps"
+                + (f", {stats.short_steps} shorter ones" if stats.short_steps else "")
+                + f", {stats.iterations_per_step:.2f} iterations per step, "
                 f"{stats.factorizations} factorizations, {stats.march_seconds:.3g} s"
                 if stats.steps or len(self.t) == 1
                 else "interrupted, so that nothing was counted"

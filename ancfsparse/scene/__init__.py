@@ -6,11 +6,11 @@ Nothing here computes a motion, and nothing here is left to be found wrong later
 
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import Body, Node
-from ancfsparse.scene.joints import Clamp, Connect, Joint, Pin, Rod
+from ancfsparse.scene.joints import Clamp, Connect, Joint, Pin, Rod, check_node, check_point
 from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh
-from ancfsparse.scene.scene import Scene
+from ancfsparse.scene.scene import Scene, check_scene
 from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
 
 __all__ = [
@@ -33,4 +33,7 @@ __all__ = [
     "Rod",
     "Scene",
     "Section",
+    "check_node",
+    "check_point",
+    "check_scene",
 ]

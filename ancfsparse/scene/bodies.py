@@ -24,17 +24,6 @@ Vector = NDArray[np.float64]
 Numbers = NDArray[np.int32]
 VelocityField = Callable[[Vector], Vector]
 
-STRETCHING = ("axial_stiffness", "lame_area", "shear_modulus_area", "youngs_modulus_area")
-"""Stiffnesses against stretching the axis and the section; `Material.axial_damping` acts there."""
-
-TURNING = (
-    "bending_stiffness", "shear_stiffness_y", "shear_stiffness_z", "torsion_stiffness",
-    "bending_stiffness_y", "bending_stiffness_z",
-)  # fmt: skip
-"""Stiffnesses against turning sections beside each other; `Material.bending_damping` acts there."""
-
-MASSES = ("mass_per_length", "inertia_y", "inertia_z")
-
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Body(ABC):
@@ -176,26 +165,8 @@ class Body(ABC):
         ``inertia_y`` goes with the section vector r_y and so holds int y^2 dA, which as a second
         moment of area is named after the axis it turns about: ``section.inertia_z``.
         """
-        section, material = self.section, self.material
-        modulus, shear_modulus = material.youngs_modulus, material.shear_modulus
-        shear_stiffness = (
-            section.shear_correction(material.poisson_ratio) * shear_modulus * section.area
-        )
         return {
-            "axial_stiffness": modulus * section.area,
-            "bending_stiffness": modulus * section.inertia_z,
-            "mass_per_length": material.density * section.area,
-            "lame_area": material.lame_modulus * section.area,
-            "shear_modulus_area": shear_modulus * section.area,
-            "youngs_modulus_area": modulus * section.area,
-            "poisson_ratio": material.poisson_ratio,
-            "shear_stiffness_y": shear_stiffness,
-            "shear_stiffness_z": shear_stiffness,
-            "torsion_stiffness": shear_modulus * section.torsion_constant,
-            "bending_stiffness_y": modulus * section.inertia_y,
-            "bending_stiffness_z": modulus * section.inertia_z,
-            "inertia_y": material.density * section.inertia_z,
-            "inertia_z": material.density * section.inertia_y,
+            name: value for group in self._parameters().values() for name, value in group.items()
         }
 
     @property
@@ -219,12 +190,50 @@ class Body(ABC):
         """
         material = self.material
         factors = {
-            **dict.fromkeys(STRETCHING, material.axial_retardation),
-            **dict.fromkeys(TURNING, material.bending_retardation),
-            **dict.fromkeys(MASSES, material.rayleigh[0]),
-            "poisson_ratio": 1.0,
+            "stretching": material.axial_retardation,
+            "turning": material.bending_retardation,
+            "masses": material.rayleigh[0],
+            "ratios": 1.0,
         }
-        return {name: factors[name] * value for name, value in self.stiffnesses().items()}
+        return {
+            name: factors[kind] * value
+            for kind, group in self._parameters().items()
+            for name, value in group.items()
+        }
+
+    def _parameters(self) -> dict[str, dict[str, float]]:
+        """Give all parameters, by what damps them.
+
+        ``"stretching"``, of the axis and the section, by `Material.axial_damping`; ``"turning"``,
+        of sections beside each other, by `Material.bending_damping`; ``"masses"`` by Rayleigh's
+        alpha; ``"ratios"`` by nothing.
+        """
+        section, material = self.section, self.material
+        modulus, shear_modulus = material.youngs_modulus, material.shear_modulus
+        shear_stiffness = (
+            section.shear_correction(material.poisson_ratio) * shear_modulus * section.area
+        )
+        stretching = {
+            "axial_stiffness": modulus * section.area,
+            "lame_area": material.lame_modulus * section.area,
+            "shear_modulus_area": shear_modulus * section.area,
+            "youngs_modulus_area": modulus * section.area,
+        }
+        turning = {
+            "bending_stiffness": modulus * section.inertia_z,
+            "shear_stiffness_y": shear_stiffness,
+            "shear_stiffness_z": shear_stiffness,
+            "torsion_stiffness": shear_modulus * section.torsion_constant,
+            "bending_stiffness_y": modulus * section.inertia_y,
+            "bending_stiffness_z": modulus * section.inertia_z,
+        }
+        masses = {
+            "mass_per_length": material.density * section.area,
+            "inertia_y": material.density * section.inertia_z,
+            "inertia_z": material.density * section.inertia_y,
+        }
+        ratios = {"poisson_ratio": material.poisson_ratio}
+        return {"stretching": stretching, "turning": turning, "masses": masses, "ratios": ratios}
 
 
 @dataclass(frozen=True, repr=False)

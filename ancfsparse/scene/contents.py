@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -25,7 +27,10 @@ class Contents:
     """
 
     def __init__(self, gravity: ArrayLike) -> None:
-        size = np.shape(gravity)
+        try:
+            size = np.shape(gravity)
+        except ValueError:  # rows that differ
+            size = ()
         if size not in ((2,), (3,)):
             raise InputError(
                 f"gravity must have 2 components (planar scene) or 3 (spatial), got {gravity!r}"
@@ -83,7 +88,8 @@ class Contents:
             Initial velocity [m/s]: one for all, or a function that maps reference positions
             (k, dim) [m] to velocities (k, dim).  The default is at rest.
         name : str, optional
-            How messages call it; ``"beam 0"`` for the first beam and so on if not given.
+            How messages call it; ``"beam 0"`` for the first beam and so on if not given, or the
+            next number that no name has.
 
         Returns
         -------
@@ -172,7 +178,8 @@ class Contents:
         self._handles.add(body)
 
     def _label(self, name: str | None, kind: str) -> str:
-        label = f"{kind} {len(self.beams)}" if name is None else name
+        free = (f"{kind} {i}" for i in itertools.count(len(self.beams)))
+        label = next(each for each in free if each not in self._names) if name is None else name
         if not isinstance(label, str) or not label.strip():
             raise InputError(f"the name of a {kind} must be a text that is not empty, got {name!r}")
         if label in self._names:

@@ -13,6 +13,8 @@ from ancfsparse.scene.straight import place
 
 # Nodes closer than this share of the whole mesh are at one place.
 SAME_PLACE = 1e-9
+# Farther away [m], squares of lengths leave the range of numbers.
+FARTHEST = 1e150
 EPSILON = float(np.finfo(np.float64).eps)
 
 
@@ -115,10 +117,14 @@ def _evened(lengths: Vector, reach: float) -> Vector:
 
 def _positions(label: str, dim: int, nodes: ArrayLike) -> Vector:
     try:
-        positions = np.array(nodes, dtype=np.float64)
+        given = np.asarray(nodes)
+        if given.dtype.kind not in "iuf":  # texts would be read, and imaginary parts be lost
+            raise TypeError
+        positions = np.array(given, dtype=np.float64)
     except (TypeError, ValueError):
+        got = " ".join(repr(nodes).split())[:60]
         raise InputError(
-            f"nodes of {label} must be a table of numbers with {dim} columns, got {nodes!r:.60}"
+            f"nodes of {label} must be a table of real numbers with {dim} columns, got {got}"
         ) from None
     if positions.ndim != 2 or positions.shape[1] != dim or len(positions) < 2:
         kind = "planar" if dim == 2 else "spatial"
@@ -131,6 +137,14 @@ def _positions(label: str, dim: int, nodes: ArrayLike) -> Vector:
         lambda k, some: (
             f"{label} has {some} whose position is not finite, first node {k}: "
             f"{place(positions[k])}"
+        ),
+        "node",
+    )
+    _refuse(
+        (np.abs(positions) > FARTHEST).any(axis=1),
+        lambda k, some: (
+            f"{label} has {some} beyond {FARTHEST:g} m, first node {k} at {place(positions[k])}: "
+            "give positions in metres"
         ),
         "node",
     )

@@ -87,6 +87,23 @@ class Connect:
 Joint = Pin | Clamp | Rod | Connect
 
 
+def check_point(what: str, node: object) -> Node:
+    """Return `node` if it is a point, at a node of the mesh or not.
+
+    Parameters
+    ----------
+    what : str
+        The load or result that needs it, for the message.
+    node : object
+        What was given.
+    """
+    if not isinstance(node, Node):
+        raise InputError(
+            f"{what} needs a point on a beam such as rod.start or rod.node(3), got {node!r}"
+        )
+    return node
+
+
 def check_node(what: str, node: object) -> Node:
     """Return `node` if it is a node of the mesh.
 
@@ -102,16 +119,13 @@ def check_node(what: str, node: object) -> Node:
     Node
         The node.
     """
-    if not isinstance(node, Node):
+    point = check_point(what, node)
+    if not point.is_node:
         raise InputError(
-            f"{what} needs a point on a beam such as rod.start or rod.node(3), got {node!r}"
+            f"{what} needs a node, but {point!r} lies inside element {point.index}: "
+            f"{point.beam.hint(point)}"
         )
-    if not node.is_node:
-        raise InputError(
-            f"{what} needs a node, but {node!r} lies inside element {node.index}: "
-            f"{node.beam.hint(node)}"
-        )
-    return node
+    return point
 
 
 class Holds:
@@ -177,8 +191,8 @@ def _check_place(here: list[Pin | Clamp | Rod]) -> None:
         first, second = fixed[:2]
         raise SingularSceneError(
             f"{second.node!r} is held twice: the {type(first).__name__.lower()} at {first.node!r} "
-            f"already fixes its position, leave out the {type(second).__name__.lower()} or the "
-            "connection"
+            f"already fixes its position, leave out the {type(second).__name__.lower()}"
+            + ("" if first.node == second.node else " or the connection")
         )
     if fixed and rods:
         raise SingularSceneError(

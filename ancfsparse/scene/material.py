@@ -53,7 +53,11 @@ class Material:
         if not -1.0 < nu < 0.5:
             raise InputError(
                 f"Poisson's ratio must be greater than -1 and less than 0.5, got {nu:.6g}: "
-                "an incompressible material would be infinitely stiff here, try 0.49"
+                + (
+                    "an incompressible material would be infinitely stiff here, try 0.49"
+                    if nu >= 0.5
+                    else "below, a material would give way without end in shear; metals have 0.3"
+                )
             )
         if not isinstance(self.rayleigh, tuple) or len(self.rayleigh) != 2:
             raise InputError(

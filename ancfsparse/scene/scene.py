@@ -21,6 +21,7 @@ from ancfsparse.scene.joints import (
     Pin,
     Rod,
     check_node,
+    check_point,
 )
 from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
 from ancfsparse.scene.straight import place
@@ -172,9 +173,7 @@ class Scene(Contents):
         PointForce
             The load.
         """
-        if not isinstance(node, Node):
-            raise InputError(f"a force needs a point on a beam such as rod.end, got {node!r}")
-        load = PointForce(self._mine("a force", node), value)
+        load = PointForce(self._mine("a force", check_point("a force", node)), value)
         self.loads.append(load)
         return load
 
@@ -241,3 +240,9 @@ class Scene(Contents):
         self._holds.add(joint)
         self.joints.append(joint)
         return joint
+
+
+def check_scene(scene: object) -> None:
+    """Refuse what is no scene."""
+    if not isinstance(scene, Scene):
+        raise InputError(f"a Scene is needed, got {scene!r}")

@@ -17,6 +17,7 @@ from tqdm import tqdm
 from ancfsparse.errors import AccuracyFailure, EnergyGain, InputError, check_positive
 from ancfsparse.integrators import EnergyMomentum, Implicit, Newmark
 from ancfsparse.nonlinear import Method, ModifiedNewton, Outcome, QuasiNewton
+from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import Event, RunStats
 from ancfsparse.solve.setup import CAUSES
 from ancfsparse.solve.steps import MOST_EVENTS, States, Stepper
@@ -35,6 +36,8 @@ SAFETY = 0.6  # share of the accuracy that the next run is meant for
 MOST_RUNS = 12
 STUCK = 0.7  # an error that falls by less than this, runs after runs, is not one of the steps
 NOISE = 1e-13  # rounding of a position after many steps, over the size of the scene
+# What the last run needs at least, over the smallest error of all, where rounding ended it.
+CLEAR = 5.0
 
 
 def check_accuracy(
@@ -43,18 +46,31 @@ def check_accuracy(
     tolerance: str | float,
     integrator: object,
     solver: Method | str,
+    max_halvings: int = 0,
 ) -> Implicit:
     """Return the integrator, and refuse what cannot be meant together with an accuracy.
 
     Raises
     ------
     InputError
-        For a tolerance of its own, an inverse that outlives its factor, or an integrator whose
+        For an accuracy larger than the scene, for a tolerance or halvings of its own, an
+        inverse that outlives its factor, or an integrator whose
         steps cannot be changed: an explicit one, one that keeps energy, one of first order, or the
         trapezoidal rule with multipliers, in which it keeps for ever what a change of step leaves
         in them.
     """
     check_positive("accuracy", accuracy, "m")
+    extent = _extent(system)
+    if accuracy > extent:
+        raise InputError(
+            f"accuracy = {accuracy:.6g} m is more than the scene, which measures {extent:.6g} m: "
+            f"ask for less, such as {1e-3 * extent:.1g} m"
+        )
+    if max_halvings:
+        raise InputError(
+            f"accuracy={accuracy:g} shortens steps by itself, as often as it takes: leave out "
+            f"max_halvings={max_halvings}, or give dt and no accuracy"
+        )
     if tolerance != "default":
         raise InputError(
             f"accuracy={accuracy:g} sets the tolerance of the iteration by itself: leave out "
@@ -133,7 +149,7 @@ def solve_accurately(
     InputError
         If rounding alone is above the accuracy.
     AccuracyFailure
-        If the error does not go down with the steps.
+        If the error does not go down with the steps, or only their rounding is left of it.
     StepFailure, EnergyGain
         If no step is short enough.  They count the steps of the last run alone.
     """
@@ -151,6 +167,7 @@ def solve_accurately(
     total = RunStats(runs=0, threads=threads)
     before: States | None = None
     local, shrink, error, stuck = FIRST * accuracy * math.sqrt(accuracy / size), SECOND, np.inf, 0
+    least = np.inf
     begin = time.perf_counter()
     with tqdm(unit="run", disable=not progress, leave=False) as bar:
         while total.runs < MOST_RUNS and stuck < 3:
@@ -180,11 +197,27 @@ def solve_accurately(
                 total.error, total.solver = error, chosen or total.solver
                 total.seconds["set-up"] = time.perf_counter() - begin - total.march_seconds
                 return states, total
+            least = min(least, error)
+            # The rounding of a step is about that of the largest coordinate.  In n steps it adds up
+            # to about root n times as much, and to n times at most.  Shorter steps only add to it,
+            # and take ever longer.
+            n, rounding = stepper.stats.steps, EPSILON * size
+            hopeless = accuracy < rounding * math.sqrt(n) or (stuck and error < rounding * n)
+            if error < np.inf and hopeless:
+                raise AccuracyFailure(accuracy, error, total.runs, CLEAR * least)
             before = states
             wanted = math.sqrt(error / (SAFETY * accuracy))
             shrink = min(max(wanted, LEAST), MOST) if wanted < np.inf else SECOND
             local /= shrink**3
     raise AccuracyFailure(accuracy, error, total.runs)
+
+
+def _extent(system: System) -> float:
+    """Return the largest side of the box around all nodes in the reference shape [m]."""
+    places = [body.positions for body in system.scene.beams]
+    low = np.min([each.min(axis=0) for each in places], axis=0)
+    high = np.max([each.max(axis=0) for each in places], axis=0)
+    return float(np.max(high - low))
 
 
 def _error(system: System, fine: States | None, coarse: States | None, shrink: float) -> float:

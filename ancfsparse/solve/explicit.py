@@ -16,6 +16,7 @@ from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.stability import check_free, fastest_vibration, mass_seed, start_load
 from ancfsparse.solve.start import initial_acceleration
+from ancfsparse.solve.times import divides, plain
 from ancfsparse.system import System
 
 # Up to so many operations of a product for each one of a sweep the dense blocks are faster:
@@ -26,9 +27,15 @@ DENSE_AHEAD = 4.0
 MOST_BLOCKS = 10_000
 
 
-def check_alone(integrator: Explicit, solver: object, tolerance: object) -> None:
+def check_alone(
+    integrator: Explicit, solver: object, tolerance: object, max_halvings: int = 0
+) -> None:
     """Refuse what only matters where equations are solved."""
-    for what, value, default in (("solver", solver, "auto"), ("tolerance", tolerance, "default")):
+    for what, value, default in (
+        ("solver", solver, "auto"),
+        ("tolerance", tolerance, "default"),
+        ("max_halvings", max_halvings, 0),
+    ):
         if value != default:
             raise InputError(
                 f"{integrator!r} solves no equations, so {what}={value!r} means nothing: leave it "
@@ -52,11 +59,12 @@ def prepare_explicit(
     limit = integrator.tableau.interval / omega
     if dt > limit:
         t_end = n_steps * dt
-        enough = float(t_end / np.ceil(t_end / limit))
+        steps = float(np.ceil(t_end / limit))
+        enough = plain(t_end / steps, lambda x: x <= limit and divides(t_end, x))
         raise InputError(
             f"dt = {dt:g} s is above the stable step of {integrator!r}, which is {limit:.4g} s for "
             f"this scene because its fastest vibration has {omega:.4g} rad/s: take "
-            f"dt = {enough!r} s ({t_end / enough:.0f} steps) or less, or an implicit integrator "
+            f"dt = {enough} s ({steps:.0f} steps) or less, or an implicit integrator "
             "such as GeneralizedAlpha(0.9)"
         )
     a, lam = initial_acceleration(system, seed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,10 @@ class Halving:
     ----------
     events : list of Event
         The steps that were crossed.
+    short_steps : int
+        Parts of steps that were accepted.
+    seconds : float
+        Time of the compiled march in them [s].
     stuck : bool
         Whether the march stands inside a step, in a state that is not one of the run.
     """
@@ -55,6 +60,7 @@ class Halving:
         self._system, self._march, self._iteration = system, march, iteration
         self._integrator, self._judge, self._dt, self._most = integrator, judge, dt, most
         self.events: list[Event] = []
+        self.short_steps, self.seconds = 0, 0.0
         self.stuck = False
 
     def cross(self, step: int, outcome: Outcome) -> Outcome:
@@ -79,8 +85,11 @@ class Halving:
                 self._iteration.step = step - 1
                 left -= 1
                 loads = self._system.loads.amplitudes(np.array([self._dt * step - dt * left]))
+                clock = time.perf_counter()
                 _, code = self._march.advance(self._iteration, 1, loads, 2, 0, *unused)
+                self.seconds += time.perf_counter() - clock
                 outcome = Outcome(code)
+                self.short_steps += outcome == Outcome.CONVERGED
             left += outcome != Outcome.CONVERGED
         self._change(self._dt)
         self.stuck = level > 0 and left > 0

@@ -34,7 +34,12 @@ WITH_STEPS = (
     "follow, EnergyMomentum() with tolerance=1e-5 [m/s2], a smaller dt, max_halvings=5 to cross "
     "such steps in shorter ones, or accuracy=1e-3 [m] instead of dt."
 )
-WITH_ACCURACY = "Try integrator=GeneralizedAlpha(0.8), which damps more, or smooth loads that jump."
+WITH_ACCURACY = (
+    "Try a smaller accuracy, integrator=GeneralizedAlpha(0.8), which damps more, or smooth loads "
+    "that jump."
+)
+# Where a run gained energy.
+ON_ALL_THE_SAME = " max_energy_gain=inf goes on all the same."
 
 
 def prepare(
@@ -139,19 +144,23 @@ def stopped(
     advice = WITH_STEPS if path is not None else WITH_ACCURACY
     if outcome == Outcome.GAINED_ENERGY:
         gain, exchanged = march.energy_gain
+        advice += ON_ALL_THE_SAME
         return EnergyGain(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
     steps, now = steps + 1, now + dt
     if outcome == Outcome.WOULD_GAIN:
         gain, exchanged = march.refused_gain
+        advice += ON_ALL_THE_SAME
         return EnergyGain(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
     # The place where the last iterate is furthest off.
     r, phi = march.unbalanced
     worst = int(np.argmax(np.abs(np.nan_to_num(r[: system.n_free], nan=np.inf))))
-    where, size = system.describe(worst), float(r[worst])
-    if len(phi) and np.max(np.abs(phi)) > abs(size):
+    where, size, unit = system.describe(worst), abs(float(r[worst])), system.unit(worst)
+    if len(phi) and np.max(np.abs(phi)) > size:
         worst = int(np.argmax(np.abs(phi)))
-        where, size = system.constraints.labels[worst], float(phi[worst])
+        where, size, unit = system.constraints.labels[worst], abs(float(phi[worst])), "m"
     reason = f"it {outcome.sentence}, "
+    if outcome == Outcome.TOO_MANY:
+        reason = f"it did not converge in {iteration.max_iterations} iterations (max_iterations), "
     reason += (
         "however short it is"
         if path is None
@@ -159,4 +168,4 @@ def stopped(
     )
     if np.isfinite(iteration.contraction):
         reason += f"; the residual last changed by a factor of {iteration.contraction:.3g}"
-    return StepFailure(reason, now, steps, dt, size, where, path, advice)
+    return StepFailure(reason, now, steps, dt, size, where, path, advice, unit)

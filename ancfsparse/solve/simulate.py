@@ -11,16 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ancfsparse.errors import (
-    InputError,
-    check_count,
-    check_finite,
-    check_positive,
-)
+from ancfsparse.errors import InputError, check_count, check_finite
 from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import RunStats, Trajectory
-from ancfsparse.scene import Node, Scene
+from ancfsparse.scene import Node, Scene, check_scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.accuracy import check_accuracy, solve_accurately
@@ -35,6 +30,7 @@ from ancfsparse.solve.memory import check_fits, estimate, give_back
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
 from ancfsparse.solve.setup import count, events, prepare, stopped
 from ancfsparse.solve.threads import check_threads, usable
+from ancfsparse.solve.times import as_double, count_steps
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -45,10 +41,6 @@ DEFAULT = GeneralizedAlpha(0.9)
 
 # States saved where an accuracy and nothing else is said.
 SAVED = 200
-
-# Past this a double cannot count the steps exactly.
-MOST_STEPS = 2.0**53
-
 
 # Steps between two looks at the clock, and rows of loads that are tabulated at once: at most
 # CHUNK, and of large systems so many that about so many coordinates move.
@@ -115,7 +107,7 @@ def simulate(
     max_halvings : int, optional
         How often a step that cannot be solved, or only with a gain of energy, may be halved, to be
         crossed in shorter ones; each is listed in ``stats.events``.  By default such a step ends
-        the run.
+        the run.  Only where equations are solved with a fixed step.
     threads : int, optional
         Threads that share the work of large systems, from 16 000 free coordinates on; smaller ones
         run on one.  Runs with the same number repeat bit for bit.  More than the machine has gain
@@ -162,14 +154,16 @@ def simulate(
     ``stats.recoveries``.  A hard step whose solution would gain energy is solved again by Newton,
     and from that start.  Then it is halved, if that is allowed.  No step is accepted unconverged.
     """
+    check_scene(scene)
     if accuracy is not None and dt is None:
-        dt = check_positive("t_end", t_end, "s") / SAVED
+        dt = as_double("t_end", t_end) / SAVED
     if dt is None:
         raise InputError(
             "simulate needs a time step or an accuracy: say dt=1e-3 [s], or accuracy=1e-4 [m]"
         )
+    t_end, dt = as_double("t_end", t_end), as_double("dt", dt)
     n_steps = count_steps(t_end, dt)
-    check_count("save_every", save_every)
+    save_every = min(check_count("save_every", save_every), n_steps)
     if not isinstance(integrator, Implicit | Explicit):
         raise InputError(
             "integrator must be Newmark(alpha), HHT(alpha), GeneralizedAlpha(rho_inf), "
@@ -205,7 +199,7 @@ def simulate(
     record = Record(system, rows, save_nodes, output, settings)
     threads = 1 if isinstance(integrator, Explicit) else usable(system, threads)
     if accuracy is not None:
-        implicit = check_accuracy(system, accuracy, tolerance, integrator, solver)
+        implicit = check_accuracy(system, accuracy, tolerance, integrator, solver, max_halvings)
         times = dt * np.append(np.arange(0, n_steps, save_every), n_steps)
         states, stats = solve_accurately(
             system, times, accuracy, implicit, solver, max_energy_gain, progress, threads
@@ -217,7 +211,7 @@ def simulate(
     iteration, nodes, halving = None, np.ones(1), None
     seed: SparseSeed | BlockInverse
     if isinstance(integrator, Explicit):
-        check_alone(integrator, solver, tolerance)
+        check_alone(integrator, solver, tolerance, max_halvings)
         march, seed, why = prepare_explicit(system, dt, n_steps, integrator, max_energy_gain)
         nodes, a = integrator.tableau.c[1:], march.state[2]
     else:
@@ -248,6 +242,9 @@ def simulate(
             halving,
             progress,
         )
+        if halving is not None:
+            stats.march_seconds += halving.seconds
+            stats.short_steps = halving.short_steps
         if isinstance(integrator, Explicit):
             count_forces(stats, integrator)
         elif iteration is not None:
@@ -331,27 +328,3 @@ def check_gain(share: float) -> None:
         raise InputError(
             f"max_energy_gain must not be negative, got {share:g}: 0.01 is one percent"
         )
-
-
-def count_steps(t_end: float, dt: float) -> int:
-    """Return the number of steps of length ``dt`` that make ``t_end``.
-
-    Raises
-    ------
-    InputError
-        If either is not positive or the step does not divide the time.
-    """
-    check_positive("t_end", t_end, "s")
-    check_positive("dt", dt, "s")
-    if t_end / dt > MOST_STEPS:
-        raise InputError(
-            f"dt = {dt:g} s makes {t_end / dt:.3g} steps of t_end = {t_end:g} s: take a larger dt"
-        )
-    n_steps = round(t_end / dt)
-    if n_steps < 1 or abs(n_steps * dt - t_end) > 1e-9 * t_end:
-        n = max(n_steps, 1)
-        raise InputError(
-            f"dt = {dt:g} s does not divide t_end = {t_end:g} s into whole steps "
-            f"({t_end / dt:.6g} of them): try t_end = {n * dt!r} s, or dt = {t_end / n!r} s"
-        )
-    return n_steps

@@ -57,13 +57,16 @@ def check_constraints(system: System) -> None:
     amplitudes = system.loads.amplitudes(np.zeros(1))[0]
     _, phi = system.assembly.residual(system.q0, system.v0, rest, lam, system.dead_load, amplitudes)
     rate = system.constraints.jacobian(system.q0) @ system.v0
-    for values, unit, what in ((phi, "m", "positions"), (rate, "m/s", "velocities")):
+    for values, unit, what, advice in (
+        (phi, "m", "positions", "move the start or the joint so that they agree"),
+        (rate, "m/s", "velocities", "give the body a velocity that the joint allows there"),
+    ):
         worst = int(np.argmax(np.abs(values)))
         size = 1e-9 * max(1.0, float(np.max(np.abs(system.q0))), float(np.max(np.abs(system.v0))))
         if abs(values[worst]) > size:
             raise InputError(
                 f"the initial {what} break the {system.constraints.labels[worst]} by "
-                f"{values[worst]:.3g} {unit}: move the start or the joint so that they agree"
+                f"{abs(values[worst]):.3g} {unit}: {advice}"
             )
 
 

@@ -131,4 +131,6 @@ def _failure(
     """Name the largest unbalanced force of the last state found, under the load that failed."""
     r, _ = _residual(system, q, lam, load, load * system.loads.amplitudes(np.zeros(1))[0])
     worst = int(np.argmax(np.abs(r[: system.n_free])))
-    return EquilibriumFailure(reason, load, float(r[worst]), system.describe(worst))
+    return EquilibriumFailure(
+        reason, load, abs(float(r[worst])), system.describe(worst), system.unit(worst)
+    )

@@ -19,7 +19,7 @@ from ancfsparse.problems import Problem, pendulum
 from ancfsparse.results import Trajectory
 from ancfsparse.results.source import combine
 from ancfsparse.solve import simulate
-from ancfsparse.solve.simulate import count_steps
+from ancfsparse.solve.times import count_steps
 from ancfsparse.studies import paper
 from ancfsparse.studies.ode import FirstOrder, OdeRun, OutOfTimeError, integrate
 from ancfsparse.system import System

@@ -59,6 +59,12 @@ def set_legend(figure: Figure, shown: Mapping[str, Any], columns: int, title: st
     )  # fmt: skip
 
 
+def set_empty(ax: Axes, why: str) -> None:
+    """Leave a panel without data blank but for why: a logarithmic axis needs data."""
+    ax.set_axis_off()
+    ax.text(0.5, 0.5, why, transform=ax.transAxes, ha="center", fontsize=SMALL)
+
+
 def failures(points: Sequence[Point]) -> list[str]:
     """Sum up runs without result: one line per method, model, value and kind of reason."""
     groups = _grouped(points)

@@ -20,7 +20,7 @@ from ancfsparse.studies import (
     work_precision_report,
 )
 from ancfsparse.studies.error_budget import error_budget as run_error_budget
-from ancfsparse.studies.files import fill_page
+from ancfsparse.studies.files import check_targets, fill_page
 from ancfsparse.studies.long_runs import long_runs as run_long_runs
 from ancfsparse.studies.memory import memory as run_memory
 from ancfsparse.studies.scaling import scaling as run_scaling
@@ -56,6 +56,7 @@ def scaling(
     page: PageOption = None,
 ) -> None:
     """Measure cost per element and step, and memory, against size, and the roofline."""
+    check_targets(output, page, "scaling")
     check_count("largest", largest)
     check_count("steps", steps)
     check_count("largest-net", largest_net, 2)
@@ -82,6 +83,7 @@ def memory(
     page: PageOption = None,
 ) -> None:
     """Measure what secant pairs are worth: all updates, memory lengths, carried or not."""
+    check_targets(output, page, "memory")
     check_count("steps", steps)
     check_count("rounds", rounds)
     result = run_memory(chain, net, steps, rounds, progress=True)
@@ -104,6 +106,7 @@ def work_precision(
     page: PageOption = None,
 ) -> None:
     """Measure seconds against error in time, and split the error of the paper's choice."""
+    check_targets(output, page, "work-precision", *["error-budget"] * budget)
     result = run_work_precision(
         elements=elements, t_end=time, with_peers=peers, rounds=rounds, cap=cap, progress=True
     )
@@ -128,6 +131,7 @@ def total_error(
     page: PageOption = None,
 ) -> None:
     """Measure the whole error against its cost over elements, their number and the step."""
+    check_targets(output, page, "total-error")
     result = run_total_error(with_peers=peers, rounds=rounds, progress=True)
     typer.echo(total_error_report.as_text(result))
     written = total_error_report.write(result, output)
@@ -151,6 +155,7 @@ def stability(
     page: PageOption = None,
 ) -> None:
     """Map which runs live, over step, stiffness, integrator and solver; minutes."""
+    check_targets(output, page, "stability", "stability-solvers")
     options = {"steps": step, "stiffnesses": stiffness}
     if table is not None:
         if scene or step or stiffness:
@@ -182,6 +187,7 @@ def long_runs(
     page: PageOption = None,
 ) -> None:
     """Let the pendulum fall for a million steps: memory, energy, and what dies when."""
+    check_targets(output, page, "long-runs")
     result = run_long_runs(steps, progress=True)
     typer.echo(long_runs_report.table(result))
     written = long_runs_report.write(result, output)

@@ -35,6 +35,29 @@ def write_json(data: dict[str, Any], path: Path) -> None:
     path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
+def check_targets(output: Path, page: Path | None, *names: str) -> None:
+    """Refuse a folder and a page that could not be written to, before a study and not after it.
+
+    Parameters
+    ----------
+    output : Path
+        Folder for tables and charts; may be missing.
+    page : Path or None
+        Page to renew, with the markers of all `names`.
+    names : str
+        What the markers are called.
+    """
+    folder = next(each for each in (output, *output.parents) if each.exists())
+    if not folder.is_dir():
+        raise InputError(
+            f"{output} cannot be a folder for tables and charts, because {folder} is a file: give "
+            "--output another name"
+        )
+    if page is not None:
+        for name in names:
+            _split(page, name)
+
+
 def fill_page(page: Path, name: str, text: str, chart: Path) -> None:
     """Put generated text on a page and a chart into the folder ``gallery`` beside it.
 
@@ -54,13 +77,25 @@ def fill_page(page: Path, name: str, text: str, chart: Path) -> None:
     InputError
         If a marker is missing; nothing is written.
     """
-    begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
-    old = page.read_text(encoding="utf-8")
-    before, opened, rest = old.partition(begin)
-    _, closed, after = rest.partition(end)
-    if not (opened and closed):
-        raise InputError(f"{page} has no place for {name}: add {begin} and {end} to it")
-    page.write_text(f"{before}{begin}\n{text}\n{end}{after}", encoding="utf-8")
+    fill_text(page, name, text)
     gallery = page.parent / "gallery"
     gallery.mkdir(exist_ok=True)
     shutil.copy(chart, gallery)
+
+
+def fill_text(page: Path, name: str, text: str) -> None:
+    """Put generated text on a page, as `fill_page` does, and no chart."""
+    before, after = _split(page, name)
+    page.write_text(f"{before}\n{text}\n{after}", encoding="utf-8")
+
+
+def _split(page: Path, name: str) -> tuple[str, str]:
+    """Return a page up to the one marker of a name, and from the other on."""
+    begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
+    if not page.is_file():
+        raise InputError(f"{page} cannot be renewed: there is no such page")
+    before, opened, rest = page.read_text(encoding="utf-8").partition(begin)
+    _, closed, after = rest.partition(end)
+    if not (opened and closed):
+        raise InputError(f"{page} has no place for {name}: add {begin} and {end} to it")
+    return before + begin, end + after

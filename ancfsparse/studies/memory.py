@@ -26,7 +26,8 @@ MOTIONS = ("smooth", "rough")
 # Products with a term of an inverse stream through memory like the sweeps, whose operations weigh
 # this much in the cost model; a term takes a dot product and an addition.
 TERM_COST = 0.5 * 4.0
-TERMS = {"broyden": 1, "davidon": 1, "dfp": 2, "bfgs": 2}
+ONE_TERM = ("broyden", "davidon")
+"""Updates whose pairs make one term; those of others make two."""
 
 # Costs that differ by less than this are the same.
 SAME = 0.02
@@ -160,7 +161,7 @@ def model_cost(
         held = 0.5 * (capacity + 1)
         if not method.carry:
             held = min(held, 0.5 * max(iterations / steps - 1.0, 0.0))
-        products = TERMS[method.update] * held * iterations
+        products = (1 if method.update in ONE_TERM else 2) * held * iterations
     return (
         iterations * costs.iteration + factorizations * costs.seed + TERM_COST * n * products
     ) / steps

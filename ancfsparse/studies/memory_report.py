@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,8 @@ from ancfsparse.studies.charts import SMALL, WIDTH, set_head, set_legend
 from ancfsparse.studies.files import save, write_csv, write_json
 from ancfsparse.studies.memory import SAME, MemoryStudy, Run
 
-COLOURS = dict(zip(UPDATES, ["#e69f00", "#0072b2", "#009e73", "#cc79a7"], strict=True))
+COLOURS = dict(zip(UPDATES, cycle(["#e69f00", "#0072b2", "#009e73", "#cc79a7"]), strict=False))
+"""Taken in turn, so that a new update has one."""
 
 
 def as_text(result: MemoryStudy) -> str:

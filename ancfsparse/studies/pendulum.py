@@ -18,16 +18,21 @@ from ancfsparse.integrators import (
     RungeKuttaNystrom,
 )
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.problems import pendulum
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
 
+EXPLICIT = ("central-difference", "rkn4", "rkn8")
 INTEGRATORS = (
     *("newmark", "hht", "generalized-alpha", "energy-momentum"),
-    *("central-difference", "rkn4", "rkn8"),
+    *EXPLICIT,
 )
 ALPHAS = {"newmark": 0.0, "hht": 0.05}
-SOLVERS = ("newton", "modified-newton", "broyden", "davidon", "dfp", "bfgs", "auto")
+ALPHA_METHOD, RHO_INF = "generalized-alpha", 0.9
+THICK, POISSON = "thick", 0.3
+"""The element that Poisson's ratio means something to, and the ratio where none is said."""
+SOLVERS = ("newton", "modified-newton", *UPDATES, "auto")
 
 
 @dataclass(frozen=True)
@@ -50,17 +55,17 @@ class PendulumRun:
         Largest error that the steps may cause [m], instead of a fixed step.
     solver : str or None
         One of `SOLVERS`; None takes Davidon's where steps are fixed and implicit, else "auto".
-    memory : str
-        ``"full"`` or a number of secant pairs; only the quasi-Newton methods have one.
+    memory : str or None
+        ``"full"`` or a number of secant pairs, for the quasi-Newton methods; None takes "full".
     alpha : float or None
         Numerical damping of Newmark's method or HHT's; None takes 0 and 0.05 [-].
-    rho_inf : float
-        Numerical damping of generalised-alpha [-].
+    rho_inf : float or None
+        Numerical damping of generalised-alpha; None takes 0.9 [-].
     tolerance : str or None
         ``"paper"``, ``"default"`` or a number [m/s2]; None takes the paper's where steps are fixed
         and implicit.
-    nu : float
-        Poisson's ratio [-].
+    nu : float or None
+        Poisson's ratio of the thick beam; None takes 0.3 [-].
     save_every : int
         Steps from one saved state to the next.
     options : dict of str to str
@@ -75,11 +80,11 @@ class PendulumRun:
     integrator: str = "newmark"
     accuracy: float | None = None
     solver: str | None = None
-    memory: str = "full"
+    memory: str | None = None
     alpha: float | None = None
-    rho_inf: float = 0.9
+    rho_inf: float | None = None
     tolerance: str | None = None
-    nu: float = 0.3
+    nu: float | None = None
     save_every: int = 1
     options: dict[str, str] = field(default_factory=dict)
 
@@ -101,12 +106,16 @@ def run_pendulum(wish: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         ``residual_evaluations``, ``factorizations``, ``energy_drift`` [-], ``estimated_error`` [m]
         of a run to an accuracy, and ``settings``, made of lists and numbers.
     """
-    options: dict[str, Any] = wish.options
-    problem = pendulum(wish.element, wish.elements, wish.dim, wish.nu, **options)
     alpha = ALPHAS.get(wish.integrator, 0.0) if wish.alpha is None else wish.alpha
-    integrator = integrator_of(wish.integrator, alpha, wish.rho_inf)
+    rho_inf = RHO_INF if wish.rho_inf is None else wish.rho_inf
+    integrator = integrator_of(wish.integrator, alpha, rho_inf)
     fixed = wish.accuracy is None and isinstance(integrator, Implicit)
     solver = wish.solver or ("davidon" if fixed else "auto")
+    memory = wish.memory or "full"
+    check_heard(wish, solver)
+    options: dict[str, Any] = wish.options
+    nu = POISSON if wish.nu is None else wish.nu
+    problem = pendulum(wish.element, wish.elements, wish.dim, nu, **options)
     tolerance = wish.tolerance or ("paper" if fixed else "default")
     run = simulate(
         problem.scene,
@@ -114,14 +123,17 @@ def run_pendulum(wish: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         wish.step,
         accuracy=wish.accuracy,
         integrator=integrator,
-        solver=solver_of(solver, wish.memory),
+        solver=solver_of(solver, memory),
         tolerance=_number_or_name("tolerance", tolerance, ("paper", "default")),
         save_every=wish.save_every,
     )
     settings = asdict(wish) | {
         "solver": solver,
         "tolerance": tolerance,
-        "alpha": alpha,
+        "alpha": alpha if wish.integrator in ALPHAS else None,
+        "rho_inf": rho_inf if isinstance(integrator, GeneralizedAlpha) else None,
+        "memory": memory if solver in UPDATES else None,
+        "nu": nu if wish.element == THICK else None,
     }
     settings |= settings.pop("options")
     settings["dim"] = problem.scene.dim
@@ -142,6 +154,44 @@ def run_pendulum(wish: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
     return run, summary
 
 
+def check_heard(wish: PendulumRun, solver: str) -> None:
+    """Refuse an option that the chosen method would not hear.
+
+    Parameters
+    ----------
+    wish : PendulumRun
+        What was said.
+    solver : str
+        What solves the steps.
+    """
+    integrator = f"--integrator {wish.integrator}"
+    what_solves = f"--solver {solver}" + ("" if wish.solver else ", the default here")
+    implicit = wish.integrator not in EXPLICIT
+    solves = "--integrator generalized-alpha"
+    for option, said, heard, owners, chosen in (
+        ("--solver", wish.solver, implicit or wish.solver == "auto", solves, integrator),
+        ("--tolerance", wish.tolerance, implicit, solves, integrator),
+        ("--alpha", wish.alpha, wish.integrator in ALPHAS, "--integrator " + " or ".join(ALPHAS),
+         integrator),
+        ("--rho-inf", wish.rho_inf, wish.integrator == ALPHA_METHOD, f"--integrator {ALPHA_METHOD}",
+         integrator),
+        ("--memory", wish.memory, solver in UPDATES, "--solver " + " or ".join(UPDATES),
+         what_solves),
+        ("--nu", wish.nu, wish.element == THICK, f"--element {THICK}",
+         f"--element {wish.element}"),
+    ):  # fmt: skip
+        if said is not None and not heard:
+            raise InputError(
+                f"{option} {said} means nothing to {chosen}: leave it out, or take {owners}"
+            )
+    if wish.accuracy is not None and solver in UPDATES and wish.memory in (None, "full"):
+        raise InputError(
+            f"--accuracy {wish.accuracy:g} needs a factor that is renewed as the body moves, and "
+            f"the full memory of --solver {solver} keeps its first: add --memory 10, or leave "
+            "--solver out"
+        )
+
+
 def integrator_of(name: str, alpha: float = 0.0, rho_inf: float = 0.9) -> Implicit | Explicit:
     """Return the integrator behind a name of the command line.
 
@@ -157,7 +207,7 @@ def integrator_of(name: str, alpha: float = 0.0, rho_inf: float = 0.9) -> Implic
         return Newmark(alpha)
     if name == "hht":
         return HHT(alpha)
-    if name == "generalized-alpha":
+    if name == ALPHA_METHOD:
         return GeneralizedAlpha(rho_inf)
     if name == "energy-momentum":
         return EnergyMomentum()

@@ -8,13 +8,14 @@ import math
 from pathlib import Path
 from typing import Any
 
-from ancfsparse.errors import InputError
 from ancfsparse.studies import paper
 from ancfsparse.studies.cells import COLUMNS, ROWS, Cell
+from ancfsparse.studies.files import fill_text
 from ancfsparse.studies.findings import findings
 from ancfsparse.studies.table1 import Match, Table
 
-BEGIN, END = "<!-- table1:begin -->", "<!-- table1:end -->"
+MARKERS = "table1"
+"""What the markers of the table on a page are called."""
 
 
 def as_text(table: Table) -> str:
@@ -140,7 +141,7 @@ def as_markdown(table: Table) -> str:
         f"{settings['elements']} elements, dt = {settings['dt_s']:g} s, {settings['machine']} with "
         f"kernels for {settings['instruction_set']}, SciPy {settings['scipy']} on the same "
         f"compiled forces with tolerances {settings['ode_rtol']:g} and {settings['ode_atol']:g}; "
-        "tip error: largest distance from the same mesh converged in time."
+        "tip error: largest distance from the same mesh converged in time, over the whole run."
     )
     return "\n".join([*lines, "", how, "", *(f"- {each}" for each in findings(table))])
 
@@ -165,9 +166,4 @@ def fill_readme(table: Table, readme: Path) -> None:
     InputError
         If a marker is missing; nothing is written.
     """
-    text = readme.read_text(encoding="utf-8")
-    before, opened, rest = text.partition(BEGIN)
-    _, closed, after = rest.partition(END)
-    if not (opened and closed):
-        raise InputError(f"{readme} has no place for the table: add {BEGIN} and {END} to it")
-    readme.write_text(f"{before}{BEGIN}\n{as_markdown(table)}\n{END}{after}", encoding="utf-8")
+    fill_text(readme, MARKERS, as_markdown(table))

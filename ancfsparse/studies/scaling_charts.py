@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from ancfsparse.studies.charts import SMALL, WIDTH, set_head, set_legend, set_title
+from ancfsparse.studies.charts import SMALL, WIDTH, set_empty, set_head, set_legend, set_title
 from ancfsparse.studies.exudyn_scene import SETTINGS as PEERS
 from ancfsparse.studies.scaling_findings import (
     cost_title,
@@ -51,18 +51,27 @@ def chart(result: Scaling) -> Figure:
     for ax, scene in zip(costs, TITLES, strict=False):
         _costs(ax, result, scene, shown)
     autos = [row for scene in TITLES for row in result.done(scene, "auto")]
-    for scene, style in STYLES.items():
-        rows = [r for r in result.done(scene, "auto") if r.bytes_per_element > 0]
+    known = [row for row in autos if row.bytes_per_element > 0]
+    for scene, style in STYLES.items() if known else ():
+        rows = [row for row in known if row.scene == scene]
         x, y = [r.job.elements for r in rows], [r.bytes_per_element for r in rows]
         memory.plot(x, y, style, color="black", markersize=5, label=TITLES[scene])
-    memory.set_yscale("log")
-    memory.set_ylabel("bytes per element")
-    memory.legend(fontsize=SMALL)
-    set_title(memory, memory_title(result))
+    if known:
+        memory.set_yscale("log")
+        memory.set_ylabel("bytes per element")
+        memory.legend(fontsize=SMALL)
+        set_title(memory, memory_title(result))
+    else:
+        set_empty(memory, "memory of auto: above that of an idle process at no size")
     _parts(split, [row for row in autos if len(row.record.get("split", {})) > 1])
-    _counts(counted, result)
-    set_title(counted, count_title(autos))
+    if autos:
+        _counts(counted, result)
+        set_title(counted, count_title(autos))
+    else:
+        set_empty(counted, "corrections and factorisations of auto: no result")
     for ax in (*costs[:3], memory, counted):
+        if not ax.axison:
+            continue
         ax.set_xscale("log")
         ax.set_xlabel("elements")
         ax.xaxis.set_minor_formatter(NullFormatter())
@@ -73,6 +82,10 @@ def chart(result: Scaling) -> Figure:
 
 
 def _costs(ax: Axes, result: Scaling, scene: tuple[str, str], shown: dict[str, Any]) -> None:
+    if all(row.note for row in result.rows if row.scene == scene):
+        ran = any(row.scene == scene for row in result.rows)
+        set_empty(ax, f"{TITLES[scene].capitalize()}: {'no result' if ran else 'not run'}")
+        return
     top = ax.get_xaxis_transform()
     for k, (solver, colour) in enumerate(COLOURS.items()):
         rows = result.done(scene, solver)

@@ -12,9 +12,9 @@ from ancfsparse.errors import EnergyGain, StepFailure
 from ancfsparse.integrators import HHT, EnergyMomentum, GeneralizedAlpha, Newmark
 from ancfsparse.integrators.implicit import Implicit
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
-from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
+from ancfsparse.studies.paper import QUASI_NEWTON
 from ancfsparse.studies.stability_scenes import SCENES, Case
 
 Vector = NDArray[np.float64]
@@ -43,8 +43,8 @@ SOLVERS: dict[str, Method | str] = {
     "Newton": Newton(),
     "auto": "auto",
     "modified Newton": ModifiedNewton(),
-    **{f"{update}, full": QuasiNewton(update, "full") for update in UPDATES},
-    **{f"{update}, {PAIRS} pairs": QuasiNewton(update, PAIRS) for update in UPDATES},
+    **{f"{u}, full": QuasiNewton(u, "full") for u in QUASI_NEWTON.values()},
+    **{f"{u}, {PAIRS} pairs": QuasiNewton(u, PAIRS) for u in QUASI_NEWTON.values()},
 }
 """By their names in tables."""
 

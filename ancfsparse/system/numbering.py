@@ -100,7 +100,7 @@ def number(
         v[:] = np.nan  # not said yet
         for beam, where in zip(scene.beams, places, strict=True):
             _set_moving(beam, where, v)
-        _hold_still(v, n_free)
+        _hold_still(scene, places, v, n_free)
     return Numbering(n_free, n_all, places, q, v)
 
 
@@ -166,23 +166,38 @@ def _set_moving(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
     known = v[where]
     clash = np.argwhere(np.abs(known - said) > 1e-9 * max(1.0, float(np.abs(said).max())))
     if len(clash):
-        first = tuple(clash[0])
+        row, column = clash[0]
+        more = f" ({len(clash)} coordinates in all)" if len(clash) > 1 else ""
         raise InputError(
-            f"{beam.name} shares {len(clash)} coordinates with other beams whose initial velocity "
-            f"is another, the first {said[first]:.6g} m/s against {known[first]:.6g} m/s: give "
-            "connected beams velocities that agree where they meet (none means at rest)"
+            f"{_point(beam, row)} is connected to a beam whose initial velocity is another, "
+            f"{said[row, column]:.6g} m/s against {known[row, column]:.6g} m/s along "
+            f"{'xyz'[column]}{more}: give connected beams velocities that agree where they meet "
+            "(none means at rest)"
         )
     v[where] = said
 
 
-def _hold_still(v: NDArray[np.float64], n_free: int) -> None:
+def _point(body: Body, row: int) -> Node:
+    return Node(body, int(body.row_nodes[row]))
+
+
+def _hold_still(
+    scene: Scene, places: Sequence[Places], v: NDArray[np.float64], n_free: int
+) -> None:
     """Set the velocity of held coordinates to zero, which it must be but for rounding."""
     held = v[n_free:]
     moving = np.flatnonzero(np.abs(held) > 1e-9 * max(1.0, float(np.abs(v).max(initial=0.0))))
     if len(moving):
+        found = (
+            (b, np.argwhere(w == n_free + moving[0]))
+            for b, w in zip(scene.beams, places, strict=True)
+        )
+        body, (row, column) = next((body, at[0]) for body, at in found if len(at))
+        what, unit = ("position", "m/s") if column < scene.dim else ("slope", "1/s")
         raise InputError(
-            f"the initial velocity moves {len(moving)} held coordinates, the first by "
-            f"{held[moving[0]]:.6g} m/s: give a velocity field that is zero at the joints"
+            f"the initial velocity moves {len(moving)} held coordinate"
+            f"{'s, the first' if len(moving) > 1 else ','} of the {what} of {_point(body, row)} by "
+            f"{held[moving[0]]:.6g} {unit}: give a velocity field that is zero at the joints"
         )
     held[:] = 0.0
 

@@ -13,7 +13,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind, element_kind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.kernels.layout import pack
-from ancfsparse.scene import Body, Node, Scene
+from ancfsparse.scene import Body, Node, Scene, check_node, check_point, check_scene
 from ancfsparse.system.constraints import constraints_of
 from ancfsparse.system.loads import loads_of
 from ancfsparse.system.numbering import Places, number
@@ -57,8 +57,7 @@ class System:
     """
 
     def __init__(self, scene: Scene, v0: Vector | None = None) -> None:
-        if not isinstance(scene, Scene):
-            raise InputError(f"a Scene is needed, got {scene!r}")
+        check_scene(scene)
         if not scene.beams:
             raise InputError("the scene has no beam: add one with scene.add_beam or scene.add_mesh")
         self.scene = scene
@@ -112,10 +111,12 @@ class System:
 
     def point(self, node: Node) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
+        check_point("a position", node)
         return self._interpolate(node, 0, position_weights(node.xi, self._length(node)))
 
     def slope(self, node: Node) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of the slope r'."""
+        check_point("a slope", node)
         return self._interpolate(node, 1, slope_weights(node.xi, self._length(node)))
 
     def frame(self, node: Node) -> Places:
@@ -152,6 +153,11 @@ class System:
                 node = beam.row_nodes[row]
                 return f"{beam.name}, node {node}, {kind.node_coordinates[coordinate]}"
         raise IndexError(f"no coordinate stands at place {place}")
+
+    def unit(self, place: int) -> str:
+        """Return the unit of the force that belongs to a place in q, N or N m."""
+        positions = (places[:, : self.dim] for places in self.places)
+        return "N" if any((places == place).any() for places in positions) else "N m"
 
     @property
     def dead_load(self) -> Vector:
@@ -192,9 +198,9 @@ class System:
         Raises
         ------
         InputError
-            If no joint to the ground holds the node.
+            If no joint to the ground holds the node, or it is none.
         """
-        places = self.rows(node)[0, : self.dim]
+        places = self.rows(check_node("a reaction", node))[0, : self.dim]
         rows = {i for i, j in zip(self.constraints.i, self.constraints.j, strict=True)}
         if np.all(places < self.n_free) and rows.isdisjoint(places.tolist()):
             raise InputError(f"no joint holds {node!r}, so it has no reaction")

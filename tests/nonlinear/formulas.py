@@ -31,6 +31,9 @@ def bfgs(h, s, y):
 UPDATES = {"broyden": broyden, "davidon": davidon, "dfp": dfp, "bfgs": bfgs}
 
 
+WITH_COMPACT_FORM = ("broyden", "davidon", "dfp", "bfgs")
+
+
 def compact(rule, h0, s, y):
     """All pairs at once; columns of ``s`` and ``y`` are the pairs, oldest first.
 
@@ -50,6 +53,7 @@ def compact(rule, h0, s, y):
         both = np.hstack([t, s])
         middle = np.block([[y.T @ t, below], [below.T, -d]])
         return h0 - both @ np.linalg.solve(middle, both.T)
+    assert rule == "bfgs"
     inverse = np.linalg.inv(r)
     both = np.hstack([s, t])
     zero = np.zeros_like(r)

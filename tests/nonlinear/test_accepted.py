@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.problems import pendulum
 
-UPDATES = ("broyden", "davidon", "dfp", "bfgs")
 SOLVERS = {
     "newton": ancf.Newton(),
     "modified newton": ancf.ModifiedNewton(),

@@ -7,11 +7,11 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome
+from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.problems import pendulum
 from ancfsparse.solve.setup import prepare
 from ancfsparse.system import System
 
-UPDATES = ("broyden", "davidon", "dfp", "bfgs")
 STEPS, DT = 200, 5e-4
 
 

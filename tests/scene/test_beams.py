@@ -226,7 +226,13 @@ def test_two_beams_cannot_share_a_name():
     assert add(scene).name == "beam 1"
 
 
-@pytest.mark.parametrize("gravity", [9.81, (0, 0, 0, 1), (1,), "down"])
+def test_names_that_are_taken_are_passed_over():
+    scene = Scene()
+    add(scene, name="beam 1")
+    assert [add(scene).name for _ in range(2)] == ["beam 2", "beam 3"]
+
+
+@pytest.mark.parametrize("gravity", [9.81, (0, 0, 0, 1), (1,), "down", ((1, 2), 3)])
 def test_gravity_decides_the_dimension(gravity):
     with pytest.raises(InputError, match=r"gravity must have 2 components .planar scene. or 3"):
         Scene(gravity)

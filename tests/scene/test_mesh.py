@@ -128,8 +128,11 @@ def test_joints_and_loads_take_nodes_of_a_mesh():
 LINE = [(0, 0), (1, 0), (2, 0)]
 BAD = [
     ({"nodes": [(0, 0, 0), (1, 0, 0)]}, r"shape \(n, 2\) .* scene is planar, got shape \(2, 3\)"),
-    ({"nodes": "net"}, "must be a table of numbers with 2 columns, got 'net'"),
-    ({"nodes": [(0, 0), (1,)]}, "must be a table of numbers with 2 columns"),
+    ({"nodes": [["0", "0"], ["1", "0"], ["0", "1"]]}, "must be a table of real numbers"),
+    ({"nodes": [[0j, 0], [1 + 1j, 0], [0, 1]]}, "must be a table of real numbers"),
+    ({"nodes": [[0, 0], [1e200, 0], [0, 1]]}, r"1 node beyond 1e\+150 m, first node 1 at \(1e"),
+    ({"nodes": "net"}, "must be a table of real numbers with 2 columns, got 'net'"),
+    ({"nodes": [(0, 0), (1,)]}, "must be a table of real numbers with 2 columns"),
     ({"nodes": [(0, 0), (1, np.nan), (np.inf, 0)]},
      r"2 nodes whose position is not finite, first node 1: \(1, nan\) m"),
     ({"edges": [(0, 1, 2)]}, r"must have shape \(m, 2\) with at least one row, got shape \(1, 3\)"),

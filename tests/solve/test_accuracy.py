@@ -1,6 +1,8 @@
 """Runs to a given accuracy, against the same mesh solved with steps too short to count."""
 
 import math
+import pickle
+import re
 
 import numpy as np
 import pytest
@@ -246,3 +248,14 @@ def test_the_command_ends_with_a_sentence_where_an_accuracy_is_out_of_reach(monk
         main(["pendulum", "--time", "0.05", "--accuracy", "1e-4", "--step", "0.01"])
     assert left.value.code == 1
     assert "no longer follows the steps" in capsys.readouterr().err
+
+
+def test_an_accuracy_near_rounding_ends_with_what_is_in_reach():
+    scene, _ = pendulum("l2t2", 2)
+    with pytest.raises(AccuracyFailure, match="the rounding of so many steps") as caught:
+        ancf.simulate(scene, 0.02, accuracy=3e-13)
+    failure = caught.value
+    assert failure.runs <= 4
+    assert str(pickle.loads(pickle.dumps(failure))) == str(failure)
+    reach = float(re.search(r"Ask for (\S+) m", str(failure))[1])
+    assert ancf.simulate(scene, 0.02, accuracy=reach).stats.error <= reach

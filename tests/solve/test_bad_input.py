@@ -7,7 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.simulate import count_steps
+from ancfsparse.solve.times import count_steps
 
 
 def simulate(t_end=0.1, dt=1e-3, **options):
@@ -29,7 +29,9 @@ def simulate(t_end=0.1, dt=1e-3, **options):
         (1.0, "1e-3", "dt must be a number, got '1e-3'"),
         (1.0, None, "needs a time step or an accuracy"),
         (1.0, 3e-3, "does not divide t_end = 1 s"),
-        (1.0, 2.0, "does not divide t_end = 1 s"),
+        (1.0, 2.0, "dt = 2 s is longer than the run, t_end = 1 s: try dt = 0.1 s"),
+        (np.float64(0.009), 4e-4, "try t_end = 0.0088 s, or dt = 0.000409090909 s"),
+        (2.0, 3e-4, "try t_end = 2.0001 s, or dt = 0.000299985001 s"),
         (1.0, 0.4, "try t_end = 0.8 s, or dt = 0.5 s"),
     ],
 )
@@ -42,6 +44,18 @@ def test_times(t_end, dt, said):
 @pytest.mark.parametrize(("t_end", "dt"), [(0.3, 0.1), (0.1, 1e-3), (2.1, 7e-4), (1 / 3, 1 / 3000)])
 def test_rounding_is_no_reason_to_refuse(t_end, dt):
     assert simulate(t_end, dt, solver=ancf.Newton()).stats.steps == round(t_end / dt)
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.float64])
+def test_a_time_in_single_precision_is_the_decimal_that_it_shows(kind):
+    run = simulate(0.01, kind(1e-3))
+    assert run.stats.steps == 10
+    assert run.t[-1] == 0.01
+
+
+def test_more_steps_between_saved_states_than_there_are():
+    run = simulate(0.01, 1e-3, save_every=10**30)
+    np.testing.assert_allclose(run.t, [0.0, 0.01])
 
 
 @pytest.mark.parametrize("t_end", [1.0, 0.7, 3.0])
@@ -93,8 +107,13 @@ def test_solvers(make, said):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"solver": "newton"}, "unknown solver 'newton'"),
+        ({"solver": "newton"}, "got 'newton': did you mean Newton()?"),
+        ({"solver": "Davidon"}, "got 'Davidon': did you mean QuasiNewton('davidon')?"),
+        ({"solver": "foo"}, "'auto', Newton(), ModifiedNewton() or QuasiNewton(...), got 'foo'"),
         ({"solver": "automatic"}, "did you mean 'auto'"),
+        ({"max_halvings": 1, "accuracy": 1e-3}, "leave out max_halvings=1"),
+        ({"max_halvings": 1, "integrator": ancf.CentralDifference()}, "max_halvings=1 means noth"),
+        ({"accuracy": 1e9}, "more than the scene, which measures 2 m: ask for less"),
         ({"solver": ancf.Newton}, "solver must be 'auto', Newton(), "),
         ({"solver": None}, "solver must be 'auto'"),
         ({"integrator": 0.05}, "integrator must be Newmark(alpha)"),
@@ -126,6 +145,17 @@ def test_a_dense_inverse_that_is_too_large_is_refused_with_its_size():
     assert run.stats.steps == 1
 
 
+@pytest.mark.parametrize("scene", [None, "net", pendulum("l2t2", 2).rod])
+def test_what_is_no_scene_is_refused(scene):
+    with pytest.raises(ancf.InputError, match="a Scene is needed, got"):
+        ancf.simulate(scene, 1.0, 1e-3)
+
+
+def test_problems_know_their_options():
+    with pytest.raises(ancf.InputError, match="unknown option of a problem 'young'"):
+        pendulum(young=1)
+
+
 def test_a_scene_without_beams_is_refused():
     with pytest.raises(ancf.InputError, match="no beam: add one"):
         ancf.simulate(ancf.Scene(), 1.0, 1e-3)
@@ -137,7 +167,10 @@ def test_a_velocity_at_a_pin_is_refused():
         "thin", (0, 0), (1, 0), 2, ancf.Circle(0.01), ancf.Material(1e8, 1000.0), velocity=(0, 2.5)
     )
     scene.pin(rod.start)
-    with pytest.raises(ancf.InputError, match=r"moves 1 held .* 2.5 m/s: give a velocity field"):
+    with pytest.raises(
+        ancf.InputError,
+        match=r"moves 1 held coordinate, of the position of beam 0 at s = 0 m by 2.5 m/s: give",
+    ):
         ancf.simulate(scene, 1.0, 1e-3)
 
 
@@ -147,6 +180,20 @@ def test_a_load_that_goes_bad_on_the_way_says_when(value):
     scene.point_force(rod.end, lambda t: (1.0, 0.0) if t < 0.05 else value)
     with pytest.raises(ancf.InputError, match=r"at t = 0\.05"):
         ancf.simulate(scene, 0.1, 1e-3)
+
+
+@pytest.mark.parametrize("what", ["position", "velocity", "acceleration", "slope", "reaction"])
+def test_results_ask_for_points(what):
+    run = simulate()
+    for wrong in (3, "end", run.system.scene.beams[0]):
+        with pytest.raises(ancf.InputError, match=r"needs a point on a beam such as rod\.start"):
+            getattr(run, what)(wrong)
+
+
+def test_reactions_are_those_of_nodes():
+    run = simulate()
+    with pytest.raises(ancf.InputError, match=r"a reaction needs a node, but .* lies inside elem"):
+        run.reaction(run.system.scene.beams[0].at(0.1))
 
 
 def test_results_ask_for_nodes_of_their_own_scene():

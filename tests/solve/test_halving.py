@@ -28,8 +28,12 @@ def test_crossed_steps_follow_the_motion_and_are_listed():
     exact, _ = run(2.5e-4, 0)
     assert len(found.t) == 101
     assert found.stats.steps == 100
+    assert f"100 steps, {found.stats.short_steps} shorter ones, " in repr(found)
+    assert found.stats.iterations_per_step < 2.0 + FEW.max_iterations
     crossed = [event for event in found.stats.events if "steps of" in event.rung]
     assert 1 <= len(crossed) <= 100
+    parts = sum(int(event.rung.split()[0]) for event in crossed)  # at most, if all are as short
+    assert 2 * len(crossed) <= found.stats.short_steps <= parts
     assert {event.cause for event in crossed} == {"too many"}
     assert all(event.time == pytest.approx(event.step * 8e-3) for event in crossed)
     assert max(event.step for event in found.stats.events) <= 100

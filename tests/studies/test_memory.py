@@ -49,7 +49,7 @@ def test_study_on_tiny_sizes(tmp_path, capsys):
     assert "net 3 x 3, rough: this step's pairs" in out
     with (tmp_path / "memory.csv").open(encoding="utf-8") as file:
         table = list(csv.DictReader(file))
-    assert len(table) == 4 * (1 + 4 * 2 * len(LENGTHS))
+    assert len(table) == 4 * (1 + len(UPDATES) * 2 * len(LENGTHS))
     assert all(float(row["model_cost"]) > 0 for row in table)
     data = json.loads((tmp_path / "memory.json").read_text(encoding="utf-8"))
     assert len(data["findings"]) == 4

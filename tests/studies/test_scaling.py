@@ -162,6 +162,17 @@ def test_missed_aims_and_missing_results_are_said():
     assert "| 1.25 | 3.0 times as long | 0.5 times as long |" in as_markdown(result)
 
 
+def test_panels_without_data_are_blank(readable):
+    result = by_hand()
+    result = Scaling([r for r in result.rows if r.job.case == "chain"], result.counts, QUICK, {})
+    readable(chart(result))
+    told = chart(result).axes[2].texts[0].get_text()
+    assert told == "Net falling from rest: not run"
+    for row in result.rows:
+        row.record = {"note": "too large"}
+    readable(chart(result))
+
+
 def test_the_chart_can_be_read_and_says_where_a_peer_wins(readable):
     figure = chart(by_hand())
     readable(figure)

@@ -72,12 +72,13 @@ def test_text_shows_every_method_of_every_row(table):
 
 def test_readme_is_rewritten_between_its_markers_only(table, tmp_path):
     readme = tmp_path / "README.md"
-    readme.write_text(f"before\n{report.BEGIN}\nold\n{report.END}\nafter\n", encoding="utf-8")
+    begin, end = "<!-- table1:begin -->", "<!-- table1:end -->"
+    readme.write_text(f"before\n{begin}\nold\n{end}\nafter\n", encoding="utf-8")
     report.fill_readme(table, readme)
     report.fill_readme(table, readme)
     text = readme.read_text(encoding="utf-8")
-    assert text.startswith(f"before\n{report.BEGIN}\n|")
-    assert text.endswith(f"{report.END}\nafter\n")
+    assert text.startswith(f"before\n{begin}\n|")
+    assert text.endswith(f"{end}\nafter\n")
     assert "old" not in text
     assert "| Radau, for `ode23t` |" in text
     assert "(1.69)" in text
@@ -86,7 +87,7 @@ def test_readme_is_rewritten_between_its_markers_only(table, tmp_path):
 def test_readme_without_markers_is_refused_and_kept(table, tmp_path):
     readme = tmp_path / "README.md"
     readme.write_text("nothing here\n", encoding="utf-8")
-    with pytest.raises(InputError, match="no place for the table"):
+    with pytest.raises(InputError, match="no place for table1"):
         report.fill_readme(table, readme)
     assert readme.read_text(encoding="utf-8") == "nothing here\n"
 

@@ -1,0 +1,66 @@
+"""Times as a person says them: whole steps, and advice that divides when it is typed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ancfsparse.errors import InputError, check_positive
+
+# Rounding that whole steps may differ by from the end, over the end.
+WHOLE = 1e-9
+
+# Past this a double cannot count the steps exactly.
+MOST_STEPS = 2.0**53
+
+
+def count_steps(t_end: float, dt: float) -> int:
+    """Return the number of steps of length ``dt`` that make ``t_end``.
+
+    Raises
+    ------
+    InputError
+        If either is not positive or the step does not divide the time.
+    """
+    t_end, dt = as_double("t_end", t_end), as_double("dt", dt)
+    if t_end / dt > MOST_STEPS:
+        raise InputError(
+            f"dt = {dt:g} s makes {t_end / dt:.3g} steps of t_end = {t_end:g} s: take a larger dt"
+        )
+    if dt > t_end * (1.0 + WHOLE):
+        raise InputError(
+            f"dt = {dt:g} s is longer than the run, t_end = {t_end:g} s: try dt = "
+            f"{plain(0.1 * t_end, lambda x: divides(t_end, x))} s"
+        )
+    n = round(t_end / dt)
+    if not divides(t_end, dt):
+        end = plain(n * dt, lambda x: divides(x, dt))
+        step = plain(t_end / n, lambda x: divides(t_end, x))
+        raise InputError(
+            f"dt = {dt:g} s does not divide t_end = {t_end:g} s into whole steps "
+            f"({t_end / dt:.6g} of them): try t_end = {end} s, or dt = {step} s"
+        )
+    return n
+
+
+def divides(t_end: float, dt: float) -> bool:
+    """Whether whole steps make the time, but for rounding."""
+    return abs(round(t_end / dt) * dt - t_end) <= WHOLE * t_end
+
+
+def plain(number: float, serves: Callable[[float], bool]) -> str:
+    """Write a number with as few digits as serve."""
+    texts = (f"{number:.{digits}g}" for digits in range(3, 17))
+    return next((text for text in texts if serves(float(text))), repr(number))
+
+
+def as_double(what: str, value: object) -> float:
+    """Return a positive time [s] in double precision.
+
+    One of less is taken for the shortest decimal that it stands for: the 1e-3 in single precision
+    is not a thousandth in double.
+    """
+    if isinstance(value, np.floating) and value.dtype.itemsize < np.dtype(float).itemsize:
+        value = float(str(value))
+    return check_positive(what, value, "s")
