@@ -111,31 +111,18 @@ LDL_INLINE void ldl_backward(ldl_numbers g, ldl_numbers inverse, ldl_numbers tri
                              double *restrict y, double *restrict low)
 {
     /* What comes from above is waited for; all else can be done before. */
-    if (__builtin_constant_p(width) && width == 3) {
-        quad even = {0}, odd = {0}; /* the fourth number is of no use */
-        ptrdiff_t r = 0;
-        for (; r + 2 <= n_rows; r += 2) {
-            even += x[row[r]] * ldl_four(g, 3 * r);
-            odd += x[row[r + 1]] * ldl_four(g, 3 * r + 3);
-        }
-        if (r < n_rows)
-            even += x[row[r]] * ldl_four(g, 3 * r);
-        quad_store(low, even + odd);
-    } else if (__builtin_constant_p(width)) {
-        double single[LDL_SHORT] = {0}; /* in registers, as the others */
-        quad four[LDL_SHORT / 4] = {{0}};
-        ptrdiff_t fours = LDL_NARROW(width) ? 0 : width / 4;
-        for (ptrdiff_t r = 0; r < n_rows; ++r) {
-            double value = x[row[r]];
-            for (ptrdiff_t k = 0; k < fours; ++k)
-                four[k] += value * ldl_four(g, r * width + 4 * k);
-            for (ptrdiff_t c = 4 * fours; c < width; ++c)
-                single[c] += value * ldl_one(g, r * width + c);
-        }
+    if (__builtin_constant_p(width)) { /* in registers; the last four may reach into the next row */
+        quad even[LDL_SHORT / 4] = {{0}}, odd[LDL_SHORT / 4] = {{0}};
+        ptrdiff_t fours = (width + 3) / 4, r = 0;
+        for (; r + 2 <= n_rows; r += 2)
+            for (ptrdiff_t k = 0; k < fours; ++k) {
+                even[k] += x[row[r]] * ldl_four(g, r * width + 4 * k);
+                odd[k] += x[row[r + 1]] * ldl_four(g, r * width + width + 4 * k);
+            }
+        for (ptrdiff_t k = 0; k < fours && r < n_rows; ++k)
+            even[k] += x[row[r]] * ldl_four(g, r * width + 4 * k);
         for (ptrdiff_t k = 0; k < fours; ++k)
-            quad_store(low + 4 * k, four[k]);
-        for (ptrdiff_t c = 4 * fours; c < width; ++c)
-            low[c] = single[c];
+            quad_store(low + 4 * k, even[k] + odd[k]);
     } else {
         ldl_gather_wide(g, row, n_rows, width, x, low);
     }
