@@ -13,14 +13,8 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ancfsparse.errors import (
-    AccuracyFailure,
-    AncfError,
-    InputError,
-    Instability,
-    StepFailure,
-    check_count,
-)
+from ancfsparse.checks import check_count
+from ancfsparse.errors import AccuracyFailure, AncfError, InputError, Instability, StepFailure
 from ancfsparse.studies import figures, paper, report
 from ancfsparse.studies.bench_kernels import KernelBench
 from ancfsparse.studies.bench_kernels import bench_kernels as run_bench_kernels

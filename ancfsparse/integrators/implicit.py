@@ -14,7 +14,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ancfsparse.errors import InputError, check_finite
+from ancfsparse.checks import check_finite
+from ancfsparse.errors import InputError
 
 
 class Implicit:

@@ -8,8 +8,9 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.checks import check_choice
 from ancfsparse.dispatch import compiled
-from ancfsparse.errors import InputError, check_choice
+from ancfsparse.errors import InputError
 
 OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
     "l2t2": {},

@@ -8,8 +8,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.checks import check_positive
 from ancfsparse.dispatch import compiled
-from ancfsparse.errors import InputError, check_positive
+from ancfsparse.errors import InputError
 from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton, seed_frame_of
 from ancfsparse.seeds import SparseSeed
 

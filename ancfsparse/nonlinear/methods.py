@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ancfsparse.errors import InputError, check_choice, check_count
+from ancfsparse.checks import check_choice, check_count
+from ancfsparse.errors import InputError
 
 UPDATES = ("broyden", "davidon", "dfp", "bfgs")
 SEEDS = ("tangent", "finite-difference")

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ancfsparse.errors import InputError, check_choice, check_positive
+from ancfsparse.checks import check_choice, check_positive
+from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import OPTIONS
 from ancfsparse.scene import AnySection, Beam, Circle, Material, Rectangle, Scene
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import check_choice, check_count
+from ancfsparse.checks import check_choice, check_count
 from ancfsparse.problems.benchmarks import Problem
 from ancfsparse.scene import Beam, Material, Rectangle, Scene
 from ancfsparse.scene.bodies import VelocityField

@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from ancfsparse.errors import InputError, check_finite
+from ancfsparse.checks import check_finite
+from ancfsparse.errors import InputError
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.results.source import Array
 from ancfsparse.results.trajectory import Trajectory

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.errors import InputError, check_finite
+from ancfsparse.checks import check_finite
+from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Body, Node, Numbers, Vector
 
 # A point closer to a node than this share of an element is that node: rounding, not a place.

@@ -7,7 +7,8 @@ import itertools
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.errors import InputError, check_vector
+from ancfsparse.checks import check_vector
+from ancfsparse.errors import InputError
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import Body, VelocityField
 from ancfsparse.scene.material import Material

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ancfsparse.errors import InputError, check_choice
+from ancfsparse.checks import check_choice
+from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import OPTIONS, PLANAR
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.errors import InputError, check_finite, check_vector
+from ancfsparse.checks import check_finite, check_vector
+from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.functions import sendable
 

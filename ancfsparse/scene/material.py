@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
 
-from ancfsparse.errors import InputError, check_finite, check_positive
+from ancfsparse.checks import check_finite, check_positive
+from ancfsparse.errors import InputError
 
 
 @dataclass(frozen=True)

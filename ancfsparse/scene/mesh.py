@@ -9,7 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from ancfsparse.errors import InputError, check_count, check_finite
+from ancfsparse.checks import check_count, check_finite
+from ancfsparse.errors import InputError
 from ancfsparse.scene.beams import NODE_SNAP
 from ancfsparse.scene.bodies import Body, Node, Numbers, Vector
 from ancfsparse.scene.straight import section_axes

@@ -8,7 +8,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.errors import InputError, check_choice, check_vector
+from ancfsparse.checks import check_choice, check_vector
+from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.contents import Contents
 from ancfsparse.scene.digest import digest

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ancfsparse.errors import check_positive
+from ancfsparse.checks import check_positive
 
 ZETA_5 = 1.0369277551433699  # Riemann's zeta(5) = 1 + 1/2^5 + 1/3^5 + ...
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.errors import InputError, check_count, check_positive, check_vector
+from ancfsparse.checks import check_count, check_positive, check_vector
+from ancfsparse.errors import InputError
 from ancfsparse.machine import check_room
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import VelocityField

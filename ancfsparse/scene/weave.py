@@ -10,7 +10,8 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 
-from ancfsparse.errors import InputError, check_finite
+from ancfsparse.checks import check_finite
+from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Numbers, Vector, VelocityField
 from ancfsparse.scene.elements import check_make, options_of
 from ancfsparse.scene.graph import checked_graph

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ancfsparse.errors import AccuracyFailure, EnergyGain, InputError, check_positive
+from ancfsparse.checks import check_positive
+from ancfsparse.errors import AccuracyFailure, EnergyGain, InputError
 from ancfsparse.integrators import EnergyMomentum, Implicit, Newmark
 from ancfsparse.nonlinear import Method, ModifiedNewton, Outcome, QuasiNewton
 from ancfsparse.nonlinear.iteration import EPSILON

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ancfsparse.errors import InputError, check_count, check_finite
+from ancfsparse.checks import check_count, check_finite
+from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import RunStats, Trajectory

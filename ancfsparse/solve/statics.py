@@ -9,7 +9,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
-from ancfsparse.errors import EquilibriumFailure, SingularSceneError, check_count, check_positive
+from ancfsparse.checks import check_count, check_positive
+from ancfsparse.errors import EquilibriumFailure, SingularSceneError
 from ancfsparse.results import Equilibrium, RunStats
 from ancfsparse.scene import Scene
 from ancfsparse.system import System

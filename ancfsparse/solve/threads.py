@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ancfsparse.errors import InputError, check_count
+from ancfsparse.checks import check_count
+from ancfsparse.errors import InputError
 from ancfsparse.system import System
 from ancfsparse.system.sharing import share
 

@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ancfsparse.errors import InputError, check_positive
+from ancfsparse.checks import check_positive
+from ancfsparse.errors import InputError
 
 # Rounding that whole steps may differ by from the end, over the end.
 WHOLE = 1e-9

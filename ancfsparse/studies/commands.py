@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from ancfsparse.errors import InputError, check_count, check_positive
+from ancfsparse.checks import check_count, check_positive
+from ancfsparse.errors import InputError
 from ancfsparse.studies import (
     error_budget_report,
     long_runs_report,

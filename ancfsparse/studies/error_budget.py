@@ -11,7 +11,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ancfsparse.errors import check_choice
+from ancfsparse.checks import check_choice
 from ancfsparse.integrators import Newmark
 from ancfsparse.studies import paper
 from ancfsparse.studies.entrants import Integrator, task

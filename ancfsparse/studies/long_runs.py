@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ancfsparse.errors import StepFailure, check_count
+from ancfsparse.checks import check_count
+from ancfsparse.errors import StepFailure
 from ancfsparse.integrators import (
     CentralDifference,
     EnergyMomentum,

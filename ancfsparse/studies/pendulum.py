@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from ancfsparse.checks import check_choice
 from ancfsparse.dispatch import instruction_set
-from ancfsparse.errors import InputError, check_choice
+from ancfsparse.errors import InputError
 from ancfsparse.integrators import (
     HHT,
     CentralDifference,

@@ -15,7 +15,8 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ancfsparse.errors import InputError, check_choice, check_positive
+from ancfsparse.checks import check_choice, check_positive
+from ancfsparse.errors import InputError
 from ancfsparse.studies.settings import environment
 from ancfsparse.studies.stability_run import (
     FAILED,

@@ -13,8 +13,8 @@ import scipy
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.dispatch import instruction_set
-from ancfsparse.errors import check_choice, check_count, check_positive
 from ancfsparse.problems import Problem
 from ancfsparse.results import Trajectory
 from ancfsparse.studies import paper

@@ -9,7 +9,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ancfsparse.errors import check_choice, check_count
+from ancfsparse.checks import check_choice, check_count
 from ancfsparse.integrators import CentralDifference, Newmark
 from ancfsparse.studies import elastica_peer, exudyn_peer, paper
 from ancfsparse.studies.entrants import Integrator, task

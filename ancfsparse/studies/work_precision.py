@@ -15,7 +15,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from ancfsparse.errors import check_choice, check_count, check_positive
+from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.studies import paper
 from ancfsparse.studies.entrants import INTEGRATORS, SOLVERS, Integrator, entrants
 from ancfsparse.studies.models import INSTANTS, MODELS, step_up_to

@@ -5,17 +5,13 @@ import pickle
 import numpy as np
 import pytest
 
+from ancfsparse.checks import check_choice, check_count, check_finite, check_positive, check_vector
 from ancfsparse.errors import (
     AncfError,
     EquilibriumFailure,
     InputError,
     SingularSceneError,
     StepFailure,
-    check_choice,
-    check_count,
-    check_finite,
-    check_positive,
-    check_vector,
 )
 
 
