@@ -210,7 +210,7 @@ def make_iteration(
         cost_rotation=costs.rotation,
         cost_seed=costs.seed,
         # Iterations are whole numbers and a mean is not; and pairs are lost with their seed.
-        patience=1.0 if isinstance(method, QuasiNewton) else 0.25,
+        patience=1.0 if isinstance(method, QuasiNewton) else 0.15,
         softest=softest,
     )
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
