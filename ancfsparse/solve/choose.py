@@ -32,8 +32,8 @@ def choose(wish: Method | str, n: int, solve_flops: int, straight: bool) -> tupl
     Where the matrix is nearly full, full-memory BFGS is the fastest, but it presumes positive
     curvature, which constraints whose gradient turns do not give; Davidon's does not.  Everywhere
     else modified Newton is taken: corrections by a sweep are so cheap that saving some by secant
-    pairs loses on chains, changes nothing on nets in smooth motion, and gains up to a tenth of the
-    modelled cost on nets in rough motion (``ancfsparse study memory``).
+    pairs loses on chains and on nets in smooth motion, and changes nothing on nets in rough motion
+    (``ancfsparse study memory``).
 
     Parameters
     ----------
