@@ -7,18 +7,15 @@
 #include "ldl.h"
 #include "parallel.h"
 
-/* x_rows -= G x_s */
+/* x_rows -= G x_s, for supernodes of known width */
 LDL_INLINE void ldl_forward(ldl_numbers g, const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width,
                             double *x, const double *y)
 {
-    double held[LDL_SHORT];
-    if (__builtin_constant_p(width)) { /* in registers: no store to x can change them */
-        for (ptrdiff_t c = 0; c < width; ++c)
-            held[c] = y[c];
-        y = held;
-    }
+    double held[LDL_SHORT]; /* in registers: no store to x can change them */
+    for (ptrdiff_t c = 0; c < width; ++c)
+        held[c] = y[c];
     for (ptrdiff_t r = 0; r < n_rows; ++r)
-        x[row[r]] -= ldl_dot(ldl_ahead(g, r * width), y, width);
+        x[row[r]] -= ldl_dot(ldl_ahead(g, r * width), held, width);
 }
 
 /* The same for wide supernodes, four rows at a time; `held` is working space.  The fours at the end of a
