@@ -6,6 +6,7 @@ from typing import Any
 
 from ancfsparse.checks import check_count
 from ancfsparse.errors import InputError
+from ancfsparse.openmp import forked
 from ancfsparse.system import System
 from ancfsparse.system.sharing import share
 
@@ -33,8 +34,8 @@ def check_threads(threads: object) -> int:
 
 
 def usable(system: System, threads: int, smallest: int = SMALLEST) -> int:
-    """Return how many threads pay for a system: all of them or one."""
-    return threads if system.n_free >= smallest else 1
+    """Return how many threads pay for a system: all of them or one; one in a forked process."""
+    return threads if system.n_free >= smallest and not forked() else 1
 
 
 def divide(system: System, threads: int, *loops: Any) -> None:

@@ -2,7 +2,10 @@
 
 import copy
 import multiprocessing
+import os
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -82,3 +85,33 @@ def test_shapes_at_rest_and_meshes_can_be_sent():
     twin, again = pickle.loads(pickle.dumps((net, rest)))
     np.testing.assert_array_equal(rest.position(net.node(2)), again.position(twin.node(2)))
     assert rest.elastic_energy == again.elastic_energy
+
+
+FORKED = """
+import multiprocessing
+import ancfsparse as ancf
+
+def job():
+    scene = ancf.Scene()
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 6000, ancf.Circle(0.01), ancf.Material(1e8, 1e3))
+    scene.pin(rod.start)
+    return ancf.simulate(scene, 5e-3, 1e-3, threads=2).stats.threads
+
+def child():
+    raise SystemExit(10 + job())
+
+assert job() == 2
+process = multiprocessing.get_context("fork").Process(target=child)
+process.start()
+process.join(60.0)
+process.kill()
+process.join()
+print(process.exitcode)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing forks here")
+def test_a_fork_of_a_process_with_threads_runs_on_one():
+    command = [sys.executable, "-W", "ignore", "-c", FORKED]
+    said = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True).stdout
+    assert said.split() == ["11"]
