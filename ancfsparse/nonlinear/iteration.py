@@ -164,6 +164,7 @@ def make_iteration(
     costs: Costs,
     frame: Any = None,
     softest: NDArray[np.float64] | None = None,
+    reach: NDArray[np.float64] | float = 1e-6,
 ) -> Any:
     """Build the compiled loop; a finite-difference seed is taken at the present iterate.
 
@@ -180,6 +181,13 @@ def make_iteration(
     softest : (n,) float, optional
         What the diagonal of the matrix would be if nothing were stiff, for example that of the mass
         matrix; with it residuals say more about the error that they leave.
+    reach : float or (n,) float, optional
+        By how much unknowns are moved for a finite-difference seed, see `finite_difference`.
+
+    Raises
+    ------
+    InputError
+        If a finite-difference seed cannot be inverted.
     """
     wish = seed_frame_of(method)
     turns = wish != "fixed"
@@ -214,22 +222,46 @@ def make_iteration(
         softest=softest,
     )
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
-        inverse.matrix = np.linalg.inv(finite_difference(equations))
+        try:
+            matrix = finite_difference(equations, reach, seed.n - seed.n_positive)
+            inverse.matrix = np.linalg.inv(matrix)
+        except np.linalg.LinAlgError:
+            raise InputError(
+                "the matrix from finite differences is singular: leave seed='tangent', which is "
+                "exact, or take a smaller dt"
+            ) from None
         loop.mark_seeded()
     return loop
 
 
-def finite_difference(equations: Equations, reach: float = 1e-6) -> NDArray[np.float64]:
-    """Return the iteration matrix (n, n) by central differences of the residual."""
+def finite_difference(
+    equations: Equations, reach: NDArray[np.float64] | float = 1e-6, n_linear: int = 0
+) -> NDArray[np.float64]:
+    """Return the iteration matrix (n, n) by central differences of the residual.
+
+    Parameters
+    ----------
+    equations : Equations
+        What is solved.
+    reach : float or (n,) float, optional
+        By how much each unknown is moved; without it all are taken to be of size one.
+    n_linear : int, optional
+        Number of unknowns, the last ones, on which the residual depends linearly.  They are moved
+        by the largest change that any other makes, beside which theirs is no rounding.
+    """
     n = len(equations.residual())
     matrix = np.empty((n, n))
+    steps = np.broadcast_to(reach, n).copy()
     for j in range(n):
         s = np.zeros(n)
-        s[j] = reach
+        if j == n - n_linear:
+            steps[j:] = np.max(np.abs(matrix[:, :j]) * steps[:j])
+        step = steps[j]
+        s[j] = step
         equations.correct(s)
         ahead = equations.residual()
         equations.correct(-2.0 * s)
-        matrix[:, j] = (ahead - equations.residual()) / (2.0 * reach)
+        matrix[:, j] = (ahead - equations.residual()) / (2.0 * step)
         equations.correct(s)
     return matrix
 

@@ -45,8 +45,8 @@ class SparseSeed:
 
     Attributes
     ----------
-    n : int
-        Number of unknowns.
+    n, n_positive : int
+        Number of unknowns, and of those that must have positive pivots.
     ordering : str
         ``"natural"``, ``"both ends"``, ``"amd"`` or ``"metis"``: what fills in least.
     supernodal : bool
@@ -67,7 +67,7 @@ class SparseSeed:
     ) -> None:
         self.n = len(indptr) - 1
         self._pattern = np.asarray(indptr, dtype=np.int64), np.asarray(indices, dtype=np.int32)
-        self._n_positive = n_positive
+        self.n_positive = n_positive
         self.ordering, permutation, upper = _cheapest(*self._pattern)
         shape = shape_of(upper)
         owner = None
@@ -101,10 +101,10 @@ class SparseSeed:
         self._own = compiled("ldl").Ldl(
             *self._pattern,
             self._permutation,
-            self._n_positive,
+            self.n_positive,
             self.shape,
             self.shape.rows(upper),
-            may_round=self._n_positive == self.n and 8.0 * (self.nnz + self.n) >= SINGLE_FROM,
+            may_round=self.n_positive == self.n and 8.0 * (self.nnz + self.n) >= SINGLE_FROM,
         )
 
     @property

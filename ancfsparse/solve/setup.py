@@ -38,6 +38,9 @@ WITH_ACCURACY = (
     "Try a smaller accuracy, integrator=GeneralizedAlpha(0.8), which damps more, or smooth loads "
     "that jump."
 )
+# By what share of their size unknowns are moved for finite differences: about the cube root of
+# rounding, where its error and that of cutting the series off are alike.
+SMALL = 1e-6
 # Where a run gained energy.
 ON_ALL_THE_SAME = " max_energy_gain=inf goes on all the same."
 
@@ -83,11 +86,25 @@ def prepare(
         frame,
         # Where the tangent is all that is known and nothing binds, corrections need no belief.
         weights if isinstance(method, QuasiNewton) or system.n_multipliers else None,
+        difference_steps(system),
     )
     divide(system, threads, march, iteration, inverse)
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
         why += ", first inverse from finite differences"
     return march, iteration, seed, judge, why, a
+
+
+def difference_steps(system: System) -> Vector:
+    """Return by how much coordinates are moved for finite differences, shape (n,).
+
+    Positions by a millionth of an element [m], slopes by a millionth [-].  Multipliers find their
+    own, see `finite_difference`.
+    """
+    steps = np.full(system.n_free + system.n_multipliers, SMALL)
+    for body, table in zip(system.scene.beams, system.places, strict=True):
+        places = table[:, : system.dim]
+        steps[places[places < system.n_free]] = SMALL * body.lengths.min()
+    return steps
 
 
 def costs(system: System, integrator: Implicit, seed: SparseSeed, frame: Any) -> Costs:

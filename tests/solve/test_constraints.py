@@ -159,3 +159,19 @@ def test_the_constraint_form_starts_with_consistent_multipliers():
     )
     assert np.abs(r).max() < 1e-12
     assert np.abs(run.acceleration(rod.start)[0]).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("length", "modulus", "dt"), [(1e-3, 1e11, 1.0), (1.0, 1e8, 1e-3), (1e3, 1e11, 1e-2)]
+)
+def test_a_seed_from_finite_differences_at_every_scale(length, modulus, dt):
+    # The first has steps so long that a millionth of a newton is rounding beside the forces.
+    scene = ancf.Scene()
+    section, material = ancf.Circle(length / 50), ancf.Material(modulus, 1e3)
+    rod = scene.add_beam("thin", (0, 0), (length, 0), 4, section, material)
+    scene.pin(rod.start, as_constraint=True)
+    solver = ancf.QuasiNewton("davidon", seed="finite-difference")
+    run = ancf.simulate(scene, 5 * dt, dt, solver=solver)
+    exact = ancf.simulate(scene, 5 * dt, dt, solver=ancf.Newton())
+    # Both leave 1e-3 m/s2 in a step.
+    assert np.abs(run.position(rod.end) - exact.position(rod.end)).max() < 5 * 1e-3 * dt**2
