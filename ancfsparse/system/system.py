@@ -13,7 +13,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind, element_kind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.kernels.layout import pack
-from ancfsparse.scene import Body, Node, Scene, check_node, check_point, check_scene
+from ancfsparse.scene import Body, Connect, Node, Scene, check_node, check_point, check_scene
 from ancfsparse.system.constraints import constraints_of
 from ancfsparse.system.loads import loads_of
 from ancfsparse.system.numbering import Places, number
@@ -203,7 +203,16 @@ class System:
         places = self.rows(check_node("a reaction", node))[0, : self.dim]
         rows = {i for i, j in zip(self.constraints.i, self.constraints.j, strict=True)}
         if np.all(places < self.n_free) and rows.isdisjoint(places.tolist()):
-            raise InputError(f"no joint holds {node!r}, so it has no reaction")
+            connected = any(
+                isinstance(joint, Connect) and node in (joint.a, joint.b)
+                for joint in self.scene.joints
+            )
+            raise InputError(
+                f"{node!r} is held by connections alone, and forces inside connections are not "
+                "given: ask for the reaction at a pin, a clamp or a rod"
+                if connected
+                else f"no joint holds {node!r}, so it has no reaction"
+            )
         amplitudes = self.loads.amplitudes(t)
         out = np.empty((len(t), self.dim))
         for k in range(len(t)):
