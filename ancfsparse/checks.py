@@ -5,12 +5,55 @@ from __future__ import annotations
 import difflib
 import math
 import operator
+import reprlib
+import sys
 from collections.abc import Iterable
+from decimal import Decimal
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.errors import InputError, with_unit
+
+# Integers beyond have no floating-point number, and cannot even be printed from 4300 digits on.
+LARGEST = int(sys.float_info.max)
+
+
+def shown(value: object) -> str:
+    """Write what was given in one short line, whatever it is.
+
+    Parameters
+    ----------
+    value : object
+        Anything, an array or an integer of a million digits too.
+
+    Returns
+    -------
+    str
+        Its ``repr``, shortened; its type where there is none.
+    """
+    if isinstance(value, int) and abs(value) > LARGEST:
+        return "an integer beyond 1.8e308"
+    try:
+        return " ".join(_SHORT.repr(value).split())
+    except Exception:  # a repr of the caller's may raise anything
+        return f"an object of type {type(value).__name__}"
+
+
+class _Short(reprlib.Repr):
+    """Keep texts, numbers and handles whole; shorten long tables."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxstring = self.maxlong = self.maxother = 80
+
+    def repr_int(self, x: int, level: int) -> str:
+        """Write an integer that may have more digits than Python prints."""
+        return shown(x) if abs(x) > LARGEST else super().repr_int(x, level)
+
+
+_SHORT = _Short()
 
 
 def suggest(name: object, valid: Iterable[str]) -> str:
@@ -59,7 +102,32 @@ def check_choice(what: str, name: object, valid: Iterable[str]) -> str:
     names = list(valid)
     if isinstance(name, str) and name in names:
         return name
-    raise InputError(f"unknown {what} {name!r}: {suggest(name, names)}")
+    raise InputError(f"unknown {what} {shown(name)}: {suggest(name, names)}")
+
+
+def check_flag(what: str, value: object) -> bool:
+    """Return `value` if it is True or False.
+
+    Parameters
+    ----------
+    what : str
+        Name of the switch in the message.
+    value : object
+        What was given; that it counts as true is not enough, as ``"no"`` does.
+
+    Returns
+    -------
+    bool
+        The value.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+    """
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    raise InputError(f"{what} must be True or False, got {shown(value)}")
 
 
 def check_finite(what: str, value: object, unit: str = "") -> float:
@@ -70,7 +138,7 @@ def check_finite(what: str, value: object, unit: str = "") -> float:
     what : str
         Name of the quantity in the message.
     value : object
-        What was given.
+        What was given: a real number, or an array that is one.
     unit : str, optional
         SI unit in the message.
 
@@ -84,12 +152,10 @@ def check_finite(what: str, value: object, unit: str = "") -> float:
     InputError
         If `value` is not a real number, or is infinite or NaN.
     """
-    if isinstance(value, (bool, np.bool_, str, bytes)) or np.ndim(value) != 0:  # type: ignore[arg-type]
-        raise InputError(f"{what} must be a number, got {value!r}")
-    try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise InputError(f"{what} must be a number, got {value!r}") from None
+    array = check_reals(what, value, "a number")
+    if array.ndim:
+        raise InputError(f"{what} must be a number, got {shown(value)}")
+    number = float(array)
     if not math.isfinite(number):
         raise InputError(f"{what} must be finite, got {with_unit(number, unit)}")
     return number
@@ -148,10 +214,54 @@ def check_count(what: str, value: object, lowest: int = 1) -> int:
     try:
         count = operator.index(value)  # type: ignore[arg-type]
     except TypeError:
-        raise InputError(f"{what} must be an integer, got {value!r}") from None
+        raise InputError(f"{what} must be an integer, got {shown(value)}") from None
     if isinstance(value, bool) or count < lowest:
-        raise InputError(f"{what} must be an integer of at least {lowest}, got {value!r}")
+        raise InputError(f"{what} must be an integer of at least {lowest}, got {shown(value)}")
+    if count > LARGEST:
+        raise InputError(f"{what} is {shown(count)}, more than can be counted")
     return count
+
+
+def check_reals(what: str, value: object, needed: str) -> NDArray[np.float64]:
+    """Return `value` as an array of real numbers, finite or not.
+
+    Parameters
+    ----------
+    what : str
+        Name of the array in the message.
+    value : object
+        What was given, array_like if it is valid.
+    needed : str
+        What it must be, for the message, such as ``"2 numbers"``.
+
+    Returns
+    -------
+    ndarray
+        A copy, float64, of the shape given.
+
+    Raises
+    ------
+    InputError
+        If it holds texts, booleans, complex numbers, masked entries, integers beyond the range of
+        floating-point numbers, or rows of different lengths.
+    """
+    try:
+        if np.ma.is_masked(value):  # its masked entries would be read all the same
+            raise TypeError
+        given = np.asarray(value)
+        if given.dtype.kind == "O":  # fractions and decimals, or integers of many digits
+            if not all(_is_real(each) for each in given.flat):
+                raise TypeError
+        elif given.dtype.kind not in "iuf":
+            raise TypeError
+        with np.errstate(over="ignore"):
+            return np.array(given, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{what} must be {needed}, got {shown(value)}") from None
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, (Real, Decimal)) and not isinstance(value, bool)
 
 
 def check_vector(what: str, value: ArrayLike, dim: int, unit: str = "") -> NDArray[np.float64]:
@@ -178,10 +288,7 @@ def check_vector(what: str, value: ArrayLike, dim: int, unit: str = "") -> NDArr
     InputError
         If the shape is not ``(dim,)`` or a component is not a finite number.
     """
-    try:
-        vector = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{what} must be {dim} numbers, got {value!r}") from None
+    vector = check_reals(what, value, f"{dim} numbers")
     if vector.shape != (dim,):
         kind, hint = ("planar", "(x, y)") if dim == 2 else ("spatial", "(x, y, z)")
         got = f"{vector.size} components" if vector.ndim == 1 else f"shape {vector.shape}"

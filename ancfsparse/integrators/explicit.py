@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
+from ancfsparse.checks import check_count
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.march import Mechanics, Start
@@ -51,9 +52,9 @@ class RungeKuttaNystrom(Explicit):
 
     def __post_init__(self) -> None:
         """Check the order."""
-        if isinstance(self.order, bool) or self.order not in (4, 8):
+        if check_count("order", self.order) not in (4, 8):
             raise InputError(
-                f"RungeKuttaNystrom has order 4 or 8, got {self.order!r}: for order 2 take "
+                f"RungeKuttaNystrom has order 4 or 8, got {self.order}: for order 2 take "
                 "CentralDifference()"
             )
 

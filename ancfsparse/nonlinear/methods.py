@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
-from ancfsparse.checks import check_choice, check_count
+from ancfsparse.checks import check_choice, check_count, check_flag
 from ancfsparse.errors import InputError
 
 UPDATES = ("broyden", "davidon", "dfp", "bfgs")
@@ -79,6 +79,7 @@ class QuasiNewton:
 
     update: str = "davidon"
     memory: str | int = "full"
+    _: KW_ONLY
     carry: bool = False
     seed: str = "tangent"
     max_iterations: int = 25
@@ -90,9 +91,10 @@ class QuasiNewton:
         check_choice("update", self.update, UPDATES)
         check_choice("seed", self.seed, SEEDS)
         check_count("max_iterations", self.max_iterations)
-        if self.memory != "full":
-            if isinstance(self.memory, str):
-                check_choice("memory", self.memory, ("full",))
+        check_flag("carry", self.carry)
+        if isinstance(self.memory, str):
+            check_choice("memory", self.memory, ("full",))
+        else:
             check_count("memory (secant pairs)", self.memory)
             if self.seed != "tangent":
                 raise InputError(

@@ -67,7 +67,7 @@ def pendulum(
     """
     material = Material(youngs_modulus, 4000.0, nu)
     problem = _rod(element, n_elements, dim, 2.0, Rectangle(0.01, 0.01), material, -9.81, **options)
-    problem.scene.pin(problem.rod.start, as_constraint)
+    problem.scene.pin(problem.rod.start, as_constraint=as_constraint)
     return problem
 
 

@@ -96,14 +96,14 @@ class Beam(Body):
         """
         distance = check_finite(f"arc coordinate s on {self.name}", s, "m")
         share = distance / self.length * self.n_elements
-        nearest = round(share)
-        if abs(share - nearest) <= NODE_SNAP and 0 <= nearest <= self.n_elements:
-            return Node(self, nearest)
-        if not 0.0 < share < self.n_elements:
+        if not -NODE_SNAP <= share <= self.n_elements + NODE_SNAP:
             raise InputError(
                 f"arc coordinate s = {distance:.6g} m lies outside {self.name}: "
                 f"it runs from 0 to {self.length:.6g} m"
             )
+        nearest = round(share)
+        if abs(share - nearest) <= NODE_SNAP:
+            return Node(self, nearest)
         return Node(self, int(share), share - int(share))
 
     def parameters(self) -> dict[str, float]:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.checks import shown
 from ancfsparse.errors import InputError
 from ancfsparse.scene.functions import sendable
 from ancfsparse.scene.material import Material
@@ -139,7 +140,9 @@ class Body(ABC):
             Its handle.
         """
         if isinstance(i, bool) or not isinstance(i, (int, np.integer)):
-            raise InputError(f"the number of a node of {self.name} must be an integer, got {i!r}")
+            raise InputError(
+                f"the number of a node of {self.name} must be an integer, got {shown(i)}"
+            )
         if not 0 <= i < self.n_nodes:
             raise InputError(
                 f"{self.name} has nodes 0 to {self.n_nodes - 1}, there is no node {i}"

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_vector
+from ancfsparse.checks import check_vector, shown
 from ancfsparse.errors import InputError
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import Body, VelocityField
@@ -34,7 +35,8 @@ class Contents:
             size = ()
         if size not in ((2,), (3,)):
             raise InputError(
-                f"gravity must have 2 components (planar scene) or 3 (spatial), got {gravity!r}"
+                "gravity must have 2 components (planar scene) or 3 (spatial), got "
+                f"{shown(gravity)}"
             )
         self.dim: int = size[0]
         self.gravity: NDArray[np.float64] = check_vector("gravity", gravity, self.dim, "m/s2")
@@ -174,6 +176,12 @@ class Contents:
         return mesh
 
     def _take(self, body: Body) -> None:
+        for name, value in (*body.stiffnesses().items(), *body.viscosities().items()):
+            if not math.isfinite(value):
+                raise InputError(
+                    f"{name} of {body.name} is {value:g}, beyond the range of floating-point "
+                    "numbers: check the units of its section and its material"
+                )
         self.beams.append(body)
         self._names.add(body.name)
         self._handles.add(body)
@@ -182,7 +190,9 @@ class Contents:
         free = (f"{kind} {i}" for i in itertools.count(len(self.beams)))
         label = next(each for each in free if each not in self._names) if name is None else name
         if not isinstance(label, str) or not label.strip():
-            raise InputError(f"the name of a {kind} must be a text that is not empty, got {name!r}")
+            raise InputError(
+                f"the name of a {kind} must be a text that is not empty, got {shown(name)}"
+            )
         if label in self._names:
             raise InputError(f"the scene already has a beam named {label!r}: give another name")
         return label

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ancfsparse.checks import check_choice
+from ancfsparse.checks import check_choice, shown
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import OPTIONS, PLANAR
 from ancfsparse.scene.material import Material
@@ -80,12 +80,12 @@ def check_make(label: str, element: str, dim: int, section: AnySection, material
     """
     if not isinstance(section, (Rectangle, Circle, Section)):
         raise InputError(
-            f"section of {label} must be a Rectangle, Circle or Section, got {section!r}: "
+            f"section of {label} must be a Rectangle, Circle or Section, got {shown(section)}: "
             "try ancf.Rectangle(0.01, 0.01)"
         )
     if not isinstance(material, Material):
         raise InputError(
-            f"material of {label} must be a Material, got {material!r}: "
+            f"material of {label} must be a Material, got {shown(material)}: "
             "try ancf.Material(youngs_modulus=1e8, density=4000)"
         )
     about_y, about_z = section.inertia_y, section.inertia_z

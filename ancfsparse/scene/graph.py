@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ancfsparse.checks import check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Numbers, Vector
-from ancfsparse.scene.straight import place
+from ancfsparse.scene.straight import FARTHEST, place
 
 # Nodes closer than this share of the whole mesh are at one place.
 SAME_PLACE = 1e-9
-# Farther away [m], squares of lengths leave the range of numbers.
-FARTHEST = 1e150
 EPSILON = float(np.finfo(np.float64).eps)
 
 
@@ -116,16 +115,9 @@ def _evened(lengths: Vector, reach: float) -> Vector:
 
 
 def _positions(label: str, dim: int, nodes: ArrayLike) -> Vector:
-    try:
-        given = np.asarray(nodes)
-        if given.dtype.kind not in "iuf":  # texts would be read, and imaginary parts be lost
-            raise TypeError
-        positions = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        got = " ".join(repr(nodes).split())[:60]
-        raise InputError(
-            f"nodes of {label} must be a table of real numbers with {dim} columns, got {got}"
-        ) from None
+    positions = check_reals(
+        f"nodes of {label}", nodes, f"a table of real numbers with {dim} columns"
+    )
     if positions.ndim != 2 or positions.shape[1] != dim or len(positions) < 2:
         kind = "planar" if dim == 2 else "spatial"
         raise InputError(
@@ -156,6 +148,8 @@ def _pairs(label: str, edges: ArrayLike) -> NDArray[np.integer[Any]]:
         pairs = np.asarray(edges)
     except ValueError:
         raise InputError(f"edges of {label} must be pairs of node numbers: rows differ") from None
+    if np.ma.is_masked(edges):
+        raise InputError(f"edges of {label} have masked entries: leave those edges out")
     if pairs.ndim != 2 or pairs.shape[1] != 2 or len(pairs) == 0:
         raise InputError(
             f"edges of {label} must have shape (m, 2) with at least one row, got shape "

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.checks import shown
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.scene.bodies import Node
 
@@ -99,7 +100,7 @@ def check_point(what: str, node: object) -> Node:
     """
     if not isinstance(node, Node):
         raise InputError(
-            f"{what} needs a point on a beam such as rod.start or rod.node(3), got {node!r}"
+            f"{what} needs a point on a beam such as rod.start or rod.node(3), got {shown(node)}"
         )
     return node
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite, check_vector
+from ancfsparse.checks import check_finite, check_reals, check_vector, shown
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.functions import sendable
@@ -81,10 +81,9 @@ class PointMoment(Sendable):
             return vector_at(what, self.value, t, 3, "N m")
         value = self.value(t) if callable(self.value) else self.value
         name = _at_time(what, self.value, t)
-        if np.ndim(value) != 0:
-            raise InputError(
-                f"{name} must be one number about +z because the scene is planar, got {value!r}"
-            )
+        needed = "one number about +z because the scene is planar"
+        if check_reals(name, value, needed).ndim:
+            raise InputError(f"{name} must be {needed}, got {shown(value)}")
         return np.array([check_finite(name, value, "N m")])
 
 

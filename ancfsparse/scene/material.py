@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
 
-from ancfsparse.checks import check_finite, check_positive
+from ancfsparse.checks import check_finite, check_positive, shown
 from ancfsparse.errors import InputError
 
 
@@ -63,7 +63,7 @@ class Material:
         if not isinstance(self.rayleigh, tuple) or len(self.rayleigh) != 2:
             raise InputError(
                 f"rayleigh damping must be a pair (alpha in 1/s, beta in s), got "
-                f"{self.rayleigh!r}: try rayleigh=(0.0, 1e-3)"
+                f"{shown(self.rayleigh)}: try rayleigh=(0.0, 1e-3)"
             )
         _check_damping("axial damping", self.axial_damping, "s")
         _check_damping("bending damping", self.bending_damping, "s")

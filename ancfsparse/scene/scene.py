@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.checks import check_choice, check_vector
+from ancfsparse.checks import check_choice, check_flag, check_vector, shown
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.contents import Contents
@@ -70,7 +70,7 @@ class Scene(Contents):
         """Describe its parts, so that a file can be told from that of another scene."""
         return digest(self, self.joints, self.loads)
 
-    def pin(self, node: Node, as_constraint: bool = False) -> Pin:
+    def pin(self, node: Node, *, as_constraint: bool = False) -> Pin:
         """Hold the position of a node where it is, leave its rotation free.
 
         Parameters
@@ -86,7 +86,8 @@ class Scene(Contents):
         Pin
             The joint.
         """
-        return self._add(Pin(self._mine("a pin", check_node("a pin", node)), bool(as_constraint)))
+        own = self._mine("a pin", check_node("a pin", node))
+        return self._add(Pin(own, check_flag("as_constraint of a pin", as_constraint)))
 
     def clamp(self, node: Node, stretch: str = "free") -> Clamp:
         """Hold the position and the rotation of a node; of a mesh, every slope at the node.
@@ -228,7 +229,7 @@ class Scene(Contents):
             The load.
         """
         if not isinstance(beam, Body):
-            raise InputError(f"a distributed force needs a beam of the scene, got {beam!r}")
+            raise InputError(f"a distributed force needs a beam of the scene, got {shown(beam)}")
         load = DistributedForce(self._own("a distributed force", beam), value)
         self.loads.append(load)
         return load
@@ -246,4 +247,4 @@ class Scene(Contents):
 def check_scene(scene: object) -> None:
     """Refuse what is no scene."""
     if not isinstance(scene, Scene):
-        raise InputError(f"a Scene is needed, got {scene!r}")
+        raise InputError(f"a Scene is needed, got {shown(scene)}")

@@ -10,7 +10,9 @@ import math
 from dataclasses import dataclass
 
 from ancfsparse.checks import check_positive
+from ancfsparse.errors import InputError
 
+SMALLEST = 1e-75  # side [m] whose fourth power, and that of its inverse, are still numbers
 ZETA_5 = 1.0369277551433699  # Riemann's zeta(5) = 1 + 1/2^5 + 1/3^5 + ...
 
 
@@ -31,8 +33,8 @@ class Rectangle:
 
     def __post_init__(self) -> None:
         """Check both sides."""
-        check_positive("width of the rectangle", self.width, "m")
-        check_positive("height of the rectangle", self.height, "m")
+        _check_side("width of the rectangle", self.width)
+        _check_side("height of the rectangle", self.height)
 
     @property
     def area(self) -> float:
@@ -98,7 +100,7 @@ class Circle:
 
     def __post_init__(self) -> None:
         """Check the diameter."""
-        check_positive("diameter of the circle", self.diameter, "m")
+        _check_side("diameter of the circle", self.diameter)
 
     @property
     def area(self) -> float:
@@ -183,6 +185,16 @@ class Section:
             The factor.
         """
         return self.shear_factor
+
+
+def _check_side(what: str, value: object) -> None:
+    """Refuse a side [m] whose fourth power is not among the floating-point numbers."""
+    side = check_positive(what, value, "m")
+    if not SMALLEST <= side <= 1.0 / SMALLEST:
+        raise InputError(
+            f"{what} must lie between {SMALLEST:g} and {1.0 / SMALLEST:g} m, whose fourth powers "
+            f"are in the range of floating-point numbers, got {side:g} m"
+        )
 
 
 AnySection = Rectangle | Circle | Section

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_count, check_positive, check_vector
+from ancfsparse.checks import check_count, check_positive, check_reals, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.machine import check_room
 from ancfsparse.scene.beams import Beam
@@ -22,6 +21,8 @@ Vector = NDArray[np.float64]
 
 # Start and end closer than this share of their distance from the origin differ by rounding only.
 NO_LENGTH = 1e-12
+# Farther away [m], squares of lengths leave the range of floating-point numbers.
+FARTHEST = 1e150
 
 
 def straight_beam(
@@ -62,6 +63,11 @@ def straight_beam(
     check_make(label, element, dim, section, material)
     check_room(f"{label}, {count} elements,", (16.0 * dim + 20.0) * count, "a smaller n_elements")
     far = max(np.abs(tail).max(), np.abs(head).max())
+    if far > FARTHEST:
+        raise InputError(
+            f"{label} has an end beyond {FARTHEST:g} m: it runs from {place(tail)} to "
+            f"{place(head)}; give positions in metres"
+        )
     if np.linalg.norm(head - tail) <= NO_LENGTH * far:
         raise InputError(
             f"{label} has zero length: start and end are both at {place(tail)}, move one of them"
@@ -170,11 +176,7 @@ def velocity_field(
     if not callable(velocity):
         constant = check_vector(what, velocity, positions.shape[1], "m/s")
         return Uniform(constant)
-    values: Any = velocity(positions.copy())
-    try:
-        values = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{what} must return numbers, got {values!r}") from None
+    values = check_reals(f"what {what} returns", velocity(positions.copy()), "an array of numbers")
     if values.shape != positions.shape:
         raise InputError(
             f"{what} returned shape {values.shape} for positions of shape {positions.shape}: "

@@ -2,24 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
-
-from ancfsparse.errors import InputError
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.nonlinear.iteration import describe
-from ancfsparse.nonlinear.methods import UPDATES
+from ancfsparse.solve.settings import check_solver
 
 # Up to this many numbers for each operation of a sweep the dense inverse is the faster one: a thick
 # beam of 5 elements has 1.0 and gains a fifth; one of 10 and a cable of 10 have 1.8 and lose.
 DENSE_AHEAD = 1.2
-
-# Methods by what a person may call them, in the words of the command line too.
-SAID = {
-    "auto": "'auto'",
-    "newton": "Newton()",
-    "modified-newton": "ModifiedNewton()",
-    **{update: f"QuasiNewton({update!r})" for update in UPDATES},
-}
 
 # Seeds that turn with the body keep nine vectors more.  On long chains, whose factor is not much
 # larger and whose sweeps are cheap, that is memory for little; on nets the factor is far larger.
@@ -46,17 +35,9 @@ def choose(wish: Method | str, n: int, solve_flops: int, straight: bool) -> tupl
     straight : bool
         Whether all constraint equations are linear, or there are none.
     """
+    check_solver(wish)
     if isinstance(wish, Newton | ModifiedNewton | QuasiNewton):
         return wish, f"{describe(wish)}, as asked"
-    if wish != "auto":
-        near = (
-            difflib.get_close_matches(wish.lower(), SAID, 1, 0.5) if isinstance(wish, str) else []
-        )
-        hint = f": did you mean {SAID[near[0]]}?" if near else ""
-        raise InputError(
-            "solver must be 'auto', Newton(), ModifiedNewton() or QuasiNewton(...), got "
-            f"{wish!r}{hint}"
-        )
     method: Method
     counts = (
         f"{n} unknowns, {n * n} numbers in a dense inverse, {solve_flops} operations in a sweep"

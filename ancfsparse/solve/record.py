@@ -11,6 +11,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.checks import shown
 from ancfsparse.errors import InputError, OutputFailure
 from ancfsparse.machine import GIGABYTE
 from ancfsparse.results import RunStats, Trajectory
@@ -183,10 +184,10 @@ def check_nodes(nodes: object) -> None:
     if nodes is None:
         return
     if isinstance(nodes, Node) or not isinstance(nodes, Sequence) or not nodes:
-        raise InputError(f"save_nodes must be a list such as [rod.end], got {nodes!r}")
+        raise InputError(f"save_nodes must be a list such as [rod.end], got {shown(nodes)}")
     for node in nodes:
         if not isinstance(node, Node):
-            raise InputError(f"save_nodes must hold points such as rod.end, got {node!r}")
+            raise InputError(f"save_nodes must hold points such as rod.end, got {shown(node)}")
 
 
 def check_output(output: object) -> None:
@@ -194,7 +195,7 @@ def check_output(output: object) -> None:
     if output is None:
         return
     if not isinstance(output, (str, Path)):
-        raise InputError(f"output must be the name of a file such as 'run.h5', got {output!r}")
+        raise InputError(f"output must be the name of a file such as 'run.h5', got {shown(output)}")
     folder = Path(output).absolute().parent
     if not folder.is_dir():
         raise InputError(f"output {str(output)!r} cannot be written: there is no folder {folder}")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ancfsparse.checks import check_count, check_finite
+from ancfsparse.checks import check_count, check_flag, shown
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.nonlinear import Method, Outcome
@@ -29,6 +29,7 @@ from ancfsparse.solve.explicit import (
 from ancfsparse.solve.halving import CURABLE, Halving
 from ancfsparse.solve.memory import check_fits, estimate, give_back
 from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
+from ancfsparse.solve.settings import check_gain, check_solver, check_tolerance
 from ancfsparse.solve.setup import count, events, prepare, stopped
 from ancfsparse.solve.threads import check_threads, usable
 from ancfsparse.solve.times import as_double, count_steps
@@ -111,8 +112,9 @@ def simulate(
         the run.  Only where equations are solved with a fixed step.
     threads : int, optional
         Threads that share the work of large systems, from 16 000 free coordinates on; smaller ones
-        run on one.  Runs with the same number repeat bit for bit.  More than the machine has gain
-        nothing.
+        run on one, and so do runs in a forked process, where OpenMP would wait for ever for the
+        threads of its parent (`stats.threads` is what was used).  Runs with the same number repeat
+        bit for bit.  More than the machine has gain nothing.
     save_every : int, optional
         Steps from one saved state to the next; the last state is saved in any case.
     save_nodes : sequence of Node, optional
@@ -168,9 +170,13 @@ def simulate(
     if not isinstance(integrator, Implicit | Explicit):
         raise InputError(
             "integrator must be Newmark(alpha), HHT(alpha), GeneralizedAlpha(rho_inf), "
-            f"EnergyMomentum(), CentralDifference() or RungeKuttaNystrom(order), got {integrator!r}"
+            "EnergyMomentum(), CentralDifference() or RungeKuttaNystrom(order), got "
+            f"{shown(integrator)}"
         )
+    check_solver(solver)
+    check_tolerance(tolerance)
     check_gain(max_energy_gain)
+    check_flag("progress", progress)
     check_count("max_halvings", max_halvings, 0)
     check_threads(threads)
     check_nodes(save_nodes)
@@ -321,11 +327,3 @@ def _march(
     if stats.steps % save_every and not stuck:  # the last state is kept whatever its number
         recorder.append(np.array([dt * stats.steps]), *(x[None] for x in march.state))
     return outcome
-
-
-def check_gain(share: float) -> None:
-    """Refuse what is not a share of energy; infinity is one."""
-    if share != np.inf and check_finite("max_energy_gain", share) < 0.0:
-        raise InputError(
-            f"max_energy_gain must not be negative, got {share:g}: 0.01 is one percent"
-        )

@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from ancfsparse.checks import shown
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.explicit import Explicit
 from ancfsparse.scene import Scene
@@ -55,7 +56,7 @@ def check_explicit(integrator: object) -> None:
     if not isinstance(integrator, Explicit):
         raise InputError(
             f"only CentralDifference() and RungeKuttaNystrom(order) have a stable step, "
-            f"got {integrator!r}"
+            f"got {shown(integrator)}"
         )
 
 

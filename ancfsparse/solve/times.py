@@ -15,6 +15,10 @@ WHOLE = 1e-9
 # Past this a double cannot count the steps exactly.
 MOST_STEPS = 2.0**53
 
+# Shorter times, and steps longer than the inverse, have no square among the doubles [s].
+SHORTEST = 1e-150
+SQUARES = "whose square is in the range of floating-point numbers"
+
 
 def count_steps(t_end: float, dt: float) -> int:
     """Return the number of steps of length ``dt`` that make ``t_end``.
@@ -29,6 +33,8 @@ def count_steps(t_end: float, dt: float) -> int:
         raise InputError(
             f"dt = {dt:g} s makes {t_end / dt:.3g} steps of t_end = {t_end:g} s: take a larger dt"
         )
+    if dt > 1.0 / SHORTEST:
+        raise InputError(f"dt must be at most {1.0 / SHORTEST:g} s, {SQUARES}, got {dt:g} s")
     if dt > t_end * (1.0 + WHOLE):
         raise InputError(
             f"dt = {dt:g} s is longer than the run, t_end = {t_end:g} s: try dt = "
@@ -64,4 +70,7 @@ def as_double(what: str, value: object) -> float:
     """
     if isinstance(value, np.floating) and value.dtype.itemsize < np.dtype(float).itemsize:
         value = float(str(value))
-    return check_positive(what, value, "s")
+    seconds = check_positive(what, value, "s")
+    if seconds < SHORTEST:
+        raise InputError(f"{what} must be at least {SHORTEST:g} s, {SQUARES}, got {seconds:g} s")
+    return seconds

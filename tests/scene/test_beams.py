@@ -185,7 +185,8 @@ def test_points_that_are_not_on_it(point, message):
          r"velocity of beam 0 returned shape \(11,\) for positions of shape \(11, 2\)"),
         ({"velocity": lambda x: np.where(x > 1.1, np.nan, x)},
          r"velocity of beam 0 must be finite, got \[nan  0.\] at \(1.2, 0\) m"),
-        ({"velocity": lambda x: "fast"}, "velocity of beam 0 must return numbers, got 'fast'"),
+        ({"velocity": lambda x: "fast"},
+         "what velocity of beam 0 returns must be an array of numbers, got 'fast'"),
         ({"name": ""}, "name of a beam must be a text that is not empty"),
     ],
 )  # fmt: skip
@@ -274,3 +275,20 @@ def test_damping_scales_stiffness_by_time_and_mass_by_rate():
 def test_a_beam_says_what_is_damped(said, strain, mass):
     beam = add(material=Material(1e8, 4000.0, **said))
     assert (beam.strains_damped, beam.masses_damped) == (strain, mass)
+
+
+@pytest.mark.parametrize("s", [1e308, -1e308, 2.1, -0.1])
+def test_points_far_outside(s):
+    with pytest.raises(InputError, match=r"lies outside beam 0: it runs from 0 to 2 m"):
+        add().at(s)
+
+
+@pytest.mark.parametrize("where", ["start", "end"])
+def test_ends_whose_distance_is_no_number(where):
+    with pytest.raises(InputError, match=r"beam 0 has an end beyond 1e\+150 m"):
+        add(**{where: (1e300, 0)})
+
+
+def test_stiffnesses_that_are_no_numbers():
+    with pytest.raises(InputError, match="axial_stiffness of beam 0 is inf, beyond the range"):
+        add(section=Circle(1e10), material=Material(1e300, 1.0))

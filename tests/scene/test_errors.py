@@ -1,11 +1,22 @@
 """The checks say what is wrong, where, how much and what to try."""
 
 import pickle
+from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from ancfsparse.checks import check_choice, check_count, check_finite, check_positive, check_vector
+from ancfsparse.checks import (
+    check_choice,
+    check_count,
+    check_finite,
+    check_flag,
+    check_positive,
+    check_reals,
+    check_vector,
+    shown,
+)
 from ancfsparse.errors import (
     AncfError,
     EquilibriumFailure,
@@ -81,6 +92,18 @@ def test_unknown_names_meet_the_nearest_valid_one(name, message):
         (None, "dt must be a number, got None"),
         (True, "dt must be a number, got True"),
         ([1.0], r"dt must be a number, got \[1.0\]"),
+        ([[1, 2], [3]], r"dt must be a number, got \[\[1, 2\], \[3\]\]"),
+        (1 + 5j, r"dt must be a number, got \(1\+5j\)"),
+        (np.complex128(1), "dt must be a number, got"),
+        (10**400, "dt must be a number, got an integer beyond 1.8e308"),
+        (-(10**400), "dt must be a number, got an integer beyond 1.8e308"),
+        (Decimal("1e400"), "dt must be finite, got inf s"),
+        (Decimal("sNaN"), "dt must be a number"),
+        (np.longdouble("1e400"), "dt must be finite, got inf s"),
+        (np.timedelta64(1, "s"), "dt must be a number"),
+        (np.ma.masked, "dt must be a number, got masked"),
+        (b"1", "dt must be a number, got b'1'"),
+        (np.array("1"), "dt must be a number"),
     ],
 )
 def test_positive_numbers(value, message):
@@ -91,6 +114,9 @@ def test_positive_numbers(value, message):
 def test_good_numbers_pass_unchanged():
     assert check_positive("dt", np.float64(0.5), "s") == 0.5
     assert check_finite("x", -3) == -3.0
+    assert check_finite("x", Fraction(1, 4)) == 0.25
+    assert check_finite("x", Decimal("0.5")) == 0.5
+    assert type(check_finite("x", np.array(0.5))) is float
     assert check_count("n", np.int64(4)) == 4
     assert check_choice("x", "a", ["a"]) == "a"
 
@@ -101,7 +127,7 @@ def test_counts_below_the_lowest(value):
         check_count("n", value)
 
 
-@pytest.mark.parametrize("value", [2.0, "two", None])
+@pytest.mark.parametrize("value", [2.0, "two", None, 1 + 0j, [1], np.array([1, 2]), np.ma.masked])
 def test_counts_that_are_no_integers(value):
     with pytest.raises(InputError, match="n must be an integer, got"):
         check_count("n", value)
@@ -120,6 +146,14 @@ def test_counts_that_are_no_integers(value):
         ((np.inf, 0), 2, "start must be finite, but its x component is inf m"),
         ("ab", 2, "start must be 2 numbers, got 'ab'"),
         ([[1], [1, 2]], 2, "start must be 2 numbers, got"),
+        (["0", "-9.81"], 2, r"start must be 2 numbers, got \['0', '-9.81'\]"),
+        ([1 + 5j, 0], 2, r"start must be 2 numbers, got \[\(1\+5j\), 0\]"),
+        (np.ma.array([0.0, -9.81], mask=[0, 1]), 2, "start must be 2 numbers, got masked_array"),
+        ([True, False], 2, r"start must be 2 numbers, got \[True, False\]"),
+        ([10**400, 1], 2, "start must be 2 numbers, got .an integer beyond 1.8e308, 1"),
+        ([None, 1], 2, "start must be 2 numbers"),
+        ([True, 10**400], 2, "start must be 2 numbers"),
+        (np.longdouble(["1e400", "1"]), 2, "its x component is inf m"),
     ],
 )  # fmt: skip
 def test_vectors(value, dim, message):
@@ -134,3 +168,38 @@ def test_a_checked_vector_is_a_read_only_copy():
     assert checked[0] == 1.0
     with pytest.raises(ValueError, match="read-only"):
         checked[0] = 3.0
+
+
+def test_switches_are_true_or_false():
+    assert check_flag("progress", True) is True
+    assert check_flag("progress", np.False_) is False
+    for value in (1, 0, "no", None, (0.0, 1.0), np.array([True]), lambda t: t):
+        with pytest.raises(InputError, match="progress must be True or False, got"):
+            check_flag("progress", value)
+
+
+def test_more_than_can_be_counted():
+    assert check_count("n", 10**30) == 10**30
+    with pytest.raises(InputError, match=r"n is an integer beyond 1\.8e308, more than can be"):
+        check_count("n", 10**400)
+
+
+def test_arrays_of_fractions_are_numbers_and_masks_that_hide_nothing_do_not_matter():
+    np.testing.assert_array_equal(check_reals("x", [Fraction(1, 2), 1], "numbers"), [0.5, 1.0])
+    np.testing.assert_array_equal(check_reals("x", np.ma.array([1.0, 2.0]), "numbers"), [1.0, 2.0])
+
+
+class Rude:
+    def __repr__(self):
+        raise RuntimeError("no")
+
+
+@pytest.mark.parametrize(
+    "value",
+    [np.zeros((50, 50)), "x" * 5000, 10**5000, [10**5000] * 9, Rude()],
+    ids=["array", "text", "integer", "integers", "no repr"],
+)
+def test_what_is_shown_is_one_short_line(value):
+    text = shown(value)
+    assert len(text) < 250
+    assert "\n" not in text

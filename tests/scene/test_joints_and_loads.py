@@ -38,6 +38,10 @@ def test_joints_are_kept_in_order():
     ("say", "message"),
     [
         (lambda s, a, b: s.pin(a), "a pin needs a point on a beam such as rod.start"),
+        (lambda s, a, b: s.pin(a.start, as_constraint=lambda t: (0, t)),
+         "as_constraint of a pin must be True or False, got <function"),
+        (lambda s, a, b: s.pin(a.start, as_constraint="no"), "must be True or False, got 'no'"),
+        (lambda s, a, b: s.point_moment(a.start, [[1, 2], [3]]), "must be one number about [+]z"),
         (lambda s, a, b: s.pin(a.at(0.3)),
          r"a pin needs a node, but beam 0 at s = 0.3 m lies inside element 1: the nodes are "
          r"0.25 m apart, take rod.node\(1\)"),
@@ -183,3 +187,11 @@ def test_a_cable_cannot_be_twisted():
     scene.point_moment(cable.end, (5.0, 1.0, 0.0))
     beam = scene.add_beam("thick", (0, 1, 0), (1, 1, 0), 2, section, material)
     scene.point_moment(beam.end, (5.0, 0.0, 0.0))
+
+
+def test_a_pin_takes_no_motion_in_the_place_of_a_switch():
+    scene, left, _ = two_beams()
+    for motion in (lambda t: (0.0, t), (0.0, 1.0)):
+        with pytest.raises(TypeError):
+            scene.pin(left.start, motion)
+    assert scene.joints == []

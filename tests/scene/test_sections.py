@@ -125,3 +125,10 @@ def test_material_moduli():
 def test_impossible_sections_and_materials(make, message):
     with pytest.raises(InputError, match=message):
         make()
+
+
+@pytest.mark.parametrize("side", [1e80, 1e-80])
+def test_sides_whose_fourth_power_is_no_number(side):
+    for make in (Circle, lambda h: Rectangle(h, 1.0), lambda h: Rectangle(1.0, h)):
+        with pytest.raises(InputError, match=r"must lie between 1e-75 and 1e\+75 m"):
+            make(side)

@@ -26,6 +26,8 @@ def simulate(t_end=0.1, dt=1e-3, **options):
         (-1.0, 1e-3, "t_end must be positive"),
         (math.nan, 1e-3, "t_end must be finite"),
         ("one", 1e-3, "t_end must be a number, got 'one'"),
+        (5e-324, 5e-324, "t_end must be at least 1e-150 s, whose square"),
+        (1e308, 1e306, "dt must be at most 1e+150 s"),
         (1.0, "1e-3", "dt must be a number, got '1e-3'"),
         (1.0, None, "needs a time step or an accuracy"),
         (1.0, 3e-3, "does not divide t_end = 1 s"),
@@ -94,6 +96,11 @@ def test_more_states_than_fit():
         (lambda: ancf.QuasiNewton("bfgs", seed="tangents"), "did you mean 'tangent'"),
         (lambda: ancf.QuasiNewton("bfgs", 10, seed="finite-difference"), "memory='full'"),
         (lambda: ancf.QuasiNewton("bfgs", max_iterations=0), "at least 1"),
+        (lambda: ancf.QuasiNewton("bfgs", 10, carry="no"), "carry must be True or False, got 'no'"),
+        (lambda: ancf.QuasiNewton("bfgs", memory=np.array([1, 2])), "must be an integer, got"),
+        (lambda: ancf.QuasiNewton(np.array(["bfgs", "dfp"])), "unknown update array"),
+        (lambda: ancf.RungeKuttaNystrom(np.array([4, 8])), "order must be an integer, got array"),
+        (lambda: ancf.RungeKuttaNystrom(5), "order 4 or 8, got 5"),
         (lambda: ancf.Newton(max_iterations=0), "at least 1"),
         (lambda: ancf.ModifiedNewton(max_iterations="many"), "must be an integer"),
     ],
@@ -116,6 +123,13 @@ def test_solvers(make, said):
         ({"accuracy": 1e9}, "more than the scene, which measures 2 m: ask for less"),
         ({"solver": ancf.Newton}, "solver must be 'auto', Newton(), "),
         ({"solver": None}, "solver must be 'auto'"),
+        ({"solver": np.zeros(2)}, "solver must be 'auto'"),
+        ({"tolerance": np.zeros(2)}, "tolerance must be a number, got array"),
+        ({"max_energy_gain": np.zeros(2)}, "max_energy_gain must be a number, got array"),
+        ({"max_energy_gain": -0.1}, "max_energy_gain must not be negative, got -0.1"),
+        ({"progress": "no"}, "progress must be True or False, got 'no'"),
+        ({"integrator": np.zeros(2)}, "integrator must be Newmark(alpha)"),
+        ({"dt": 5e-324, "accuracy": 1e-3}, "dt must be at least 1e-150 s"),
         ({"integrator": 0.05}, "integrator must be Newmark(alpha)"),
         ({"integrator": "newmark"}, "integrator must be Newmark(alpha)"),
         ({"tolerance": "papers"}, "tolerance must be 'default', 'paper' or a number"),
@@ -194,6 +208,18 @@ def test_reactions_are_those_of_nodes():
     run = simulate()
     with pytest.raises(ancf.InputError, match=r"a reaction needs a node, but .* lies inside elem"):
         run.reaction(run.system.scene.beams[0].at(0.1))
+
+
+def test_forces_inside_connections_are_not_given():
+    scene, rod = pendulum("l2t2", 2)
+    more = scene.add_beam("l2t2", rod.end.position, (4, 0), 2, rod.section, rod.material)
+    scene.connect(rod.end, more.start)
+    run = ancf.simulate(scene, 0.01, 1e-3)
+    for node in (rod.end, more.start):
+        with pytest.raises(ancf.InputError, match="held by connections alone, and forces inside"):
+            run.reaction(node)
+    with pytest.raises(ancf.InputError, match="no joint holds"):
+        run.reaction(more.end)
 
 
 def test_results_ask_for_nodes_of_their_own_scene():

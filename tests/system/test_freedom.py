@@ -27,15 +27,15 @@ def test_a_planar_beam_without_joints():
 def test_a_planar_pin_leaves_a_turn(as_constraint):
     for where in (0, 1, 2):
         scene, rod = beam(2)
-        scene.pin(rod.node(where), as_constraint)
+        scene.pin(rod.node(where), as_constraint=as_constraint)
         assert free_motions(System(scene)) == [ROTATIONS[2]]
 
 
 @pytest.mark.parametrize("as_constraint", [False, True])
 def test_two_planar_pins_leave_nothing(as_constraint):
     scene, rod = beam(2)
-    scene.pin(rod.start, as_constraint)
-    scene.pin(rod.end, as_constraint)
+    scene.pin(rod.start, as_constraint=as_constraint)
+    scene.pin(rod.end, as_constraint=as_constraint)
     assert free_motions(System(scene)) == []
 
 

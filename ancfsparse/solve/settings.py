@@ -1,0 +1,54 @@
+"""What a run is asked for besides its times: refused before the set-up where it is invalid."""
+
+from __future__ import annotations
+
+import difflib
+import math
+
+from ancfsparse.checks import check_finite, check_positive, shown
+from ancfsparse.errors import InputError
+from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.nonlinear.methods import UPDATES
+
+# Solvers by the names a caller may give them, which are those of the command line too.
+SOLVERS = {
+    "auto": "'auto'",
+    "newton": "Newton()",
+    "modified-newton": "ModifiedNewton()",
+    **{update: f"QuasiNewton({update!r})" for update in UPDATES},
+}
+
+
+def check_solver(solver: object) -> None:
+    """Refuse what is neither a method nor ``"auto"``."""
+    if isinstance(solver, Newton | ModifiedNewton | QuasiNewton):
+        return
+    name = solver if isinstance(solver, str) else ""
+    if name == "auto":
+        return
+    near = difflib.get_close_matches(name.lower(), SOLVERS, 1, 0.5)
+    raise InputError(
+        "solver must be 'auto', Newton(), ModifiedNewton() or QuasiNewton(...), got "
+        f"{shown(solver)}" + (f": did you mean {SOLVERS[near[0]]}?" if near else "")
+    )
+
+
+def check_tolerance(tolerance: object) -> None:
+    """Refuse what is neither a name of a tolerance nor a positive number."""
+    if not isinstance(tolerance, str):
+        check_positive("tolerance", tolerance, "m/s2")
+    elif tolerance not in ("default", "paper"):
+        raise InputError(
+            f"tolerance must be 'default', 'paper' or a number in m/s2, got {shown(tolerance)}"
+        )
+
+
+def check_gain(share: object) -> None:
+    """Refuse what is not a share of energy; infinity is one."""
+    if isinstance(share, float) and share == math.inf:
+        return
+    number = check_finite("max_energy_gain", share)
+    if number < 0.0:
+        raise InputError(
+            f"max_energy_gain must not be negative, got {number:g}: 0.01 is one percent"
+        )
