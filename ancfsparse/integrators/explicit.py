@@ -6,7 +6,9 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.checks import check_count
+import numpy as np
+
+from ancfsparse.checks import shown
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.march import Mechanics, Start
@@ -52,9 +54,9 @@ class RungeKuttaNystrom(Explicit):
 
     def __post_init__(self) -> None:
         """Check the order."""
-        if check_count("order", self.order) not in (4, 8):
+        if not isinstance(self.order, int | np.integer) or self.order not in (4, 8):
             raise InputError(
-                f"RungeKuttaNystrom has order 4 or 8, got {self.order}: for order 2 take "
+                f"RungeKuttaNystrom has order 4 or 8, got {shown(self.order)}: for order 2 take "
                 "CentralDifference()"
             )
 

@@ -73,6 +73,7 @@ def prepare(
     march = make_march(system, dt, integrator, start, max_energy_gain, noise)
     march.prepare(system.loads.amplitudes(np.array([dt])))
     weights = np.concatenate([system.mass_diagonal, np.zeros(system.n_multipliers)])
+    by_differences = isinstance(method, QuasiNewton) and method.seed == "finite-difference"
     frame = None if seed_frame_of(method) == "fixed" else frame_of(system)
     inverse = make_inverse(method, seed, weights, 100.0 * EPSILON * scale * judge.force_scale)
     iteration = make_iteration(
@@ -86,10 +87,10 @@ def prepare(
         frame,
         # Where the tangent is all that is known and nothing binds, corrections need no belief.
         weights if isinstance(method, QuasiNewton) or system.n_multipliers else None,
-        difference_steps(system),
+        difference_steps(system) if by_differences else SMALL,
     )
     divide(system, threads, march, iteration, inverse)
-    if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
+    if by_differences:
         why += ", first inverse from finite differences"
     return march, iteration, seed, judge, why, a
 

@@ -99,7 +99,7 @@ def test_more_states_than_fit():
         (lambda: ancf.QuasiNewton("bfgs", 10, carry="no"), "carry must be True or False, got 'no'"),
         (lambda: ancf.QuasiNewton("bfgs", memory=np.array([1, 2])), "must be an integer, got"),
         (lambda: ancf.QuasiNewton(np.array(["bfgs", "dfp"])), "unknown update array"),
-        (lambda: ancf.RungeKuttaNystrom(np.array([4, 8])), "order must be an integer, got array"),
+        (lambda: ancf.RungeKuttaNystrom(np.array([4, 8])), "order 4 or 8, got array([4, 8])"),
         (lambda: ancf.RungeKuttaNystrom(5), "order 4 or 8, got 5"),
         (lambda: ancf.Newton(max_iterations=0), "at least 1"),
         (lambda: ancf.ModifiedNewton(max_iterations="many"), "must be an integer"),
