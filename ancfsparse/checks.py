@@ -138,7 +138,9 @@ def check_finite(what: str, value: object, unit: str = "") -> float:
     what : str
         Name of the quantity in the message.
     value : object
-        What was given: a real number, or an array that is one.
+        What was given: a real number, or an array that is one.  One of less than double precision
+        is taken for the shortest decimal that it stands for: the 1e-3 in single precision is not a
+        thousandth in double.
     unit : str, optional
         SI unit in the message.
 
@@ -152,13 +154,20 @@ def check_finite(what: str, value: object, unit: str = "") -> float:
     InputError
         If `value` is not a real number, or is infinite or NaN.
     """
-    array = check_reals(what, value, "a number")
+    array = check_reals(what, _shortest(value), "a number")
     if array.ndim:
         raise InputError(f"{what} must be a number, got {shown(value)}")
     number = float(array)
     if not math.isfinite(number):
         raise InputError(f"{what} must be finite, got {with_unit(number, unit)}")
     return number
+
+
+def _shortest(value: object) -> object:
+    number = value[()] if isinstance(value, np.ndarray) and not value.ndim else value
+    if isinstance(number, np.floating) and number.dtype.itemsize < np.dtype(float).itemsize:
+        return float(str(number))
+    return value
 
 
 def check_positive(what: str, value: object, unit: str = "") -> float:
@@ -304,3 +313,17 @@ def check_vector(what: str, value: ArrayLike, dim: int, unit: str = "") -> NDArr
         )
     vector.flags.writeable = False
     return vector
+
+
+def keep(record: object, **values: object) -> None:
+    """Let a frozen dataclass keep what its checks have returned.
+
+    Parameters
+    ----------
+    record : object
+        The dataclass, in its ``__post_init__``.
+    **values
+        Its fields.
+    """
+    for name, value in values.items():
+        object.__setattr__(record, name, value)

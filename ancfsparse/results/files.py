@@ -11,12 +11,12 @@ import h5py
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.opening import opened
+from ancfsparse.results.opening import damaged, file_name, opened, text_of
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
-from ancfsparse.results.tables import Chosen, Stored
+from ancfsparse.results.tables import Chosen, Stored, whole
 from ancfsparse.results.trajectory import Trajectory
-from ancfsparse.scene import Scene
+from ancfsparse.scene import Scene, check_scene
 from ancfsparse.scene.digest import difference
 from ancfsparse.system import System
 
@@ -47,10 +47,12 @@ def load(path: str | Path, scene: Scene) -> Trajectory:
         If this is no such file, or of another scene.  Loads that are functions of time are not
         compared, but for their places.
     """
+    path = file_name("the file of a run", path)
+    check_scene(scene)
     system = System(scene)
     run = read(path, system)
-    with opened(Path(path)) as file:
-        there = dict(json.loads(file.attrs["scene"]))
+    with opened(path) as file:
+        there = dict(json.loads(text_of(file, "scene")))
     other = difference(there, scene.digest())
     if other is None and (
         run.q.shape[1] != system.n_all or run.lam.shape[1] != system.n_multipliers
@@ -68,7 +70,9 @@ def _begins(table: Any, start: Array) -> bool:
     """Say whether the first row of a table is a state."""
     if isinstance(table, Chosen):
         table, start = table.values, start[table.places]
-    return bool(np.max(np.abs(table[0] - start), initial=0.0) <= SAME * np.max(np.abs(start)))
+    with np.errstate(over="ignore"):  # a file without checksums may hold anything
+        apart = np.max(np.abs(table[0] - start), initial=0.0)
+    return bool(apart <= SAME * np.max(np.abs(start), initial=0.0))
 
 
 def read(path: str | Path, system: System) -> Trajectory:
@@ -80,23 +84,29 @@ def read(path: str | Path, system: System) -> Trajectory:
 
 def _trajectory(path: Path, file: h5py.File, system: System) -> Trajectory:
     t = np.asarray(file["t"])
-    settings = dict(json.loads(file.attrs["settings"]))
+    settings = dict(json.loads(text_of(file, "settings")))
     # Counts that a later version may have added are passed over.
     known = {each.name for each in fields(RunStats)}
-    counts = json.loads(file.attrs.get("stats", "{}"))
+    counts = json.loads(text_of(file, "stats", "{}"))
     stats = RunStats(**{name: value for name, value in counts.items() if name in known})
     n = int(file.attrs["coordinates"])
     places = np.asarray(file["places"]) if "places" in file else None
-    lam = np.asarray(file["lam"])[: len(t)] if "lam" in file else np.empty((len(t), 0))
     if not len(t):
         raise InputError(f"{path} holds no states: its run was ended before the first one")
+    if t[0] != 0.0 or not (np.diff(t) > 0.0).all():  # NaN is no time either
+        raise InputError(damaged(path, ": its times do not increase from zero"))
     shape = len(t), n if places is None else len(places)
     for name in "qva":
         if len(file[name]) < shape[0] or file[name].shape[1:] != shape[1:]:
             raise InputError(
-                f"{path} is damaged: {name} has shape {file[name].shape} where {shape} is needed"
+                damaged(path, f": {name} has shape {file[name].shape} where {shape} is needed")
             )
-    mark = str(file.attrs["run"])
+    lam = np.empty((len(t), 0))
+    if "lam" in file:
+        lam = whole(path, "lam", np.asarray(file["lam"])[: len(t)])
+        if len(lam) != len(t):
+            raise InputError(damaged(path, f": lam has {len(lam)} rows where {len(t)} are needed"))
+    mark = text_of(file, "run")
     tables: list[Any] = [Stored(path, name, mark, shape) for name in "qva"]
     if places is not None:
         tables = [Chosen(table, places, n) for table in tables]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.opening import opened
+from ancfsparse.results.opening import damaged, opened
 from ancfsparse.results.source import Array
 
 
@@ -68,8 +68,21 @@ class Stored:
         if not isinstance(rows, slice) and not isinstance(columns, slice):
             rows, row = slice(None, self.shape[0]), of_rows  # HDF5 takes one list, not two
         with opened(self.path, self.run) as file:
-            values = file[self.name][rows, columns]
+            values = whole(self.path, self.name, file[self.name][rows, columns])
         return np.asarray(values[row][..., column])
+
+
+def whole(path: Path, name: str, values: Array) -> Array:
+    """Return what was read of a table, and refuse numbers that no run writes.
+
+    Raises
+    ------
+    InputError
+        If some are not finite, as where a part of the file is lost.
+    """
+    if not np.isfinite(values).all():
+        raise InputError(damaged(path, f": a part of {name} is lost"))
+    return values
 
 
 def _cover(key: Any, n: int) -> tuple[Any, Any]:

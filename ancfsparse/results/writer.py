@@ -18,13 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, OutputFailure
-from ancfsparse.results.opening import check_replaceable
+from ancfsparse.results.claim import Claim
+from ancfsparse.results.locks import LOCKED_BY_HDF5
+from ancfsparse.results.opening import FORMAT, MARK
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
 
 # Numbers in one chunk of a data set (32 KiB), the most columns of it, and the columns of a table
 # from which on a chunk has one row, so that appending a row does not read chunks back.
 CHUNK, WIDE, VERY_WIDE = 2**12, 1024, 2**20
+# Bytes before what HDF5 writes, the fewest it allows, and the format whose notes have checksums and
+# which can be read after a run was killed.
+BLOCK, LIBRARY = 512, ("v108", "v108")
 # Bytes for what HDF5 notes about a chunk, and about the file beside them: its index, the counts.
 NOTE, SLACK = 512, 2**19
 
@@ -33,8 +38,10 @@ class Writer:
     """Append saved states to an HDF5 file; what was appended stays readable whatever comes.
 
     Data sets ``t`` (k,) [s]; ``q``, ``v``, ``a`` (k, c); ``lam`` (k, m) if there are
-    multipliers; and ``places`` (c,) if only some coordinates are kept.  Attributes ``settings``,
-    ``scene`` and ``stats`` are JSON; ``run`` is a mark that no other run has.
+    multipliers; ``places`` (c,) if only some coordinates are kept; and as JSON in bytes
+    ``settings``, ``scene`` and, once it ends, ``stats``.  All have checksums, and what was never
+    written reads as NaN.  Attributes: ``mark`` and ``format`` say what the file is (`opening`),
+    ``coordinates`` counts those of the system, and ``run`` is a mark that no other run has.
 
     HDF5 cannot close a file it has no room for.  So the room for new rows is taken before it is
     told of them.
@@ -55,7 +62,7 @@ class Writer:
     Raises
     ------
     InputError
-        If the file cannot be written, or is of anybody else.
+        If the file cannot be written, is written by another run, or is of anybody else.
     """
 
     def __init__(
@@ -69,34 +76,62 @@ class Writer:
     ) -> None:
         self._path, self._places = Path(path).absolute(), places
         self.rows, self._last = 0, 0.0
-        check_replaceable(self._path)
-        about = json.dumps(dict(scene))
+        texts = {"settings": json.dumps(dict(settings), default=str)}
+        texts["scene"] = json.dumps(dict(scene))
         try:
-            self._path.touch()
-            # HDF5 writes nothing of a file before it is flushed.
-            _take_room(self._path, 0, SLACK + len(about))
-            self._file = h5py.File(self._path, "w")
+            self._claim = Claim(self._path)
         except OSError as refused:
-            raise InputError(
-                f"output {str(path)!r} cannot be written: {os.strerror(refused.errno or 0)}"
-            ) from None
-        with_rows = (
-            {"q": n, "v": n, "a": n} if places is None else dict.fromkeys("qva", len(places))
+            raise self._refusal(refused) from None
+        try:
+            self._make(texts, n, m)
+        except BaseException as stop:
+            self._claim.release()
+            if isinstance(stop, OSError):
+                raise self._refusal(stop) from None
+            raise
+
+    def _make(self, texts: dict[str, str], n: int, m: int) -> None:
+        """Make the file, empty of states."""
+        # HDF5 writes nothing of a file before it is flushed.
+        _take_room(self._path, 0, SLACK + sum(map(len, texts.values())))
+        self._file = h5py.File(
+            self._path, "w", locking=LOCKED_BY_HDF5, libver=LIBRARY, userblock_size=BLOCK
         )
-        for name, columns in (with_rows | ({"lam": m} if m else {})).items():
+        self._claim.mark()
+        kept = n if self._places is None else len(self._places)
+        for name, columns in (dict.fromkeys("qva", kept) | ({"lam": m} if m else {})).items():
             wide = min(columns, WIDE)
             high = max(1, min(CHUNK // wide, VERY_WIDE // columns))
-            self._file.create_dataset(
-                name, (0, columns), float, maxshape=(None, columns), chunks=(high, wide)
-            )
-        self._file.create_dataset("t", (0,), float, maxshape=(None,), chunks=(CHUNK,))
-        if places is not None:
-            self._file["places"] = places
+            self._table(name, (columns,), (high, wide))
+        self._table("t", (), (CHUNK,))
+        if self._places is not None:
+            self._file.create_dataset("places", data=self._places, fletcher32=True)
+        for name, text in texts.items():
+            self._text(name, text)
+        self._file.attrs["mark"] = np.bytes_(MARK)
+        self._file.attrs["format"] = FORMAT
         self._file.attrs["coordinates"] = n
-        self._file.attrs["settings"] = json.dumps(dict(settings), default=str)
-        self._file.attrs["scene"] = about
-        self._file.attrs["run"] = uuid.uuid4().hex
+        self._file.attrs["run"] = np.bytes_(uuid.uuid4().hex)
         self._file.flush()
+
+    def _refusal(self, refused: OSError) -> InputError:
+        reason = os.strerror(refused.errno or 0)
+        return InputError(f"output {str(self._path)!r} cannot be written: {reason}")
+
+    def _table(self, name: str, columns: tuple[int, ...], chunks: tuple[int, ...]) -> None:
+        self._file.create_dataset(
+            name,
+            (0, *columns),
+            float,
+            maxshape=(None, *columns),
+            chunks=chunks,
+            fletcher32=True,
+            fillvalue=np.nan,
+        )
+
+    def _text(self, name: str, text: str) -> None:
+        values = np.frombuffer(text.encode(), np.uint8)
+        self._file.create_dataset(name, data=values, fletcher32=True)
 
     def append(self, t: Array, q: Array, v: Array, a: Array, lam: Array) -> None:
         """Add rows for the times `t`.
@@ -131,7 +166,9 @@ class Writer:
         """Add the counts of the run."""
         text = json.dumps(asdict(stats))
         self._reserve(len(text))
-        self._file.attrs["stats"] = text
+        if "stats" in self._file:
+            del self._file["stats"]
+        self._text("stats", text)
 
     def _growth(self, table: h5py.Dataset, rows: int) -> int:
         """Return how many bytes a table will grow by."""
@@ -158,14 +195,17 @@ class Writer:
         trace: TracebackType | None,
     ) -> None:
         """Close the file, without rows that came in part and room that was not used."""
-        for name in ("q", "v", "a", "lam", "t"):
-            if name in self._file and len(self._file[name]) != self.rows:
-                self._file[name].resize(self.rows, axis=0)
-        self._file.flush()
-        size = self._file.id.get_filesize()
-        self._file.close()
-        if self._path.stat().st_size > size:
-            os.truncate(self._path, size)
+        try:
+            for name in ("q", "v", "a", "lam", "t"):
+                if name in self._file and len(self._file[name]) != self.rows:
+                    self._file[name].resize(self.rows, axis=0)
+            self._file.flush()
+            size = self._file.id.get_filesize()
+            self._file.close()
+            if self._path.stat().st_size > size:
+                os.truncate(self._path, size)
+        finally:
+            self._claim.release()
 
 
 def _take_room(path: Path, begin: int, length: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from hashlib import sha256
 
@@ -15,6 +16,10 @@ from ancfsparse.scene.loads import DistributedForce, Load
 
 # Longer descriptions are cut here and end in a checksum.
 LONGEST = 200
+
+# Numbers, and what version 0.1.0 wrote around those that were not Python's.
+WRAPPED = re.compile(r"(?:np\.float\d+|array)\(([^(),]*)(?:, dtype=\w+)?\)")
+NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w.])")
 
 
 def digest(scene: Contents, joints: list[Joint], loads: list[Load]) -> dict[str, str]:
@@ -67,10 +72,13 @@ def digest(scene: Contents, joints: list[Joint], loads: list[Load]) -> dict[str,
 
 
 def difference(there: Mapping[str, str], here: Mapping[str, str]) -> str | None:
-    """Say what is the first part that two descriptions differ in; None if they do not."""
+    """Say what is the first part that two descriptions differ in; None if they do not.
+
+    Numbers are compared by value: 100000000 is 1e8.
+    """
     for name in [*there, *here]:
         then, now = there.get(name) or "none", here.get(name) or "none"
-        if then != now:
+        if then != now and _by_value(then) != _by_value(now):
             return f"{name} there: {then}; here: {now}"
     return None
 
@@ -83,6 +91,10 @@ def _of(body: Body) -> dict[str, str]:
         "material": repr(body.material),
         "mesh": f"{body.n_elements} elements, {sha256(links.tobytes()).hexdigest()[:16]}",
     }
+
+
+def _by_value(text: str) -> str:
+    return NUMBER.sub(lambda found: repr(float(found[0])), WRAPPED.sub(r"\1", text))
 
 
 def _numbers(values: ArrayLike) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
 
-from ancfsparse.checks import check_finite, check_positive, shown
+from ancfsparse.checks import check_finite, check_positive, keep, shown
 from ancfsparse.errors import InputError
 
 
@@ -47,9 +47,7 @@ class Material:
     rayleigh: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Check every number."""
-        check_positive("Young's modulus", self.youngs_modulus, "Pa")
-        check_positive("density", self.density, "kg/m3")
+        """Check every number and keep it in double precision."""
         nu = check_finite("Poisson's ratio", self.poisson_ratio)
         if not -1.0 < nu < 0.5:
             raise InputError(
@@ -65,10 +63,19 @@ class Material:
                 f"rayleigh damping must be a pair (alpha in 1/s, beta in s), got "
                 f"{shown(self.rayleigh)}: try rayleigh=(0.0, 1e-3)"
             )
-        _check_damping("axial damping", self.axial_damping, "s")
-        _check_damping("bending damping", self.bending_damping, "s")
-        _check_damping("alpha of the Rayleigh damping", self.rayleigh[0], "1/s")
-        _check_damping("beta of the Rayleigh damping", self.rayleigh[1], "s")
+        alpha, beta = self.rayleigh
+        keep(
+            self,
+            youngs_modulus=check_positive("Young's modulus", self.youngs_modulus, "Pa"),
+            density=check_positive("density", self.density, "kg/m3"),
+            poisson_ratio=nu,
+            axial_damping=_check_damping("axial damping", self.axial_damping, "s"),
+            bending_damping=_check_damping("bending damping", self.bending_damping, "s"),
+            rayleigh=(
+                _check_damping("alpha of the Rayleigh damping", alpha, "1/s"),
+                _check_damping("beta of the Rayleigh damping", beta, "s"),
+            ),
+        )
 
     @property
     def shear_modulus(self) -> float:
@@ -91,7 +98,7 @@ class Material:
         return self.bending_damping + self.rayleigh[1]
 
 
-def _check_damping(what: str, value: object, unit: str) -> None:
+def _check_damping(what: str, value: object, unit: str) -> float:
     """Refuse what would drive a motion instead of damping it."""
     number = check_finite(what, value, unit)
     if number < 0.0:
@@ -99,3 +106,4 @@ def _check_damping(what: str, value: object, unit: str) -> None:
             f"{what} must not be negative, got {number:.6g} {unit}: it would feed energy into the "
             "motion; leave it out for none"
         )
+    return number

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ancfsparse.checks import check_positive
+from ancfsparse.checks import check_positive, keep
 from ancfsparse.errors import InputError
 
 SMALLEST = 1e-75  # side [m] whose fourth power, and that of its inverse, are still numbers
@@ -32,9 +32,12 @@ class Rectangle:
     height: float
 
     def __post_init__(self) -> None:
-        """Check both sides."""
-        _check_side("width of the rectangle", self.width)
-        _check_side("height of the rectangle", self.height)
+        """Check both sides and keep them in double precision."""
+        keep(
+            self,
+            width=_check_side("width of the rectangle", self.width),
+            height=_check_side("height of the rectangle", self.height),
+        )
 
     @property
     def area(self) -> float:
@@ -99,8 +102,8 @@ class Circle:
     diameter: float
 
     def __post_init__(self) -> None:
-        """Check the diameter."""
-        _check_side("diameter of the circle", self.diameter)
+        """Check the diameter and keep it in double precision."""
+        keep(self, diameter=_check_side("diameter of the circle", self.diameter))
 
     @property
     def area(self) -> float:
@@ -164,12 +167,17 @@ class Section:
     shear_factor: float = 5.0 / 6.0
 
     def __post_init__(self) -> None:
-        """Check every number."""
-        check_positive("area of the section", self.area, "m2")
-        check_positive("inertia_y of the section", self.inertia_y, "m4")
-        check_positive("inertia_z of the section", self.inertia_z, "m4")
-        check_positive("torsion constant of the section", self.torsion_constant, "m4")
-        check_positive("shear factor of the section", self.shear_factor)
+        """Check every number and keep it in double precision."""
+        keep(
+            self,
+            area=check_positive("area of the section", self.area, "m2"),
+            inertia_y=check_positive("inertia_y of the section", self.inertia_y, "m4"),
+            inertia_z=check_positive("inertia_z of the section", self.inertia_z, "m4"),
+            torsion_constant=check_positive(
+                "torsion constant of the section", self.torsion_constant, "m4"
+            ),
+            shear_factor=check_positive("shear factor of the section", self.shear_factor),
+        )
 
     def shear_correction(self, poisson_ratio: float) -> float:
         """Shear correction factor k, as it was given.
@@ -187,14 +195,15 @@ class Section:
         return self.shear_factor
 
 
-def _check_side(what: str, value: object) -> None:
-    """Refuse a side [m] whose fourth power is not among the floating-point numbers."""
+def _check_side(what: str, value: object) -> float:
+    """Return a side [m], refused if its fourth power is not among the floating-point numbers."""
     side = check_positive(what, value, "m")
     if not SMALLEST <= side <= 1.0 / SMALLEST:
         raise InputError(
             f"{what} must lie between {SMALLEST:g} and {1.0 / SMALLEST:g} m, whose fourth powers "
             f"are in the range of floating-point numbers, got {side:g} m"
         )
+    return side
 
 
 AnySection = Rectangle | Circle | Section

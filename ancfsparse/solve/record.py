@@ -15,8 +15,9 @@ from ancfsparse.checks import shown
 from ancfsparse.errors import InputError, OutputFailure
 from ancfsparse.machine import GIGABYTE
 from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.results.claim import check_replaceable
 from ancfsparse.results.files import read
-from ancfsparse.results.opening import check_replaceable
+from ancfsparse.results.opening import file_name
 from ancfsparse.results.tables import Chosen
 from ancfsparse.results.writer import Writer
 from ancfsparse.scene import Node
@@ -194,12 +195,11 @@ def check_output(output: object) -> None:
     """Refuse a file that cannot be written, before the set-up and not after it."""
     if output is None:
         return
-    if not isinstance(output, (str, Path)):
-        raise InputError(f"output must be the name of a file such as 'run.h5', got {shown(output)}")
-    folder = Path(output).absolute().parent
+    path = file_name("output", output)
+    folder = path.absolute().parent
     if not folder.is_dir():
         raise InputError(f"output {str(output)!r} cannot be written: there is no folder {folder}")
-    check_replaceable(Path(output))
+    check_replaceable(path)
 
 
 def places_of(system: System, nodes: Sequence[Node]) -> Places:

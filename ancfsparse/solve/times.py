@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from ancfsparse.checks import check_positive
 from ancfsparse.errors import InputError
 
@@ -63,13 +61,7 @@ def plain(number: float, serves: Callable[[float], bool]) -> str:
 
 
 def as_double(what: str, value: object) -> float:
-    """Return a positive time [s] in double precision.
-
-    One of less is taken for the shortest decimal that it stands for: the 1e-3 in single precision
-    is not a thousandth in double.
-    """
-    if isinstance(value, np.floating) and value.dtype.itemsize < np.dtype(float).itemsize:
-        value = float(str(value))
+    """Return a positive time [s] in double precision, one that can be squared."""
     seconds = check_positive(what, value, "s")
     if seconds < SHORTEST:
         raise InputError(f"{what} must be at least {SHORTEST:g} s, {SQUARES}, got {seconds:g} s")

@@ -1,5 +1,6 @@
 """Sections and materials against handbook values."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -132,3 +133,16 @@ def test_sides_whose_fourth_power_is_no_number(side):
     for make in (Circle, lambda h: Rectangle(h, 1.0), lambda h: Rectangle(1.0, h)):
         with pytest.raises(InputError, match=r"must lie between 1e-75 and 1e\+75 m"):
             make(side)
+
+
+@pytest.mark.parametrize("number", [2, np.float32(2.0), np.array(2.0), np.int8(2)])
+def test_numbers_are_kept_in_double_precision(number):
+    for section in (
+        Rectangle(number, number),
+        Circle(number),
+        Section(number, number, number, number, number),
+        Material(number, number, 0, axial_damping=number, rayleigh=(number, number)),
+    ):
+        for value in dataclasses.asdict(section).values():
+            assert all(type(x) is float for x in (value if isinstance(value, tuple) else [value]))
+        assert hash(section) == hash(dataclasses.replace(section))

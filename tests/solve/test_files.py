@@ -90,16 +90,27 @@ def test_a_file_of_a_scene_that_differs_is_refused(tmp_path, changes, told):
         load(tmp_path / "run.h5", pendulum(**changes)[0])
 
 
+def text(name, value):
+    def replace(file):
+        del file[name]
+        file[name] = np.frombuffer(value.encode(), np.uint8)
+
+    return replace
+
+
 @pytest.mark.parametrize(
     ("break_it", "told"),
     [
-        (lambda file: file.attrs.__setitem__("settings", "{"), "is damaged, or of another version"),
-        (lambda file: file.attrs.__setitem__("settings", "3"), "is damaged"),
-        (lambda file: file.attrs.__setitem__("stats", '{"events": 3}'), "is damaged"),
-        (lambda file: file.attrs.__setitem__("scene", "["), "is damaged"),
+        (text("settings", "{"), "is damaged: copy it again, or run again"),
+        (text("settings", "3"), "is damaged"),
+        (text("stats", '{"events": 3}'), "is damaged"),
+        (text("scene", "["), "is damaged"),
         (lambda file: file.__delitem__("q"), "is damaged"),
         (lambda file: file["v"].resize(3, axis=0), r"v has shape \(3, 16\) where \(11, 16\) is"),
+        (lambda file: file["q"].write_direct(np.full((11, 16), np.nan)), "a part of q is lost"),
         (lambda file: file["t"].resize(0, axis=0), "holds no states"),
+        (lambda file: file["t"].write_direct(np.ones(11)), "its times do not increase from zero"),
+        (lambda file: file.attrs.__setitem__("format", 3), "by a later version of ancfsparse"),
     ],
 )
 def test_damaged_files_are_told(tmp_path, break_it, told):
@@ -115,7 +126,7 @@ def test_damage_that_is_met_later_is_told(tmp_path):
     _, rod, run = run_to(tmp_path / "run.h5")
     with h5py.File(tmp_path / "run.h5", "r+") as file:
         del file["q"]
-    with pytest.raises(InputError, match=r"run\.h5 is damaged, or of another version"):
+    with pytest.raises(InputError, match=r"run\.h5 is damaged: copy it again"):
         run.position(rod.end)
 
 
@@ -123,7 +134,7 @@ def test_counts_of_later_versions_are_passed_over(tmp_path):
     path = tmp_path / "run.h5"
     scene, _, run = run_to(path)
     with h5py.File(path, "r+") as file:
-        file.attrs["stats"] = json.dumps(dataclasses.asdict(run.stats) | {"new": 3})
+        text("stats", json.dumps(dataclasses.asdict(run.stats) | {"new": 3}))(file)
     assert load(path, scene).stats == run.stats
 
 

@@ -1,0 +1,195 @@
+"""Files are known for those of runs, are written by one run at a time, and are checked as read."""
+
+import dataclasses
+import json
+import threading
+import uuid
+
+import h5py
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.errors import InputError
+from ancfsparse.results import load
+from ancfsparse.results.claim import check_replaceable
+from ancfsparse.results.writer import Writer
+
+
+def pendulum(modulus=1e8, diameter=0.01):
+    scene = ancf.Scene()
+    circle, material = ancf.Circle(diameter), ancf.Material(modulus, 4000.0)
+    rod = scene.add_beam("thin", (0, 0), (2, 0), 3, circle, material)
+    scene.rod(rod.start, (0, 1))
+    return scene, rod
+
+
+def run_to(path, n_steps=10):
+    return ancf.simulate(pendulum()[0], n_steps * 1e-3, 1e-3, output=path)
+
+
+def test_a_file_of_others_with_attributes_like_ours_is_not_replaced(tmp_path):
+    path = tmp_path / "mine.h5"
+    with h5py.File(path, "w") as file:
+        file["precious"] = np.arange(5.0)
+        for name in ("settings", "scene", "run", "coordinates", "stats"):
+            file.attrs[name] = "of my own program"
+    content = path.read_bytes()
+    with pytest.raises(InputError, match=r"exists and is not replaced: .* not a file that simul"):
+        run_to(path)
+    with pytest.raises(InputError, match="is not a file that simulate wrote"):
+        load(path, pendulum()[0])
+    assert path.read_bytes() == content
+
+
+def write_first_format(path, run):
+    """Write a run as version 0.1.0 did: no mark, no checksums, texts as attributes."""
+    with h5py.File(path, "w") as file:
+        for name in ("q", "v", "a", "lam", "t"):
+            values = np.asarray(getattr(run, name))
+            limits = (None, *values.shape[1:])
+            file.create_dataset(name, data=values, maxshape=limits, chunks=values.shape)
+        scene = run.system.scene.digest()
+        scene["material of body 0"] = (
+            "Material(youngs_modulus=100000000, density=np.float64(4000.0), poisson_ratio=0.3, "
+            "axial_damping=0.0, bending_damping=0.0, rayleigh=(0.0, 0.0))"
+        )
+        scene["section of body 0"] = "Circle(diameter=array(0.01))"
+        file.attrs["coordinates"] = run.q.shape[1]
+        file.attrs["settings"] = json.dumps(dict(run.settings))
+        file.attrs["scene"] = json.dumps(scene)
+        file.attrs["run"] = uuid.uuid4().hex
+        file.attrs["stats"] = json.dumps(dataclasses.asdict(run.stats))
+
+
+def test_files_of_version_0_1_0_are_read_and_replaced(tmp_path):
+    path = tmp_path / "old.h5"
+    scene, rod = pendulum()
+    run = ancf.simulate(scene, 0.01, 1e-3)
+    write_first_format(path, run)
+    old = load(path, scene)
+    np.testing.assert_array_equal(old.position(rod.end), run.position(rod.end))
+    np.testing.assert_array_equal(old.reaction(rod.start), run.reaction(rod.start))
+    assert repr(old.stats) == repr(run.stats)
+    with pytest.raises(InputError, match=r"What differs is material of body 0 there: .*000000, "):
+        load(path, pendulum(100_000_001)[0])
+    run_to(path, 20)
+    assert len(load(path, scene).t) == 21
+    write_first_format(path, run)
+    with h5py.File(path, "r+") as file:
+        file["q"][0, 0] = 1.7e308
+    with pytest.raises(InputError, match="the shape at t = 0"):
+        load(path, scene)
+
+
+@pytest.mark.parametrize("size", [20, 600, 5000])
+def test_a_run_whose_file_was_cut_off_can_be_run_again(tmp_path, size):
+    path = tmp_path / "run.h5"
+    run_to(path)
+    path.write_bytes(path.read_bytes()[:size])
+    with pytest.raises(InputError, match=f"cut off or damaged after {size} bytes: copy it again"):
+        load(path, pendulum()[0])
+    run_to(path)
+    assert load(path, pendulum()[0]).finished
+
+
+def damage(content, rng):
+    """Change a byte or some hundred of them, anywhere, or cut the rest off."""
+    at, kind = rng.integers(len(content)), rng.integers(4)
+    length = 1 if kind == 0 else int(rng.integers(1, 500))
+    values = rng.bytes(length) if kind < 2 else bytes(length)
+    if kind == 3:
+        return content[:at]
+    return (content[:at] + values + content[at + length :])[: len(content)]
+
+
+def test_no_damage_of_a_file_is_read_as_a_run(tmp_path):
+    path, scene = tmp_path / "run.h5", pendulum()[0]
+    run = run_to(path, 300)
+    names, rng = ("t", "q", "v", "a", "lam"), np.random.default_rng(20260722)
+    whole = {name: np.asarray(getattr(run, name)) for name in names}
+    content, noticed = path.read_bytes(), 0
+    for _ in range(200):
+        path.write_bytes(damage(content, rng))
+        try:
+            read = load(path, scene)
+            for name in names:
+                np.testing.assert_array_equal(np.asarray(getattr(read, name)), whole[name])
+            assert repr((read.stats, read.settings)) == repr((run.stats, run.settings))
+        except InputError:
+            noticed += 1
+    assert noticed > 150  # some places of a file hold nothing
+
+
+def test_a_file_is_written_by_one_run_at_a_time(tmp_path):
+    path = tmp_path / "run.h5"
+    told = r"run.h5' is in use by another run just now: take another name, or wait for its end"
+    with Writer(path, 4, 0, None, {}, {}):
+        for start in (lambda: Writer(path, 4, 0, None, {}, {}), lambda: run_to(path)):
+            with pytest.raises(InputError, match=told):
+                start()
+        with pytest.raises(InputError, match="because a run writes to it just now: wait for its"):
+            load(path, pendulum()[0])
+    check_replaceable(path)
+    run_to(path)
+
+
+def test_of_runs_that_start_together_one_gets_the_file(tmp_path):
+    def start():
+        barrier.wait()
+        try:
+            with Writer(path, 4, 0, None, {}, {}) as writer:
+                barrier.wait()
+                row = np.zeros((1, 4))
+                writer.append(np.zeros(1), row, row, row, np.zeros((1, 0)))
+                ends.append("")
+        except InputError as refused:
+            ends.append(str(refused))
+            barrier.wait()
+
+    for k in range(20):
+        path, ends, barrier = tmp_path / f"run{k}.h5", [], threading.Barrier(3, timeout=60)
+        threads = [threading.Thread(target=start) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert sum("is in use by another run" in end for end in ends) == 2
+        with h5py.File(path) as file:
+            assert file["q"].shape == (1, 4)
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("x" * 300, "cannot be the file 'xxx.*: File name too long"),
+        ("a\0b", r"cannot be the file 'a\\x00b': embedded null byte"),
+        (None, "the file of a run must be the name of a file such as 'run.h5', got None"),
+        (b"run.h5", "must be the name of a file such as 'run.h5', got b'run.h5'"),
+    ],
+)
+def test_names_that_no_file_can_have(tmp_path, monkeypatch, name, told):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=told):
+        load(name, pendulum()[0])
+    if name is not None:
+        with pytest.raises(InputError, match=told):
+            run_to(name)
+
+
+def test_a_file_is_loaded_with_a_scene():
+    with pytest.raises(InputError, match="a Scene is needed, got None"):
+        load("run.h5", None)
+
+
+@pytest.mark.parametrize(
+    ("modulus", "diameter"),
+    [(100_000_000, np.float32(0.01)), (np.float64(1e8), np.array(0.01)), (np.int64(10**8), 0.01)],
+)
+def test_numbers_of_a_scene_are_compared_by_value(tmp_path, modulus, diameter):
+    run_to(tmp_path / "run.h5")
+    scene, _ = pendulum(modulus, diameter)
+    assert load(tmp_path / "run.h5", scene).finished
+    (beam,) = scene.beams
+    assert hash(beam.section) == hash(ancf.Circle(0.01))
+    assert repr(beam.material) == repr(ancf.Material(1e8, 4000.0))
