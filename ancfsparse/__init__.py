@@ -10,6 +10,7 @@ from ancfsparse.errors import (
     EquilibriumFailure,
     InputError,
     Instability,
+    LoadFailure,
     OutputFailure,
     StepFailure,
 )
@@ -23,7 +24,17 @@ from ancfsparse.integrators import (
 )
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.results import Equilibrium, Trajectory
-from ancfsparse.scene import Circle, Material, Rectangle, Scene, Section
+from ancfsparse.scene import (
+    Circle,
+    Material,
+    Pulse,
+    Ramp,
+    Rectangle,
+    Scene,
+    Section,
+    Sine,
+    Table,
+)
 from ancfsparse.solve import simulate, solve_static, stable_step
 
 __all__ = [
@@ -39,17 +50,22 @@ __all__ = [
     "GeneralizedAlpha",
     "InputError",
     "Instability",
+    "LoadFailure",
     "Material",
     "ModifiedNewton",
     "Newmark",
     "Newton",
     "OutputFailure",
+    "Pulse",
     "QuasiNewton",
+    "Ramp",
     "Rectangle",
     "RungeKuttaNystrom",
     "Scene",
     "Section",
+    "Sine",
     "StepFailure",
+    "Table",
     "Trajectory",
     "simulate",
     "solve_static",

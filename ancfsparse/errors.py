@@ -24,6 +24,33 @@ class SingularSceneError(InputError):
 KEPT = " The states up to here are in the attribute `trajectory` of this error."
 
 
+class LoadFailure(InputError):
+    """A load that is a function of time gave no load: it failed, or returned something else.
+
+    Parameters
+    ----------
+    reason : str
+        Which load, when, and what it did; a sentence.  What a function raised is the cause of this
+        error.
+    time : float
+        The time it was called with [s].
+    trajectory : Trajectory, optional
+        The states up to there.
+    """
+
+    def __init__(self, reason: str, time: float, trajectory: Any = None) -> None:
+        super().__init__(reason, time, trajectory)
+        self.reason = reason
+        self.time = time
+        self.trajectory = trajectory
+
+    def __str__(self) -> str:
+        """Compose the message a reader meets."""
+        if self.trajectory is None:
+            return self.reason
+        return f"{self.reason.rstrip('.')}." + KEPT
+
+
 class StepFailure(AncfError, RuntimeError):
     """A time step could not be accepted.
 

@@ -12,6 +12,7 @@ from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh
 from ancfsparse.scene.scene import Scene, check_scene
 from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
+from ancfsparse.scene.signals import Pulse, Ramp, Signal, Sine, Table
 
 __all__ = [
     "AnySection",
@@ -29,10 +30,15 @@ __all__ = [
     "Pin",
     "PointForce",
     "PointMoment",
+    "Pulse",
+    "Ramp",
     "Rectangle",
     "Rod",
     "Scene",
     "Section",
+    "Signal",
+    "Sine",
+    "Table",
     "check_node",
     "check_point",
     "check_scene",

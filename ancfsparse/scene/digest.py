@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.contents import Contents
 from ancfsparse.scene.joints import Clamp, Connect, Joint, Pin, Rod
-from ancfsparse.scene.loads import DistributedForce, Load
+from ancfsparse.scene.loads import DistributedForce, Load, Value
+from ancfsparse.scene.signals import Signal
 
 # Longer descriptions are cut here and end in a checksum.
 LONGEST = 200
@@ -26,7 +27,7 @@ def digest(scene: Contents, joints: list[Joint], loads: list[Load]) -> dict[str,
     """Describe what decides how a scene moves, but for its shape and initial velocities.
 
     These are numbers, and compared as such.  Of a load that is a function of time only its place
-    is told.
+    is told, unless the function is a `Signal`.
 
     Parameters
     ----------
@@ -59,8 +60,7 @@ def digest(scene: Contents, joints: list[Joint], loads: list[Load]) -> dict[str,
 
     def load(each: Load) -> str:
         where = number[id(each.beam)] if isinstance(each, DistributedForce) else at(each.node)
-        how = "a function of time" if callable(each.value) else _numbers(each.value)
-        return f"{type(each).__name__} ({where}): {how}"
+        return f"{type(each).__name__} ({where}): {_course(each.value)}"
 
     parts = {"gravity": _numbers(scene.gravity)}
     for body in scene.beams:
@@ -91,6 +91,12 @@ def _of(body: Body) -> dict[str, str]:
         "material": repr(body.material),
         "mesh": f"{body.n_elements} elements, {sha256(links.tobytes()).hexdigest()[:16]}",
     }
+
+
+def _course(value: Value) -> str:
+    if isinstance(value, Signal):
+        return value.describe()
+    return "a function of time" if callable(value) else _numbers(value)
 
 
 def _by_value(text: str) -> str:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite, check_reals, check_vector, shown
-from ancfsparse.errors import InputError
+from ancfsparse.checks import check_finite, check_reals, check_vector, keep, shown
+from ancfsparse.errors import InputError, LoadFailure
 from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.functions import sendable
 
@@ -18,16 +19,87 @@ Vector = NDArray[np.float64]
 Value = ArrayLike | Callable[[float], ArrayLike]
 
 
-class Sendable:
-    """A load that can be sent to another process, if need be without its function of time."""
+class Applied(ABC):
+    """What all loads have in common.
+
+    It can be sent to another process, if need be without its function of time.
+
+    Attributes
+    ----------
+    value : number, ndarray or callable
+        The load, or a function of t [s] that returns it.
+    """
+
+    value: Value
+    unit: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        """Try the load out, and keep a constant one as a checked number or vector."""
+        now = self.at(0.0)
+        if not callable(self.value):
+            keep(self, value=now if self.shape else float(now[0]))
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled."""
         return self.__dict__ | {"value": sendable(self.__dict__["value"])}
 
+    @property
+    @abstractmethod
+    def what(self) -> str:
+        """Name of the load in messages."""
+
+    @property
+    @abstractmethod
+    def shape(self) -> tuple[int, ...]:
+        """Shape of a value: ``(dim,)``, or ``()`` for a number."""
+
+    def at(self, t: float) -> Vector:
+        """Give the load at time `t` [s], shape (dim,) or (1,) [`unit`].
+
+        Raises
+        ------
+        InputError
+            If a constant load is none; a `LoadFailure` if it is a function.
+        """
+        if not callable(self.value):
+            return self._checked(self.what, self.value)
+        try:
+            now = self.value(t)
+        except Exception as error:
+            raise self.failure(t, error) from error
+        return self.checked(t, now)
+
+    def checked(self, t: float, now: ArrayLike) -> Vector:
+        """Return what a function of time has returned, shape (dim,) or (1,), if it is a load.
+
+        Raises
+        ------
+        LoadFailure
+            If it is none.
+        """
+        try:
+            return self._checked(f"{self.what}, a function of time, at t = {t:.6g} s,", now)
+        except InputError as wrong:
+            raise LoadFailure(str(wrong), t) from None
+
+    def failure(self, t: float, error: Exception) -> LoadFailure:
+        """Return the error for a function that raised one."""
+        kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+        return LoadFailure(
+            f"{self.what}, a function of time, failed at t = {t:.6g} s: {kind}{error}", t
+        )
+
+    def _checked(self, name: str, value: ArrayLike) -> Vector:
+        if self.shape:
+            return check_vector(name, value, self.shape[0], self.unit)
+        needed = "one number about +z because the scene is planar"
+        if check_reals(name, value, needed).ndim:
+            raise InputError(f"{name} must be {needed}, got {shown(value)}")
+        return np.array([check_finite(name, value, self.unit)])
+
 
 @dataclass(frozen=True, eq=False)
-class PointForce(Sendable):
+class PointForce(Applied):
     """A force at a point of a beam, fixed in space.
 
     Attributes
@@ -40,20 +112,21 @@ class PointForce(Sendable):
 
     node: Node
     value: Value
+    unit = "N"
 
-    def __post_init__(self) -> None:
-        """Try the load out, and keep a constant one as a checked vector."""
-        now = self.at(0.0)
-        if not callable(self.value):
-            object.__setattr__(self, "value", now)
+    @property
+    def what(self) -> str:
+        """Name of the load in messages."""
+        return f"the force on {self.node!r}"
 
-    def at(self, t: float) -> Vector:
-        """Give the force at time `t` [s], shape (dim,) [N]."""
-        return vector_at(f"the force on {self.node!r}", self.value, t, self.node.beam.dim, "N")
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of a value, (dim,)."""
+        return (self.node.beam.dim,)
 
 
 @dataclass(frozen=True, eq=False)
-class PointMoment(Sendable):
+class PointMoment(Applied):
     """A moment at a node of a beam, fixed in space.
 
     Attributes
@@ -67,28 +140,21 @@ class PointMoment(Sendable):
 
     node: Node
     value: Value
+    unit = "N m"
 
-    def __post_init__(self) -> None:
-        """Try the load out, and keep a constant one as a checked number or vector."""
-        now = self.at(0.0)
-        if not callable(self.value):
-            object.__setattr__(self, "value", now if self.node.beam.dim == 3 else float(now[0]))
+    @property
+    def what(self) -> str:
+        """Name of the load in messages."""
+        return f"the moment on {self.node!r}"
 
-    def at(self, t: float) -> Vector:
-        """Give the moment at time `t` [s], shape (1,) in a planar scene, else (3,) [N m]."""
-        what = f"the moment on {self.node!r}"
-        if self.node.beam.dim == 3:
-            return vector_at(what, self.value, t, 3, "N m")
-        value = self.value(t) if callable(self.value) else self.value
-        name = _at_time(what, self.value, t)
-        needed = "one number about +z because the scene is planar"
-        if check_reals(name, value, needed).ndim:
-            raise InputError(f"{name} must be {needed}, got {shown(value)}")
-        return np.array([check_finite(name, value, "N m")])
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of a value: () in a planar scene, else (3,)."""
+        return () if self.node.beam.dim == 2 else (3,)
 
 
 @dataclass(frozen=True, eq=False)
-class DistributedForce(Sendable):
+class DistributedForce(Applied):
     """A force per reference length along a whole beam or mesh, fixed in space.
 
     Attributes
@@ -101,46 +167,17 @@ class DistributedForce(Sendable):
 
     beam: Body
     value: Value
+    unit = "N/m"
 
-    def __post_init__(self) -> None:
-        """Try the load out, and keep a constant one as a checked vector."""
-        now = self.at(0.0)
-        if not callable(self.value):
-            object.__setattr__(self, "value", now)
+    @property
+    def what(self) -> str:
+        """Name of the load in messages."""
+        return f"the distributed force on {self.beam.name}"
 
-    def at(self, t: float) -> Vector:
-        """Give the force per length at time `t` [s], shape (dim,) [N/m]."""
-        what = f"the distributed force on {self.beam.name}"
-        return vector_at(what, self.value, t, self.beam.dim, "N/m")
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of a value, (dim,)."""
+        return (self.beam.dim,)
 
 
 Load = PointForce | PointMoment | DistributedForce
-
-
-def vector_at(what: str, value: Value, t: float, dim: int, unit: str) -> Vector:
-    """Evaluate a vector load and check what comes out.
-
-    Parameters
-    ----------
-    what : str
-        Name of the load in the message.
-    value : ndarray or callable
-        The load or a function of time.
-    t : float
-        Time [s].
-    dim : int
-        Number of components it must have.
-    unit : str
-        Its unit in the message.
-
-    Returns
-    -------
-    ndarray, shape (dim,)
-        The load at that time.
-    """
-    now = value(t) if callable(value) else value
-    return check_vector(_at_time(what, value, t), now, dim, unit)
-
-
-def _at_time(what: str, value: Value, t: float) -> str:
-    return f"{what}, a function of time, at t = {t:.6g} s," if callable(value) else what

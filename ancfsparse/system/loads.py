@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.errors import LoadFailure
 from ancfsparse.kernels.hermite import integral_weights
 from ancfsparse.scene import DistributedForce, Node, PointForce, PointMoment, Scene
+from ancfsparse.system.amplitudes import Source
 
 Vector = NDArray[np.float64]
 Points = Callable[[Node], tuple[NDArray[np.int32], Vector]]
@@ -31,7 +33,7 @@ class Loads:
         no such vector.
     moment_column : list of (1,) or (3,) int
         Their amplitudes [N m].
-    sources : list of (load, n_columns)
+    sources : list of Source
         Where the amplitudes come from, in order.
     """
 
@@ -41,26 +43,48 @@ class Loads:
     column: list[int] = field(default_factory=list)
     moment_place: list[NDArray[np.int32]] = field(default_factory=list)
     moment_column: list[list[int]] = field(default_factory=list)
-    sources: list[tuple[Any, int]] = field(default_factory=list)
+    sources: list[Source] = field(default_factory=list)
 
     @property
     def n_amplitudes(self) -> int:
         """Number of amplitudes."""
-        return sum(width for _, width in self.sources)
+        return sum(source.width for source in self.sources)
+
+    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+        """Return the amplitudes up to the first time at which a load fails, and how it fails.
+
+        Parameters
+        ----------
+        times : (k,) float
+            Times [s].
+
+        Returns
+        -------
+        table : (j, n_amplitudes) float
+            j is k if nothing fails [N or N m].
+        failure : LoadFailure or None
+            What happened at time j.
+        """
+        table, failure, start = np.empty((len(times), self.n_amplitudes)), None, 0
+        for source in self.sources:
+            rows, failed = source.tabulate(times[: len(table)])
+            table, failure = table[: len(rows)], failed or failure
+            table[:, start : start + source.width] = rows
+            start += source.width
+        return table, failure
 
     def amplitudes(self, times: Vector) -> Vector:
-        """Return the amplitudes at the given times [s], shape (k, n_amplitudes) [N or N m]."""
-        out = np.empty((len(times), self.n_amplitudes))
-        start = 0
-        for load, width in self.sources:
-            columns = out[:, start : start + width]
-            if callable(load.value):
-                for row, t in zip(columns, times, strict=True):
-                    row[:] = load.at(float(t))
-            else:
-                columns[:] = load.at(0.0)
-            start += width
-        return out
+        """Return the amplitudes at the given times [s], shape (k, n_amplitudes) [N or N m].
+
+        Raises
+        ------
+        LoadFailure
+            If a load fails at one of them.
+        """
+        table, failure = self.tabulate(times)
+        if failure is not None:
+            raise failure
+        return table
 
     def power(self, q: Vector, v: Vector, times: Vector) -> Vector:
         """Return the power of all these loads, shape (k,) [W], for states (k, n_all)."""
@@ -115,7 +139,7 @@ def loads_of(
             first, width = out.n_amplitudes, 1 if scene.dim == 2 else 3
             out.moment_place.append(frame(load.node))
             out.moment_column.append(list(range(first, first + width)))
-            out.sources.append((load, width))
+            out.sources.append(Source(load))
             continue
         if isinstance(load, PointForce):
             places, weights = point(load.node)
@@ -129,7 +153,7 @@ def loads_of(
             out.place += [int(p) for p in places[d]]
             out.weight += [float(w) for w in weights]
             out.column += [first + d] * len(weights)
-        out.sources.append((load, scene.dim))
+        out.sources.append(Source(load))
     return out
 
 
