@@ -150,6 +150,14 @@ cdef class Ldl:
         return sum(array.nbytes for name, array in self.arrays.items()
                    if name not in ("indptr", "indices"))
 
+    @property
+    def negative_pivots(self):
+        """How many pivots of the last factor are negative; None if one was zero or no number."""
+        if self.data.is_single:
+            raise ValueError("the factor is rounded to single precision: factor again")
+        inverses = self.arrays["entries"][:self.data.n]
+        return int(np.count_nonzero(inverses < 0.0)) if np.isfinite(inverses).all() else None
+
     def factor(self, const double[::1] values):
         """Factor; return 0, or 1 + the first unknown whose pivot has the wrong sign."""
         return factor(&self.data, &values[0])

@@ -130,6 +130,17 @@ class SparseSeed:
         """Operations of one solve."""
         return 4 * self.nnz + 2 * self.n
 
+    @property
+    def negative_pivots(self) -> int | None:
+        """Number of negative pivots, and so of negative eigenvalues, of the last matrix.
+
+        None if a pivot was zero or no number, and there is no factor.
+        """
+        if self._cholmod is not None and not self._fallen_back:
+            return 0
+        count: int | None = self.own.negative_pivots
+        return count
+
     def factor(self, values: NDArray[np.float64]) -> int:
         """Factor anew; return 0, or 1 + the first unknown whose pivot has the wrong sign.
 

@@ -13,8 +13,8 @@ from ancfsparse.checks import check_count, check_positive
 from ancfsparse.errors import EquilibriumFailure, SingularSceneError
 from ancfsparse.results import Equilibrium, RunStats
 from ancfsparse.scene import Scene
+from ancfsparse.solve.freedom import MOST, free_motions
 from ancfsparse.system import System
-from ancfsparse.system.freedom import free_motions
 
 Vector = NDArray[np.float64]
 
@@ -60,8 +60,9 @@ def solve_static(scene: Scene, *, load_steps: int = 10, tolerance: float = 1e-12
     system = System(scene)
     free = free_motions(system)
     if free:
+        count = f"{len(free)}{' or more' * (len(free) == MOST)}"
         raise SingularSceneError(
-            f"the scene is not held: {len(free)} rigid motion(s) are free, first the {free[0]}; "
+            f"the scene is not held: {count} rigid motion(s) are free, first the {free[0]}; "
             "add a pin or a clamp, or let it settle in time with simulate if only its load holds it"
         )
     clock = time.perf_counter()

@@ -1,0 +1,207 @@
+"""Which motions without strain a scene leaves free: what makes a static problem singular."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.motions import named
+from ancfsparse.system.rigid import Part, parts_of
+from ancfsparse.system.system import System
+
+Vector = NDArray[np.float64]
+
+# So many free motions are named at most.
+MOST = 24
+# A part is held if every motion of one radian, or by its own size, breaks a condition by more than
+# this share; rounding of positions far from the origin adds to it.
+HELD = 1e-10
+EPSILON = float(np.finfo(np.float64).eps)
+# Weight that makes the squares of the conditions definite, beside the largest, and the number of
+# times that the free motions are filtered out.
+SHIFT, FILTERS = 1e-13, 4
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What rigid parts must obey: places that they share, places that are held, constraints.
+
+    Attributes
+    ----------
+    matrix : (n_conditions, n_modes) sparse
+        Each row in metres, or without a unit, for the modes of all parts (see `Part`).
+    units : (n_conditions, n_parts) sparse
+        What a row would be for a motion of that part alone, before anything cancels.
+    first : (n_parts + 1,) int
+        First mode of each part, and the end.
+    """
+
+    matrix: sp.csr_array
+    units: sp.csr_array
+    first: NDArray[np.int64]
+
+
+def free_motions(system: System) -> list[str]:
+    """Name the motions in which every part stays rigid and that no joint prevents.
+
+    Parts that the ground holds are found one after another along the graph of the scene, each
+    measured by its own size; what is left are groups that can only be held together.
+
+    Parameters
+    ----------
+    system : System
+        Looked at in its reference shape.
+
+    Returns
+    -------
+    list of str
+        Such as ``"rotation about z through (0, 0) m of beam 0"``; empty if the joints hold
+        everything; at most `MOST`.
+    """
+    parts = parts_of(system)
+    conditions = _conditions(system, parts)
+    span = float(np.max(np.abs(system.q0)))
+    rounding = np.array([HELD + 16.0 * EPSILON * span / part.size for part in parts])
+    loose = _not_held_alone(conditions, rounding)
+    if not loose.any():
+        return []
+    names: list[str] = []
+    for group in _groups(conditions, loose):
+        columns = np.concatenate([np.arange(*conditions.first[k : k + 2]) for k in group])
+        free = _null_space(conditions, group, columns, float(rounding[group].max()))
+        members = [parts[k] for k in group]
+        names += named(system.dim, members, free)
+        if len(names) >= MOST:
+            return names[:MOST]
+    return sorted(names, key=lambda name: not name.startswith("translation"))
+
+
+def _conditions(system: System, parts: list[Part]) -> Conditions:
+    """Write down the conditions on the modes of all parts."""
+    dim = system.dim
+    count = np.array([dim + len(part.axes) for part in parts])
+    first = np.concatenate([[0], np.cumsum(count)])
+    uses = np.zeros(system.n_all, dtype=np.int32)
+    for part in parts:
+        np.add.at(uses, part.places.ravel(), 1)
+    phi_q = system.constraints.jacobian(system.q0)
+    wanted = uses > 1
+    wanted[system.n_free :] = True
+    wanted[np.unique(phi_q.indices)] = True
+    moves = [_moves(system, part, wanted) for part in parts]
+    place = np.concatenate([each[0] for each in moves])
+    owner = np.repeat(np.arange(len(parts)), [len(each[0]) for each in moves])
+    unit = np.concatenate([each[2] for each in moves])
+    by_mode = sp.block_diag([each[1] for each in moves], format="csr")
+    by_part = sp.csr_array((unit, (np.arange(len(unit)), owner)), shape=(len(unit), len(parts)))
+    # The first part at a place speaks for it: what others do there must be the same.
+    _, speaker, group = np.unique(place, return_index=True, return_inverse=True)
+    other = np.flatnonzero(speaker[group] != np.arange(len(place)))
+    fixed = np.flatnonzero((place >= system.n_free) & (speaker[group] == np.arange(len(place))))
+    at = np.full(system.n_all, -1)
+    at[place[speaker]] = speaker
+    across = phi_q.tocoo()
+    picked = sp.csr_array(
+        (across.data, (across.coords[0], at[across.coords[1]])), shape=(phi_q.shape[0], len(place))
+    )
+    matrix = [by_mode[other] - by_mode[speaker[group[other]]], by_mode[fixed], picked @ by_mode]
+    units = [by_part[other] + by_part[speaker[group[other]]], by_part[fixed], abs(picked) @ by_part]
+    return Conditions(sp.vstack(matrix, format="csr"), sp.vstack(units, format="csr"), first)
+
+
+def _moves(
+    system: System, part: Part, wanted: NDArray[np.bool_]
+) -> tuple[NDArray[np.int32], Vector, Vector]:
+    """Return the wanted places of a part, how they move with its modes, and in what unit."""
+    dim = system.dim
+    row, column = np.nonzero(wanted[part.places])
+    places = part.places[row, column]
+    vector, component = column // dim, column % dim
+    out = np.zeros((len(row), dim + len(part.axes)))
+    unit = np.where(vector == 0, part.size, 1.0)
+    out[np.arange(len(row)), component] = np.where(vector == 0, part.size, 0.0)
+    whole = part.places.shape[1] // dim * dim  # a planar beam has a stretch that does not move
+    rotating = np.flatnonzero(column < whole)
+    row, vector, component = row[rotating], vector[rotating], component[rotating]
+    arm = np.zeros((len(row), 3))
+    for d in range(dim):
+        arm[:, d] = system.q0[part.places[row, dim * vector + d]]
+    arm[vector == 0] -= part.start
+    for k, axis in enumerate(part.axes):
+        turned = np.cross(axis, arm)
+        out[rotating, dim + k] = turned[np.arange(len(row)), component]
+    return places, out, unit
+
+
+def _not_held_alone(conditions: Conditions, rounding: Vector) -> NDArray[np.bool_]:
+    """Return which parts the ground and parts that are held already do not hold one by one."""
+    n_parts = len(conditions.first) - 1
+    matrix, units = conditions.matrix, conditions.units
+    of_part = units.tocsc()
+    loose = np.ones(n_parts, dtype=bool)
+    # How many loose parts each condition is about.
+    about = np.diff(units.indptr)
+    waiting = list(range(n_parts))[::-1]
+    while waiting:
+        k = waiting.pop()
+        if not loose[k]:
+            continue
+        span = slice(of_part.indptr[k], of_part.indptr[k + 1])
+        rows, scale = of_part.indices[span], of_part.data[span]
+        mine = about[rows] == 1
+        begin, end = conditions.first[k : k + 2]
+        if np.count_nonzero(mine) < end - begin:
+            continue
+        block = matrix[rows[mine]][:, begin:end].toarray() / scale[mine, None]
+        if np.linalg.svd(block, compute_uv=False)[-1] <= rounding[k]:
+            continue
+        loose[k] = False
+        about[rows] -= 1
+        near = units[rows]
+        waiting.extend(int(other) for other in np.unique(near.indices) if loose[other])
+    return loose
+
+
+def _groups(conditions: Conditions, loose: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+    """Return the loose parts that conditions bind together."""
+    members = np.flatnonzero(loose)
+    bound = conditions.units[:, members]
+    _, label = connected_components(bound.T @ bound, directed=False)
+    order = np.argsort(label, kind="stable")
+    return np.split(members[order], np.flatnonzero(np.diff(label[order])) + 1)
+
+
+def _null_space(
+    conditions: Conditions, group: NDArray[np.int64], columns: NDArray[np.int64], held: float
+) -> Vector:
+    """Return independent motions that break no condition, (k, n_columns), at most `MOST`.
+
+    Powers of the inverse of the squared conditions filter them out, near enough to tell them by
+    what they break of the conditions themselves.
+    """
+    matrix, units = conditions.matrix[:, columns], conditions.units[:, group]
+    rows = np.flatnonzero(np.diff(units.indptr))
+    largest = np.maximum.reduceat(units.data, units.indptr[rows]) if len(rows) else np.ones(0)
+    matrix = sp.diags_array(1.0 / largest) @ matrix[rows]
+    n = len(columns)
+    found = np.eye(n) if n <= MOST else np.random.default_rng(0).standard_normal((n, MOST))
+    if n > MOST:
+        squares = sp.csc_array(matrix.T @ matrix)
+        shift = SHIFT * float(squares.diagonal().max())
+        lower = sp.csc_array(sp.tril(squares + shift * sp.eye_array(n, format="csc")))
+        lower.sort_indices()
+        seed = SparseSeed(lower.indptr, lower.indices, n)
+        seed.factor(lower.data)
+        for _ in range(FILTERS):
+            found = np.linalg.qr(found)[0]
+            found = np.stack([seed.solve(column) for column in found.T.copy()], axis=1)
+        found = np.linalg.qr(found)[0]
+    # Reduced to a small matrix with the same singular values.
+    _, sizes, mixes = np.linalg.svd(np.linalg.qr(matrix @ found)[1], full_matrices=True)
+    sizes = np.append(sizes, np.zeros(len(mixes) - len(sizes)))
+    return np.asarray((found @ mixes[sizes <= held].T).T)

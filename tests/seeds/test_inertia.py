@@ -1,0 +1,49 @@
+"""Negative pivots are counted, and are as many as the negative eigenvalues (Sylvester)."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from matrices import chain, lower_csc, net, random_spd, saddle
+
+from ancfsparse.seeds import SparseSeed
+
+
+@pytest.mark.parametrize("make", [chain, net, random_spd, saddle])
+def test_negative_pivots_are_negative_eigenvalues(make):
+    a = make(np.random.default_rng(5))
+    indptr, indices, _ = lower_csc(a)
+    seed = SparseSeed(indptr, indices, len(a))
+    eigenvalues = np.linalg.eigvalsh(a)
+    for k in (0, 1, 3, len(a) // 2):
+        shift = 0.5 * (eigenvalues[k] + eigenvalues[k + 1]) if k else eigenvalues[0] - 1.0
+        seed.factor(lower_csc(a - shift * np.eye(len(a)))[2])
+        assert seed.negative_pivots == np.count_nonzero(eigenvalues < shift)
+
+
+def test_a_factor_that_does_not_exist_has_no_count():
+    indptr, indices, values = lower_csc(np.diag([1.0, 0.0, -1.0]))
+    seed = SparseSeed(indptr, indices, 3)
+    assert seed.factor(values) > 0
+    assert seed.negative_pivots is None
+
+
+def test_a_supernodal_factor_counts_as_ours_does():
+    line = sp.diags_array([2.0, -1.0, -1.0], offsets=[0, 1, -1], shape=(40, 40))
+    one = sp.eye_array(40)
+    cube = sum(
+        sp.kron(sp.kron(a, b), c)
+        for a, b, c in ((line, one, one), (one, line, one), (one, one, line))
+    )
+    lower = sp.csc_array(sp.tril(cube))
+    lower.sort_indices()
+    seed = SparseSeed(lower.indptr, lower.indices, lower.shape[0])
+    assert seed.supernodal
+    assert seed.factor(lower.data) == 0
+    assert seed.negative_pivots == 0
+    # Eigenvalues are sums of three of 2 - 2 cos(pi k / 41).
+    each = 2.0 - 2.0 * np.cos(np.pi * np.arange(1, 41) / 41)
+    all_of_them = np.add.outer(np.add.outer(each, each), each).ravel()
+    shifted = lower.copy()
+    shifted.data[lower.indptr[:-1]] -= 0.05
+    assert seed.factor(shifted.data) > 0
+    assert seed.negative_pivots == np.count_nonzero(all_of_them < 0.05) == 4
