@@ -198,6 +198,32 @@ def check_positive(what: str, value: object, unit: str = "") -> float:
     return number
 
 
+def check_integer(what: str, value: object) -> int:
+    """Return `value` as an integer.
+
+    Parameters
+    ----------
+    what : str
+        Name of the number in the message.
+    value : object
+        What was given; a float is refused even when it is whole.
+
+    Returns
+    -------
+    int
+        The integer.
+
+    Raises
+    ------
+    InputError
+        If `value` is not an integer.
+    """
+    try:
+        return operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise InputError(f"{what} must be an integer, got {shown(value)}") from None
+
+
 def check_count(what: str, value: object, lowest: int = 1) -> int:
     """Return `value` as an integer not below `lowest`.
 
@@ -220,10 +246,7 @@ def check_count(what: str, value: object, lowest: int = 1) -> int:
     InputError
         If `value` is not an integer or too small.
     """
-    try:
-        count = operator.index(value)  # type: ignore[arg-type]
-    except TypeError:
-        raise InputError(f"{what} must be an integer, got {shown(value)}") from None
+    count = check_integer(what, value)
     if isinstance(value, bool) or count < lowest:
         raise InputError(f"{what} must be an integer of at least {lowest}, got {shown(value)}")
     if count > LARGEST:

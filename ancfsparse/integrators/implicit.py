@@ -82,7 +82,8 @@ class Newmark(Implicit):
 
     def __post_init__(self) -> None:
         """Check the damping."""
-        if not 0.0 <= check_finite("alpha", self.alpha) <= 1.0:
+        object.__setattr__(self, "alpha", check_finite("alpha", self.alpha))
+        if not 0.0 <= self.alpha <= 1.0:
             raise InputError(
                 f"Newmark's alpha must be between 0 (no damping) and 1, got {self.alpha:g}: "
                 "0.05 is a common damping"
@@ -110,7 +111,8 @@ class HHT(Implicit):
 
     def __post_init__(self) -> None:
         """Check the damping."""
-        if not 0.0 <= check_finite("alpha", self.alpha) <= 1.0 / 3.0:
+        object.__setattr__(self, "alpha", check_finite("alpha", self.alpha))
+        if not 0.0 <= self.alpha <= 1.0 / 3.0:
             raise InputError(
                 f"HHT's alpha must be between 0 (no damping) and 1/3, got {self.alpha:g}: "
                 "0.05 is a common damping"
@@ -137,7 +139,8 @@ class GeneralizedAlpha(Implicit):
 
     def __post_init__(self) -> None:
         """Check the radius."""
-        if not 0.0 <= check_finite("rho_inf", self.rho_inf) <= 1.0:
+        object.__setattr__(self, "rho_inf", check_finite("rho_inf", self.rho_inf))
+        if not 0.0 <= self.rho_inf <= 1.0:
             raise InputError(
                 f"rho_inf must be between 0 (most damping) and 1 (none), got {self.rho_inf:g}: "
                 "0.8 to 0.9 is common"

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import shown
+from ancfsparse.checks import check_integer, shown
 from ancfsparse.errors import InputError
 from ancfsparse.scene.functions import sendable
 from ancfsparse.scene.material import Material
@@ -139,16 +139,13 @@ class Body(ABC):
         Node
             Its handle.
         """
-        if isinstance(i, bool) or not isinstance(i, (int, np.integer)):
+        number = check_integer(f"the number of a node of {self.name}", i)
+        if isinstance(i, bool) or not 0 <= number < self.n_nodes:
             raise InputError(
-                f"the number of a node of {self.name} must be an integer, got {shown(i)}"
+                f"{self.name} has nodes 0 to {self.n_nodes - 1}, there is no node {shown(i)}"
+                + ("; its last one is `.end`" if number < 0 and hasattr(self, "end") else "")
             )
-        if not 0 <= i < self.n_nodes:
-            raise InputError(
-                f"{self.name} has nodes 0 to {self.n_nodes - 1}, there is no node {i}"
-                + ("; its last one is `.end`" if i < 0 and hasattr(self, "end") else "")
-            )
-        return Node(self, int(i))
+        return Node(self, number)
 
     def stiffnesses(self) -> dict[str, float]:
         """Give the base parameters of the kernels that all elements have in common.

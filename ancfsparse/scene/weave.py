@@ -53,7 +53,7 @@ def mesh_of(
     Mesh
         The handle, not yet part of a scene.
     """
-    if element == "thick":
+    if isinstance(element, str) and element == "thick":
         raise InputError(
             f"{label} cannot be made of 'thick': its corners would have to be rigid, and a mesh "
             "has hinges; take 'thin', or join beams of add_beam with connect"

@@ -33,22 +33,24 @@ def check_solver(solver: object) -> None:
     )
 
 
-def check_tolerance(tolerance: object) -> None:
-    """Refuse what is neither a name of a tolerance nor a positive number."""
+def check_tolerance(tolerance: object) -> str | float:
+    """Return a tolerance; refuse what is neither the name of one nor a positive number."""
     if not isinstance(tolerance, str):
-        check_positive("tolerance", tolerance, "m/s2")
-    elif tolerance not in ("default", "paper"):
+        return check_positive("tolerance", tolerance, "m/s2")
+    if tolerance not in ("default", "paper"):
         raise InputError(
             f"tolerance must be 'default', 'paper' or a number in m/s2, got {shown(tolerance)}"
         )
+    return tolerance
 
 
-def check_gain(share: object) -> None:
-    """Refuse what is not a share of energy; infinity is one."""
+def check_gain(share: object) -> float:
+    """Return a share of energy, which may be infinite; refuse what is none."""
     if isinstance(share, float) and share == math.inf:
-        return
+        return math.inf
     number = check_finite("max_energy_gain", share)
     if number < 0.0:
         raise InputError(
             f"max_energy_gain must not be negative, got {number:g}: 0.01 is one percent"
         )
+    return number
