@@ -7,7 +7,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test codegen codegen-check bench-paper bench-kernels bench-time bench-error charts lint format clean
+.PHONY: help setup demo test soak sanitize codegen codegen-check bench-paper bench-kernels bench-time bench-error charts lint format clean
 
 help: ## Show this list
 	@echo 'make TARGET            (ARGS="..." is handed on to the command behind it)'
@@ -29,6 +29,13 @@ demo: setup ## Reproduce the paper's table 1 and figures 1 and 2
 
 test: setup ## Run the tests, e.g. ARGS="-m 'not slow'"
 	$(BIN)/python -m pytest $(ARGS)
+
+soak: setup ## Look for what breaks, e.g. ARGS="--seed 3 --seconds 120"
+	$(ONE_THREAD) $(BIN)/python -m tests.soak $(ARGS)
+
+SANITIZED := -m 'not slow' tests/kernels tests/seeds tests/system tests/nonlinear tests/integrators
+sanitize: setup ## Run tests of compiled code under address and undefined-behaviour sanitizers
+	tools/sanitize.sh $(if $(ARGS),$(ARGS),$(SANITIZED))
 
 codegen: setup ## Derive the elements with SymPy and write generated/
 	$(BIN)/python -m codegen $(ARGS)

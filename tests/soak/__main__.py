@@ -1,0 +1,75 @@
+"""Look for what breaks: random scenes, odd calls, units, damaged files, interruptions.
+
+``make soak ARGS="--seed 3 --seconds 120"`` makes trials of all kinds in turn until the time is
+over, prints what it tried and found, writes it to results/soak.json, and fails if it found
+anything.  With ``--kind`` and ``--index`` it repeats one trial.
+"""
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+
+from tests.soak.report import Find, Tally, as_json, table
+from tests.soak.worker import KINDS, Worker, one
+
+# Shares of the time.
+SHARES = {
+    "motions": 8,
+    "odd-calls": 5,
+    "units": 3,
+    "statics": 1,
+    "meshes": 1,
+    "files": 1,
+    "interruptions": 1,
+}
+
+
+def main():
+    given = arguments()
+    if given.index is not None:
+        report = one(given.kind[0], given.seed, given.index)
+        print(report.outcome, report.tried, *report.finds, sep="\n  ")
+        return bool(report.finds)
+    tallies, finds = soak(given.seed, given.seconds, given.kind or list(KINDS))
+    print(table(tallies, finds))
+    given.json.parent.mkdir(parents=True, exist_ok=True)
+    given.json.write_text(json.dumps(as_json(given.seed, tallies, finds), indent=1))
+    return bool(finds)
+
+
+def soak(seed, seconds, kinds):
+    """Make trials until the time is over, one of each kind at least.
+
+    Next is always that kind which is furthest behind its share of the time.
+    """
+    tallies = {kind: Tally() for kind in kinds}
+    finds, end = [], time.monotonic() + seconds
+    with Worker() as worker:
+        while time.monotonic() < end or not all(tally.trials for tally in tallies.values()):
+            kind = min(kinds, key=lambda each: tallies[each].seconds / SHARES[each])
+            tally = tallies[kind]
+            report, took = worker.trial(kind, seed, tally.trials)
+            finds += [Find(kind, seed, tally.trials, what, report.tried) for what in report.finds]
+            tally.trials += 1
+            tally.seconds += took
+            tally.outcomes[report.outcome] += 1
+    return tallies, finds
+
+
+def arguments():
+    parser = argparse.ArgumentParser(prog="make soak", description=__doc__.split("\n")[0])
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seconds", type=float, default=120.0)
+    parser.add_argument("--kind", choices=KINDS, action="append", help="only this; may be repeated")
+    parser.add_argument("--index", type=int, help="make this one trial of one kind again")
+    parser.add_argument("--json", type=Path, default=Path("results/soak.json"))
+    given = parser.parse_args()
+    if given.index is not None and len(given.kind or []) != 1:
+        parser.error("--index needs one --kind")
+    return given
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,140 @@
+"""Every public function and class with arguments that are valid, to be spoiled one at a time."""
+
+import inspect
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+
+import ancfsparse as ancf
+from ancfsparse.results import load, plots
+
+SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
+
+
+@dataclass(frozen=True)
+class Call:
+    """A callable and what its parameters without defaults are given."""
+
+    name: str
+    function: Any
+    given: dict[str, Any]
+
+    @cached_property
+    def parameters(self):
+        """All names that it takes, those with defaults too."""
+        return [
+            name
+            for name, each in inspect.signature(self.function).parameters.items()
+            if each.kind not in (each.VAR_POSITIONAL, each.VAR_KEYWORD)
+        ]
+
+
+def scene_of(dim=2):
+    pad = (0.0,) * (dim - 2)
+    scene = ancf.Scene((0.0, -9.81, *pad))
+    rod = scene.add_beam("thin", (0, 0, *pad), (1, 0, *pad), 3, SECTION, MATERIAL)
+    return scene, rod
+
+
+def held_scene():
+    scene, rod = scene_of()
+    scene.clamp(rod.start)
+    return scene, rod
+
+
+def draw(function, *names):
+    """Call a function that draws, and close what it opens."""
+
+    def drawn(**options):
+        try:
+            return function(**options)
+        finally:
+            plots.plt.close("all")
+
+    drawn.__signature__ = inspect.signature(function)
+    return drawn
+
+
+def forced(value):
+    """Run with a load of which nothing is known."""
+    scene, rod = scene_of()
+    scene.pin(rod.start)
+    scene.point_force(rod.end, value if callable(value) else lambda t: value if t else (0, 0))
+    return ancf.simulate(scene, 0.01, 1e-3)
+
+
+def calls():
+    """Give all callables, made anew, since some of them change their scene."""
+    mpl.use("Agg")
+    scene, rod = scene_of()
+    space, spatial = scene_of(3)
+    other = scene.add_beam("thin", (1, 0), (1, 1), 2, SECTION, MATERIAL)
+    mesh = scene.add_mesh([(5, 0), (6, 0), (6, 1)], [(0, 1), (1, 2)], "thin", SECTION, MATERIAL)
+    moving, tip = held_scene()
+    run = ancf.simulate(moving, 0.01, 1e-3)
+    ancf.simulate(moving, 0.01, 1e-3, output="good.h5")
+    rest = ancf.solve_static(moving)
+    beam = {"element": "thin", "start": (0, 2), "end": (1, 2), "n_elements": 3,
+            "section": SECTION, "material": MATERIAL}  # fmt: skip
+    net = {"nodes": [(7, 0), (8, 0)], "edges": [(0, 1)], "element": "thin",
+           "section": SECTION, "material": MATERIAL}  # fmt: skip
+    end = {"node": tip.end}
+    march = {"scene": moving, "t_end": 0.01, "dt": 1e-3}
+    path, table = run.position(tip.end), np.zeros((11, 2))
+    return [
+        Call("Scene", ancf.Scene, {}),
+        Call("Rectangle", ancf.Rectangle, {"width": 0.01, "height": 0.01}),
+        Call("Circle", ancf.Circle, {"diameter": 0.01}),
+        Call("Section", ancf.Section, dict.fromkeys(
+            ("area", "inertia_y", "inertia_z", "torsion_constant"), 1e-4)),
+        Call("Material", ancf.Material, {"youngs_modulus": 1e8, "density": 1e3}),
+        Call("Newmark", ancf.Newmark, {}),
+        Call("HHT", ancf.HHT, {}),
+        Call("GeneralizedAlpha", ancf.GeneralizedAlpha, {}),
+        Call("RungeKuttaNystrom", ancf.RungeKuttaNystrom, {}),
+        Call("Newton", ancf.Newton, {}),
+        Call("ModifiedNewton", ancf.ModifiedNewton, {}),
+        Call("QuasiNewton", ancf.QuasiNewton, {}),
+        Call("add_beam", scene.add_beam, beam),
+        Call("add_beam, spatial", space.add_beam,
+             beam | {"element": "thick", "start": (0, 2, 0), "end": (1, 2, 0)}),
+        Call("add_mesh", scene.add_mesh, net),
+        Call("add_mesh, spatial", space.add_mesh, net | {"nodes": [(7, 0, 0), (8, 0, 0)]}),
+        Call("pin", scene.pin, {"node": rod.start}),
+        Call("clamp", scene.clamp, {"node": rod.node(1)}),
+        Call("rod", scene.rod, {"node": rod.node(2), "anchor": (0.5, 1)}),
+        Call("connect", scene.connect, {"a": rod.end, "b": other.start}),
+        Call("point_force", scene.point_force, {"node": rod.end, "value": (1, 0)}),
+        Call("point_moment", scene.point_moment, {"node": rod.end, "value": 1.0}),
+        Call("point_moment, spatial", space.point_moment,
+             {"node": spatial.end, "value": (0, 0, 1)}),
+        Call("distributed_force", scene.distributed_force, {"beam": rod, "value": (1, 0)}),
+        Call("Beam.node", rod.node, {"i": 1}),
+        Call("Beam.at", rod.at, {"s": 0.3}),
+        Call("Mesh.node", mesh.node, {"i": 1}),
+        Call("Mesh.at", mesh.at, {"edge": 0, "s": 0.3}),
+        Call("simulate", ancf.simulate, march),
+        Call("simulate to an accuracy", ancf.simulate, march | {"accuracy": 1e-3}),
+        Call("simulate explicitly", ancf.simulate,
+             march | {"dt": 1e-6, "t_end": 1e-4, "integrator": ancf.RungeKuttaNystrom()}),
+        Call("simulate with a load", forced, {"value": (1, 0)}),
+        Call("solve_static", ancf.solve_static, {"scene": moving}),
+        Call("stable_step", ancf.stable_step,
+             {"scene": moving, "integrator": ancf.CentralDifference()}),
+        *(Call(f"Trajectory.{name}", getattr(run, name), end) for name in
+          ("position", "velocity", "acceleration", "slope", "reaction")),
+        *(Call(f"Equilibrium.{name}", getattr(rest, name), end) for name in
+          ("position", "displacement", "slope", "reaction")),
+        Call("load", load, {"path": "good.h5", "scene": moving}),
+        Call("centre_line", draw(plots.centre_line),
+             {"trajectory": run, "beam": tip, "states": [0]}),
+        Call("edge_lines", draw(plots.edge_lines),
+             {"trajectory": run, "body": tip, "states": [0]}),
+        Call("snapshots", draw(plots.snapshots),
+             {"trajectory": run, "body": tip, "times": [0.0, 0.01]}),
+        Call("differences", draw(plots.differences),
+             {"t": run.t, "curves": {"path": path}, "reference": table}),
+    ]  # fmt: skip

@@ -1,0 +1,83 @@
+"""Random runs: no raw error, energies as computed independently, no gain, no false alarm."""
+
+import numpy as np
+
+import ancfsparse as ancf
+from tests.soak.energies import energies
+from tests.soak.report import Report
+from tests.soak.scenes import draw, draw_integrator, draw_solver
+
+# Largest difference of the energies from those computed here, over the largest of them.
+SAME = 1e-9
+# Largest energy above what was given, over the largest kinetic energy.
+GAIN = 0.01
+# Mean speed [m/s] below which nothing moves that is worth an energy balance.
+SLOW = 1e-2
+
+
+def run(seed, index):
+    """Run a random scene by a random integrator and solver, and by Newton if it is stopped."""
+    rng = np.random.default_rng([seed, index])
+    drawn = draw(rng)
+    integrator, solver = draw_integrator(rng), draw_solver(rng)
+    tried = f"{integrator!r}, {solver!r}, {drawn.words}"
+    outcome, path = attempt(drawn, integrator, solver)
+    if outcome == "finished":
+        return Report(outcome, judge(drawn, path), tried)
+    if isinstance(solver, ancf.Newton):
+        return Report(outcome, [], tried)
+    by_newton, path = attempt(drawn, integrator, ancf.Newton())
+    if by_newton == "finished" and not judge(drawn, path):
+        return Report(outcome, [f"{outcome} where Newton finishes rightly"], tried)
+    return Report(outcome, [], tried)
+
+
+def attempt(drawn, integrator, solver):
+    options = {"integrator": integrator, "solver": solver}
+    try:
+        return "finished", ancf.simulate(drawn.scene, drawn.t_end, drawn.dt, **options)
+    except ancf.EnergyGain as stop:
+        return "gained energy", stop.trajectory
+    except ancf.StepFailure as stop:
+        return "failed", stop.trajectory
+    except ancf.AncfError as refused:
+        return f"refused ({type(refused).__name__})", None
+
+
+def judge(drawn, path):
+    """Say what is wrong with a run that finished."""
+    total, kinetic, finds = path.energy.total, path.energy.kinetic, []
+    if drawn.cables:
+        parts = [energies(path, beam, drawn.scene.gravity) for beam in drawn.beams]
+        ours = np.sum([sum(each) for each in parts], axis=0)
+        moving = np.sum([each[0] for each in parts], axis=0)
+        size = max(1e-300, moving.max() + np.abs(ours).max())
+        apart = float(np.abs(ours - total).max() / size)
+        if not apart < SAME:
+            finds.append(f"its energies differ by {apart:.2g} from those computed independently")
+        total, kinetic = ours, moving
+    if not np.isfinite(total).all():
+        return [*finds, "its energies are not finite"]
+    mass = sum(b.length * b.material.density * b.section.area for b in drawn.beams)
+    if kinetic.max() < 0.5 * mass * SLOW**2:
+        return finds
+    gain = float(np.max(total - total[0] - largest_work(drawn, path)) / kinetic.max())
+    if gain > GAIN:
+        finds.append(f"it ended with {gain:.2g} of its largest kinetic energy more than was given")
+    return finds
+
+
+def largest_work(drawn, path):
+    """Give the most that the load may have done up to each time [J].
+
+    The trapezoidal rule, and where the force changes within a step what that leaves open.
+    """
+    work = np.zeros(len(path.t))
+    if drawn.force is None:
+        return work
+    force = np.array([drawn.force(t) for t in path.t])
+    moved = np.diff(path.position(drawn.node), axis=0)
+    mean = 0.5 * (force[1:] + force[:-1])
+    steps = (mean * moved).sum(axis=1) + 0.5 * np.abs((np.diff(force, axis=0) * moved).sum(axis=1))
+    work[1:] = np.cumsum(steps)
+    return work

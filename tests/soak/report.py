@@ -1,0 +1,66 @@
+"""What a trial of the soak hands back, and how finds are added up."""
+
+import re
+from collections import Counter
+from dataclasses import asdict, dataclass, field
+
+# Finds that are printed of those which differ in numbers only; the file has all.
+SHOWN = 3
+
+
+@dataclass
+class Report:
+    """One trial: how it ended in a word, what is wrong in sentences, and what was tried."""
+
+    outcome: str
+    finds: list[str] = field(default_factory=list)
+    tried: str = ""
+
+
+@dataclass(frozen=True)
+class Find:
+    kind: str
+    seed: int
+    index: int
+    what: str
+    tried: str
+
+    @property
+    def again(self):
+        """The command that repeats the trial."""
+        options = f"--seed {self.seed} --kind {self.kind} --index {self.index}"
+        return f'make soak ARGS="{options}"'
+
+
+@dataclass
+class Tally:
+    """All trials of one kind."""
+
+    trials: int = 0
+    seconds: float = 0.0
+    outcomes: Counter = field(default_factory=Counter)
+
+
+def table(tallies, finds):
+    """Write one line for each kind, and after them each find with what reproduces it."""
+    lines = [f"{'kind':<14}{'trials':>8}{'seconds':>9}{'finds':>7}  outcomes"]
+    for kind, tally in tallies.items():
+        counts = ", ".join(f"{name} {count}" for name, count in tally.outcomes.most_common())
+        found = sum(find.kind == kind for find in finds)
+        lines.append(f"{kind:<14}{tally.trials:>8}{tally.seconds:>9.1f}{found:>7}  {counts}")
+    alike = Counter()
+    for find in finds:
+        what = re.sub(r"[\d.]+(e[+-]?\d+)?", "#", find.what)
+        alike[find.kind, what] += 1
+        if alike[find.kind, what] <= SHOWN:
+            lines += ["", f"{find.kind} {find.index}: {find.what}", f"  tried: {find.tried}"]
+            lines.append(f"  again: {find.again}")
+    return "\n".join(lines)
+
+
+def as_json(seed, tallies, finds):
+    return {
+        "seed": seed,
+        "kinds": {kind: vars(tally) for kind, tally in tallies.items()},
+        "finds": [asdict(find) | {"again": find.again} for find in finds],
+    }

@@ -1,0 +1,74 @@
+"""The soak finds what it is for, and repeats it."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from tests.soak import motions, worker
+from tests.soak.__main__ import soak
+from tests.soak.report import Find, Report, Tally, as_json, table
+from tests.soak.scenes import Units, draw
+
+
+def raise_error(*_):
+    raise ZeroDivisionError("division by zero")
+
+
+def warn(*_):
+    warnings.warn("overflow", RuntimeWarning, stacklevel=1)
+    return Report("fine")
+
+
+@pytest.mark.parametrize(
+    ("trial", "what"),
+    [(raise_error, "raw ZeroDivisionError at test_soak.py"), (warn, "RuntimeWarning at test_soak")],
+)
+def test_errors_and_warnings_are_finds(monkeypatch, trial, what):
+    monkeypatch.setitem(worker.KINDS, "motions", trial)
+    assert worker.one("motions", 0, 0).finds[0].startswith(what)
+
+
+def test_a_trial_that_hangs_is_a_find_and_the_next_goes_on():
+    with worker.Worker(limit=0.01) as late:
+        report, _ = late.trial("motions", 0, 0)
+        assert report.outcome == "hangs"
+        late.limit = 60.0
+        report, _ = late.trial("motions", 0, 1)
+        assert report.outcome != "hangs"
+
+
+def test_trials_repeat():
+    first, again = worker.one("motions", 5, 2), worker.one("motions", 5, 2)
+    assert (first.outcome, first.tried) == (again.outcome, again.tried)
+
+
+def test_every_kind_is_tried_however_short_the_time_is():
+    tallies, _ = soak(0, 0.0, ["odd-calls", "statics"])
+    assert [tally.trials for tally in tallies.values()] == [1, 1]
+    found = Find("statics", 0, 7, "it broke at 1.5 N", "a beam")
+    assert 'again: make soak ARGS="--seed 0 --kind statics --index 7"' in table(tallies, [found])
+    assert as_json(0, {"statics": Tally()}, [found])["finds"][0]["index"] == 7
+
+
+def test_a_gain_of_energy_and_a_wrong_energy_are_seen():
+    scenes = (draw(np.random.default_rng(k), tame=True) for k in range(100))
+    drawn = next(each for each in scenes if each.cables and each.words["motion"] == "spin")
+    path = ancf.simulate(drawn.scene, drawn.t_end, drawn.dt, max_energy_gain=np.inf)
+    assert motions.judge(drawn, path) == []
+    path.v[-1] *= 3.0
+    assert any("more than was given" in find for find in motions.judge(drawn, path))
+    drawn.beams[0].__dict__["material"] = ancf.Material(1e3, 1.0)
+    assert any("computed independently" in find for find in motions.judge(drawn, path))
+
+
+def test_scenes_in_other_units_are_the_same_scene():
+    for k in range(20):
+        one = draw(np.random.default_rng(k), tame=True)
+        other = draw(np.random.default_rng(k), Units(1e3, 1e-3, 2.0), tame=True)
+        for a, b in zip(one.beams, other.beams, strict=True):
+            np.testing.assert_allclose(1e3 * a.positions, b.positions, rtol=1e-12, atol=1e-9)
+            ratio = b.material.youngs_modulus / a.material.youngs_modulus
+            assert ratio == pytest.approx(1e-3 / 1e3 / 4.0)
+        assert other.t_end == pytest.approx(2.0 * one.t_end)

@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# Build the compiled modules with the address and undefined-behaviour sanitizers, for the instruction
+# set in use, into a folder of their own, and run tests through them: tools/sanitize.sh [pytest options]
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+python=$PWD/.venv/bin/python
+export PATH=$PWD/.venv/bin:$PATH
+folder=build/sanitize
+flags='-fno-omit-frame-pointer -fno-sanitize-recover=all -g1'
+set=$("$python" -c 'from ancfsparse.dispatch import instruction_set; print(instruction_set())')
+
+[ -f "$folder/build.ninja" ] ||
+  meson setup "$folder" -Db_sanitize=address,undefined -Db_lundef=false -Dc_args="$flags" >/dev/null
+ninja -C "$folder" -t targets all | sed -n "s/^\(.*_$set\.cpython.*\.so\):.*/\1/p" |
+  xargs ninja -C "$folder"
+
+# The package as it stands, with these modules; and an interpreter that finds them there and all else
+# in .venv, whose editable package it does not see, since that is entered by a .pth file.
+stage=$PWD/$folder/stage
+rm -rf "$stage" && mkdir -p "$stage/ancfsparse/compiled"
+ln -s "$PWD"/ancfsparse/* "$stage/ancfsparse/"
+ln -s "$PWD/$folder"/*.so "$stage/ancfsparse/compiled/"
+[ -d "$folder/venv" ] || "$python" -m venv --without-pip "$folder/venv"
+site='import sysconfig; print(sysconfig.get_path("purelib"))'
+printf '%s\n' "$stage" "$("$python" -c "$site")" >"$("$folder/venv/bin/python" -c "$site")/sanitize.pth"
+
+# CPython and NumPy keep memory to their end, so leaks are not looked for.
+library() { "${CC##* }" -print-file-name="$1"; }
+CC=${CC:-cc}
+export LD_PRELOAD="$(library libasan.so) $(library libubsan.so) $(library libstdc++.so.6)"
+export ASAN_OPTIONS=detect_leaks=0:abort_on_error=1 UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1
+export PYTHONMALLOC=malloc
+"$folder/venv/bin/python" -m pytest "$@"
