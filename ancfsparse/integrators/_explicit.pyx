@@ -24,6 +24,7 @@ cdef extern from "vectors.h":
     double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
 
 include "../kernels/energy_watch.pxi"
+include "../kernels/signals.pxi"
 
 
 cdef enum:
@@ -69,6 +70,7 @@ cdef class Explicit:
     cdef double[:, ::1] q, v
     cdef ptrdiff_t now, first  # place of the present state; row of `rate` of its acceleration
     cdef object owner
+    cdef readonly ptrdiff_t steps  # accepted so far
 
     def __cinit__(self, system, seed, double dt, A, b, c, q, v, a, dead_load, amplitudes,
                   double largest_gain, double noise):
@@ -116,6 +118,8 @@ cdef class Explicit:
                 double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] _lam_out):
         """Take steps; return ``(steps taken, outcome)``, outcome 0 if all is well.
 
+        Signals are answered between two steps, as in `TimeLoop.advance` (loop.pxi).
+
         Parameters
         ----------
         amplitudes : (n_steps * (s - 1), n_amplitudes)
@@ -129,6 +133,7 @@ cdef class Explicit:
         cdef double *acceleration
         cdef bint loaded = amplitudes.shape[1] > 0
         cdef int outcome = 0
+        cdef Signals signals = Signals(0, now())
         with nogil:
             for k in range(n_steps):
                 next = 1 - self.now
@@ -159,12 +164,16 @@ cdef class Explicit:
                         a_out[row, j] = -acceleration[j]
                     for j in range(self.n, self.n_all):
                         a_out[row, j] = 0.0
+                self.steps += 1
                 if (k + 1) % look == 0 or k + 1 == n_steps:
                     if ancf_watch_gains(&self.watch, self.system, &self.dead_load[0],
                                         &self.q[next, 0], &self.v[next, 0], &self.r[0], False):
                         outcome = GAINED_ENERGY
                         k += 1
                         break
+                if due(&signals, self.n_all * self.stages):
+                    with gil:
+                        PyErr_CheckSignals()
             else:
                 k = n_steps
         return k, outcome

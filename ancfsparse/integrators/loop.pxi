@@ -13,6 +13,8 @@ from libc.string cimport memcpy
 
 import numpy as np
 
+include "../kernels/signals.pxi"
+
 
 cdef extern from "parallel.h":
     void in_parts "ancf_in_parts" (
@@ -91,6 +93,7 @@ cdef class TimeLoop:
     cdef object owner, loads  # the loads are pointed into until the next ones come
     cdef dict arrays
     cdef readonly object capsule
+    cdef readonly ptrdiff_t steps  # accepted so far
 
     def __cinit__(self, system, double dt, integrator, q, v, a, b, lam, dead_load, amplitudes,
                   double largest_gain, double noise):
@@ -190,6 +193,9 @@ cdef class TimeLoop:
                 double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] lam_out):
         """Take steps; return ``(steps taken, outcome)``, outcome 0 if all of them were accepted.
 
+        What the handler of a signal raises, such as KeyboardInterrupt, comes out between two steps.
+        Then `steps` tells how many were taken, and the outputs hold them.
+
         Parameters
         ----------
         amplitudes : (n_steps, n_amplitudes)
@@ -202,6 +208,7 @@ cdef class TimeLoop:
         cdef Motion *motion = &self.motion
         cdef ptrdiff_t k, row
         cdef int outcome = 0
+        cdef Signals signals = Signals(0, now())
         self.loads = amplitudes
         with nogil:
             for k in range(n_steps):
@@ -217,11 +224,15 @@ cdef class TimeLoop:
                     memcpy(&v_out[row, 0], motion.v0, motion.n_all * sizeof(double))
                     memcpy(&a_out[row, 0], motion.a0, motion.n_all * sizeof(double))
                     memcpy(&lam_out[row, 0], motion.lam0, motion.m * sizeof(double))
+                self.steps += 1
                 if look(motion):
                     outcome = GAINED_ENERGY
                 if outcome != 0:
                     k += 1
                     break
+                if due(&signals, motion.n_all):
+                    with gil:
+                        PyErr_CheckSignals()
             else:
                 k = n_steps
         return k, outcome

@@ -56,7 +56,7 @@ class Trajectory:
                 + f", {stats.iterations_per_step:.2f} iterations per step, "
                 f"{stats.factorizations} factorizations, {stats.march_seconds:.3g} s"
                 if stats.steps or len(self.t) == 1
-                else "interrupted, so that nothing was counted"
+                else "ended without its counts"
             )
             + (f", {stats.solver}" if stats.solver else "")
         )

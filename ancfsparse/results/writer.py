@@ -165,7 +165,8 @@ class Writer:
     def finish(self, stats: RunStats) -> None:
         """Add the counts of the run."""
         text = json.dumps(asdict(stats))
-        self._reserve(len(text))
+        if len(text) > SLACK // 2:  # the room for less was taken with the last rows
+            self._reserve(len(text))
         if "stats" in self._file:
             del self._file["stats"]
         self._text("stats", text)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import shown
-from ancfsparse.errors import InputError, OutputFailure
+from ancfsparse.errors import AncfError, InputError
 from ancfsparse.machine import GIGABYTE
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.claim import check_replaceable
@@ -138,24 +138,25 @@ class Record:
     def open(self) -> Iterator[Recorder]:
         """Give the recorder, and close the file after use.
 
-        What ends a run for no reason of its own, an interruption or a full disk, takes what there
-        is of the trajectory along as its attribute ``trajectory``.
+        Whatever ends a run early, be it an interruption, a full disk or a load that fails, takes
+        what there is of the trajectory along as its attribute ``trajectory``.
         """
         recorder = None
         try:
             with self._recorder() as recorder:
                 yield recorder
-        except (OutputFailure, KeyboardInterrupt) as stop:
+        except BaseException as stop:
             if recorder is not None and recorder.rows:
                 self._hand_over(stop)
             raise
 
-    def _hand_over(self, stop: OutputFailure | KeyboardInterrupt) -> None:
+    def _hand_over(self, stop: BaseException) -> None:
         path = self.trajectory()
-        stop.trajectory = path  # type: ignore[union-attr]
-        if isinstance(stop, KeyboardInterrupt):
+        stop.trajectory = path  # type: ignore[attr-defined]
+        if not isinstance(stop, AncfError):
+            what = "interrupted" if isinstance(stop, KeyboardInterrupt) else "ended"
             stop.add_note(
-                f"The run was interrupted: its states up to t = {path.t[-1]:.6g} s are in the "
+                f"The run was {what}: its states up to t = {path.t[-1]:.6g} s are in the "
                 "attribute `trajectory` of this exception"
                 + ("" if self._output is None else f" and in {self._output}")
                 + "; at a prompt take sys.last_value.trajectory."

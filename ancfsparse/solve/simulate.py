@@ -5,11 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from tqdm import tqdm
 
 from ancfsparse.checks import check_count, check_flag, shown
 from ancfsparse.errors import InputError
@@ -26,16 +23,15 @@ from ancfsparse.solve.explicit import (
     instability,
     prepare_explicit,
 )
-from ancfsparse.solve.halving import CURABLE, Halving
+from ancfsparse.solve.fixed import FixedSteps
+from ancfsparse.solve.halving import Halving
 from ancfsparse.solve.memory import check_fits, estimate, give_back
-from ancfsparse.solve.record import Record, Recorder, buffer_rows, check_nodes, check_output
+from ancfsparse.solve.record import Record, check_nodes, check_output
 from ancfsparse.solve.settings import check_gain, check_solver, check_tolerance
 from ancfsparse.solve.setup import count, events, prepare, stopped
 from ancfsparse.solve.threads import check_threads, usable
 from ancfsparse.solve.times import as_double, count_steps
 from ancfsparse.system import System
-
-Vector = NDArray[np.float64]
 
 # Second order, and what the step cannot follow is damped instead of growing (docs/accuracy.md,
 # docs/stability.md): as exact as the trapezoidal rule where that is, and alive where it is not.
@@ -44,9 +40,6 @@ DEFAULT = GeneralizedAlpha(0.9)
 # States saved where an accuracy and nothing else is said.
 SAVED = 200
 
-# Steps between two looks at the clock, and rows of loads that are tabulated at once: at most
-# CHUNK, and of large systems so many that about so many coordinates move.
-CHUNK, COORDINATES = 2000, 4_000_000
 # Coordinates from which memory that set-up has freed is worth giving back: vectors of a megabyte.
 LARGE = 125_000
 
@@ -135,8 +128,12 @@ def simulate(
     ------
     InputError
         If something said cannot be meant, or the run cannot fit in memory or on the disk.
+    LoadFailure
+        If a load that is a function of time raises an error or returns no load; it carries the
+        trajectory up to the last step before.
     OutputFailure
-        If the disk is full before the end; it carries the trajectory, as a KeyboardInterrupt does.
+        If the disk is full before the end; it carries the trajectory, as everything does that ends
+        a run from outside, such as a KeyboardInterrupt: all accepted steps and their counts.
     StepFailure
         If a step cannot be solved; it carries the trajectory so far.
     AccuracyFailure
@@ -234,29 +231,27 @@ def simulate(
         del state, a
         if system.n_all >= LARGE:
             give_back()
-        outcome = _march(
-            system,
-            march,
-            iteration,
-            seed,
-            nodes,
-            n_steps,
-            dt,
-            save_every,
-            recorder,
-            stats,
-            halving,
-            progress,
+        steps = FixedSteps(
+            system, march, iteration, seed, nodes, n_steps, dt, save_every, recorder, stats, halving
         )
-        if halving is not None:
-            stats.march_seconds += halving.seconds
-            stats.short_steps = halving.short_steps
-        if isinstance(integrator, Explicit):
-            count_forces(stats, integrator)
-        elif iteration is not None:
-            count(stats, iteration)
-            stats.events = events(iteration.events, 0.0, dt) + (halving.events if halving else [])
-        recorder.finish(stats)
+
+        def finish() -> None:
+            if halving is not None:
+                stats.short_steps = halving.short_steps
+            if isinstance(integrator, Explicit):
+                count_forces(stats, integrator)
+            elif iteration is not None:
+                count(stats, iteration)
+                crossed = halving.events if halving is not None else []
+                stats.events = events(iteration.events, 0.0, dt) + crossed
+            recorder.finish(stats)
+
+        try:
+            outcome = steps.run(progress)
+            finish()
+        except BaseException:  # also an interruption while it finishes
+            finish()
+            raise
     path = record.trajectory()
     if outcome != Outcome.CONVERGED and isinstance(integrator, Explicit):
         raise instability(system, march, seed, integrator, outcome, stats.steps, dt, path)
@@ -273,56 +268,3 @@ def simulate(
             path,
         )
     return path
-
-
-def _march(
-    system: System,
-    march: Any,
-    iteration: Any,
-    seed: SparseSeed | BlockInverse,
-    nodes: Vector,
-    n_steps: int,
-    dt: float,
-    save_every: int,
-    recorder: Recorder,
-    stats: RunStats,
-    halving: Halving | None,
-    progress: bool,
-) -> Outcome:
-    """Take the steps of a run, pass on its states, count steps and seconds; say how it ended."""
-    chunk = max(1, min(CHUNK, COORDINATES // system.n_all))
-    room = buffer_rows(system.n_all, min(n_steps, chunk) // save_every + 1)
-    buffer = [np.empty((room + 1, system.n_all)) for _ in range(3)]
-    buffer.append(np.empty((room + 1, system.n_multipliers)))
-    outcome = Outcome.CONVERGED
-    with tqdm(total=n_steps, unit="step", disable=not progress, leave=False) as bar:
-        while stats.steps < n_steps and outcome == Outcome.CONVERGED:
-            since = stats.steps % save_every  # steps since the last saved state
-            wanted = min(chunk, n_steps - stats.steps, room * save_every - since)
-            times = dt * (np.arange(wanted, dtype=np.float64)[:, None] + stats.steps + nodes)
-            amplitudes = system.loads.amplitudes(times.ravel())
-            clock = time.perf_counter()
-            taken, code = march.advance(iteration, wanted, amplitudes, save_every, since, *buffer)
-            stats.march_seconds += time.perf_counter() - clock
-            if seed.error is not None:
-                raise seed.error
-            new = slice(1, 1 + (since + taken) // save_every)
-            saved = stats.steps // save_every + np.arange(new.start, new.stop, dtype=np.float64)
-            recorder.append(dt * (save_every * saved), *(table[new] for table in buffer))
-            stats.steps += taken
-            outcome = Outcome(code)
-            if halving is not None and outcome in CURABLE:
-                outcome = halving.cross(stats.steps + 1, outcome)
-                if outcome == Outcome.CONVERGED:
-                    taken += 1
-                    stats.steps += 1
-                    if stats.steps % save_every == 0:
-                        state = (x[None] for x in march.state)
-                        recorder.append(np.array([dt * stats.steps]), *state)
-            bar.update(taken)
-    if halving is not None and outcome == Outcome.CONVERGED and march.gains_energy():
-        outcome = Outcome.GAINED_ENERGY
-    stuck = halving is not None and halving.stuck
-    if stats.steps % save_every and not stuck:  # the last state is kept whatever its number
-        recorder.append(np.array([dt * stats.steps]), *(x[None] for x in march.state))
-    return outcome

@@ -39,7 +39,7 @@ def same(run, other, points):
 def test_a_file_holds_what_memory_would(tmp_path, save_every, small_buffers, monkeypatch):
     if small_buffers:
         monkeypatch.setattr(record, "BUFFER", 1500)
-        monkeypatch.setattr(sys.modules["ancfsparse.solve.simulate"], "COORDINATES", 300)
+        monkeypatch.setattr(sys.modules["ancfsparse.solve.fixed"], "COORDINATES", 300)
     path = tmp_path / "run.h5"
     _, rod, run = swing(save_every=save_every, output=path)
     other_scene, twin, plain = swing(save_every=save_every)
