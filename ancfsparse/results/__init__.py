@@ -1,7 +1,8 @@
 """What a run leaves: in come saved states and the system that produced them.
 
 Out go positions, reactions, energies and counts by the names a person used in the scene.
-Pictures are in `ancfsparse.results.plots`, apart, so that a run does not wait for matplotlib.
+Pictures are in `ancfsparse.results.plots` (`snapshots`, `edge_lines`, `centre_line`,
+`differences`), apart, so that a run does not wait for matplotlib.
 """
 
 from ancfsparse.results.energy import Energy
