@@ -59,15 +59,15 @@ def draw(rng, units=SI, *, tame=False, held=False):
     modulus = float(10 ** rng.uniform(5, 7.5 if tame else 11.4))
     density = float(10 ** rng.uniform(2.7, 3.95))
     poisson = float(rng.choice([0.0, 0.3, 0.3, 0.45]))
-    gravity = np.zeros(dim)
-    if held or rng.random() < 0.8:
-        gravity[1] = -9.81
     hold = str(rng.choice(("clamp", "two pins", "rods") if held else HOLDS))
     motion = str(rng.choice(("rest", "spin") if tame else MOTIONS))
     if held or hold in ("rod", "rods"):
         motion = "rest"
     if hold == "two pins" and motion == "spin":
         motion = "wave"
+    gravity = np.zeros(dim)
+    if motion == "rest" or rng.random() < 0.8:
+        gravity[1] = -9.81
     axis, across = directions(rng, dim, straight=hold == "clamp")
     speed = float(10 ** rng.uniform(-0.5, 0.5 if tame else 1.2)) * m / s
     scene = ancf.Scene(gravity * m / s**2)
@@ -108,7 +108,7 @@ def draw(rng, units=SI, *, tame=False, held=False):
     drawn.words = {
         "element": element, **options, "dim": dim, "n": n, "length": length, "width": width,
         "modulus": modulus, "density": density, "poisson": poisson, "hold": hold,
-        "motion": motion, "load": load, "dt": dt, "steps": steps,
+        "motion": motion, "gravity": gravity[1], "load": load, "dt": dt, "steps": steps,
     }  # fmt: skip
     return drawn
 

@@ -23,7 +23,7 @@ KINDS = {
     "interruptions": interruptions.run,
 }
 # Longest time of a trial [s]; a run in it takes seconds on a machine that is free.
-LIMIT = 120.0
+LIMIT = 60.0
 
 
 def one(kind, seed, index):
