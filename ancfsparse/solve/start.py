@@ -12,6 +12,7 @@ from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.march import Start
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
+from ancfsparse.system.numbering import ROUNDING, speeds
 
 Vector = NDArray[np.float64]
 
@@ -56,14 +57,24 @@ def check_constraints(system: System) -> None:
     rest, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
     amplitudes = system.loads.amplitudes(np.zeros(1))[0]
     _, phi = system.assembly.residual(system.q0, system.v0, rest, lam, system.dead_load, amplitudes)
-    rate = system.constraints.jacobian(system.q0) @ system.v0
-    for values, unit, what, advice in (
-        (phi, "m", "positions", "move the start or the joint so that they agree"),
-        (rate, "m/s", "velocities", "give the body a velocity that the joint allows there"),
+    phi_q = system.constraints.jacobian(system.q0)
+    moving = speeds(system.scene, system.places, system.v0)
+    for values, sizes, unit, what, advice in (
+        (
+            phi,
+            np.abs(system.q0),
+            "m",
+            "positions",
+            "move the start or the joint so that they agree",
+        ),
+        (
+            *(phi_q @ system.v0, moving, "m/s", "velocities"),
+            "give the body a velocity that the joint allows there",
+        ),
     ):
-        worst = int(np.argmax(np.abs(values)))
-        size = 1e-9 * max(1.0, float(np.max(np.abs(system.q0))), float(np.max(np.abs(system.v0))))
-        if abs(values[worst]) > size:
+        over = np.abs(values) - ROUNDING * (np.abs(phi_q) @ sizes)
+        worst = int(np.argmax(over))
+        if not over[worst] <= 0.0:
             raise InputError(
                 f"the initial {what} break the {system.constraints.labels[worst]} by "
                 f"{abs(values[worst]):.3g} {unit}: {advice}"
@@ -164,9 +175,38 @@ def initial_acceleration(system: System, seed: SparseSeed) -> tuple[Vector, Vect
         Accelerations [m/s2, 1/s2], zero at fixed coordinates.
     lam : (m,) float
         Multipliers [N].
+
+    Raises
+    ------
+    InputError
+        If they, or the energy of the start, leave the range of floating-point numbers.
     """
-    force = -_forces(system, system.q0, system.v0, np.zeros(system.n_multipliers), 0.0)
-    return _solve(system, seed, force, -system.constraints.curvature(system.v0))
+    with np.errstate(over="ignore", invalid="ignore"):
+        force = -_forces(system, system.q0, system.v0, np.zeros(system.n_multipliers), 0.0)
+        rate = -system.constraints.curvature(system.v0)
+        a, lam = _solve(system, seed, force, rate)
+        energies = system.energies(system.q0[None], system.v0[None])
+    if np.isfinite(a).all() and np.isfinite(lam).all() and np.isfinite(energies).all():
+        return a, lam
+    if not np.isfinite(rate).all():
+        i = _worst(rate)
+        what = f"the {system.constraints.labels[i]} would need an acceleration of {rate[i]} m/s2"
+    elif np.isfinite(energies[0]).all():
+        i = _worst(force)
+        what = f"the force at {system.describe(i)} is {force[i]:.3g} {system.unit(i)}"
+    else:
+        i = _worst(system.v0)
+        speed = f"{system.v0[i]:.3g} {'m/s' if system.unit(i) == 'N' else '1/s'}"
+        what = f"{system.describe(i)} moves by {speed}"
+    raise InputError(
+        f"the motion leaves the range of floating-point numbers at its start, where {what}: check "
+        "the units of loads, velocities and stiffness, which are SI"
+    )
+
+
+def _worst(values: Vector) -> int:
+    """Return the place of what is not a number, or else of the largest."""
+    return int(np.argmax(np.nan_to_num(np.abs(values), nan=np.inf)))
 
 
 def initial_jerk(system: System, seed: SparseSeed, a: Vector, lam: Vector, reach: float) -> Vector:

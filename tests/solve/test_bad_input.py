@@ -237,3 +237,31 @@ def test_a_blow_up_is_a_step_failure_and_no_warning():
         ancf.simulate(scene, 0.1, 1e-3, solver=ancf.QuasiNewton("bfgs"))
     assert caught.value.trajectory.stats.steps == caught.value.step - 1
     assert np.isfinite(caught.value.trajectory.q).all()
+
+
+@pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.CentralDifference()])
+@pytest.mark.parametrize(
+    ("force", "velocity", "told"),
+    [
+        ((0.0, 1e308), None, r"where the force at beam 0, node 2, r_2 is 1e\+308 N: check the uni"),
+        (lambda t: (-1e308, 0.0), None, r"where the force at beam 0, node 2, r_1 is -1e\+308 N"),
+        ((0.0, 0.0), lambda x: 1e200 * x, r"where beam 0, node \d, r_x1 moves by 1e\+200 1/s"),
+    ],
+)
+def test_a_start_beyond_the_range_of_numbers_is_refused(integrator, force, velocity, told):
+    scene = ancf.Scene()
+    section, material = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, section, material, velocity=velocity)
+    scene.pin(rod.start)
+    scene.point_force(rod.end, force)
+    with pytest.raises(ancf.InputError, match=told):
+        ancf.simulate(scene, 1e-3, 1e-5, integrator=integrator)
+
+
+def test_constraints_that_need_an_infinite_acceleration_are_refused():
+    scene = ancf.Scene()
+    section, material = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, section, material, velocity=(1e160, 0.0))
+    scene.rod(rod.start, (0.0, 1.0))
+    with pytest.raises(ancf.InputError, match=r"where the rod at beam 0 at s = 0 m would need an "):
+        ancf.simulate(scene, 1e-3, 1e-5)
