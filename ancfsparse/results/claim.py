@@ -41,7 +41,8 @@ class Claim:
 
     def mark(self) -> None:
         """Write our mark before what HDF5 has written."""
-        os.pwrite(self._file, MARK.encode(), 0)
+        os.lseek(self._file, 0, os.SEEK_SET)
+        os.write(self._file, MARK.encode())
 
     def release(self) -> None:
         """Let others write the file."""

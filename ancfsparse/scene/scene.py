@@ -168,7 +168,8 @@ class Scene(Contents):
         node : Node
             Where, for example ``rod.end`` or ``rod.at(0.3)``.
         value : array_like, shape (dim,), or callable
-            The force [N], fixed in space, or a function of t [s] that returns it.
+            The force [N], fixed in space, or a function of t [s] that returns it, such as `Ramp`,
+            `Sine`, `Pulse` or `Table`.
 
         Returns
         -------
@@ -221,7 +222,8 @@ class Scene(Contents):
         beam : Beam or Mesh
             Where.
         value : array_like, shape (dim,), or callable
-            The force per length [N/m], fixed in space, or a function of t [s] that returns it.
+            The force per length [N/m], fixed in space, or a function of t [s] that returns it,
+            such as `Ramp`, `Sine`, `Pulse` or `Table`.
 
         Returns
         -------
