@@ -140,31 +140,28 @@ class Derivation:
 
     def _triangle(self, patches: Sequence[Patch], *, geometric: bool) -> list[Node]:
         """Carry matrices in the variables of patches to the coordinates."""
-        by_modes: Terms = {}
-        by_coordinates: Terms = {}
+        sums_of: Terms = {}
         for patch in patches:
-            target = by_coordinates if patch.in_coordinates else by_modes
             entries = self._second(patch, geometric=geometric)
             sums = {key: self.tape.linear(terms) for key, terms in entries.items()}
             inner = {key: node for key, node in sums.items() if self.tape.constant_value(node) != 0}
             for key, terms in project(self.tape, inner, patch.rows).items():
-                target.setdefault(key, []).extend(terms)
-        inner = {key: self.tape.linear(terms) for key, terms in by_modes.items()}
-        matrix = self.modes.matrix()
+                sums_of.setdefault(key, []).extend(terms)
+        inner = {key: self.tape.linear(terms) for key, terms in sums_of.items()}
         n = len(self.q)
+        matrix = [*self.modes.matrix(), *({i: sp.Integer(1)} for i in range(n))]
         half = [[self._column(inner, matrix, m, j) for j in range(n)] for m in range(len(matrix))]
         result = []
         for i in range(n):
             for j in range(i + 1):
                 terms = [(row[i], half[m][j]) for m, row in enumerate(matrix) if i in row]
-                whole = (Fraction(1), self.modes.form(terms))
-                result.append(self.tape.linear([whole, *by_coordinates.get((i, j), [])]))
+                result.append(self.modes.form(terms))
         return result
 
     def _column(
         self, inner: Triangle, matrix: Sequence[dict[int, sp.Expr]], m: int, j: int
     ) -> Node:
-        """Entry (m, j) of the tangent by modes times the derivative of modes by coordinates."""
+        """Entry (m, j) of the tangent by modes and coordinates times their change with q."""
         terms = []
         for k, row in enumerate(matrix):
             node = inner.get((max(m, k), min(m, k)))

@@ -41,6 +41,7 @@ DIM = {dim}
 LANES = ANCF_LANES
 N_NODES = 2
 NODE_COORDINATES = {node_coordinates}
+SECTION = {section}
 PARAMETERS = {parameters}
 N_DERIVED = {n_derived}
 OPERATIONS = {operations}
@@ -259,6 +260,7 @@ def module(program: Program, header: str) -> str:
         name=element.name,
         dim=element.dim,
         node_coordinates=element.node_coordinates,
+        section=element.section,
         parameters=tuple(program.parameters),
         n_derived=len(program.derived),
         operations=program.operations(),

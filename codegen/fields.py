@@ -125,7 +125,7 @@ class Gauss:
 
 @dataclass(frozen=True)
 class Nodal:
-    """Trapezoidal rule: the strain at the two nodes."""
+    """Trapezoidal rule: the strain at the two nodes, `Element.projected` ones included."""
 
 
 Rule = Legendre | Gauss | Nodal
@@ -156,18 +156,22 @@ class Term:
 class Element:
     """What an element is.  Everything else is derived from this.
 
-    `node` lists the nodal vectors in the order of the coordinates, `strains` defines symbols that
-    terms may use, `inertia` pairs a mass per length with the field whose square it multiplies.
+    `node` lists the nodal vectors in the order of the coordinates; `section` those of them that
+    turn with the section, which a clamp holds and a moment acts on.  `strains` defines symbols that
+    terms may use, `projected` symbols for the projections of strains on linear functions of x;
+    `inertia` pairs a mass per length with the field whose square it multiplies.
     """
 
     name: str
     title: str
     dim: int
     node: tuple[tuple[str, tuple[int, ...]], ...]
+    section: tuple[str, ...]
     fields: tuple[Field, ...]
     energy: tuple[Term, ...]
     inertia: tuple[tuple[sp.Expr, Field], ...]
     strains: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
+    projected: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
     kernels: tuple[str, ...] = KERNELS
 
     @property

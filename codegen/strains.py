@@ -2,7 +2,7 @@
 
 Strains that share local variables make a patch.  The variables are the mode vectors, the
 components of the fields at a Gauss point (constant combinations of mode vectors), or the
-coordinates of a node.
+coordinates of a node beside the mode vectors.
 """
 
 from collections.abc import Sequence
@@ -23,14 +23,14 @@ CARRIED_POINTS = 3
 
 @dataclass
 class Patch:
-    """Pairs of weight and strain, and how their variables depend on mode vectors or coordinates.
+    """Pairs of weight and strain, and how their variables depend on mode vectors and coordinates.
 
-    `squares` are pairs of weight and square of a strain.
+    Rows count the components of all mode vectors first and the coordinates after them.  `squares`
+    are pairs of weight and square of a strain.
     """
 
     variables: list[Node]
     rows: list[list[tuple[Fraction, int]]]
-    in_coordinates: bool
     strains: list[tuple[Node, Node]] = field(default_factory=list)
     squares: list[tuple[Node, Node]] = field(default_factory=list)
 
@@ -103,14 +103,14 @@ class ModeSampler(Sampler):
 
 
 class PointSampler(Sampler):
-    """Values at a point, from those of the field components there."""
+    """Values at a point, from those of the field components and projected strains there."""
 
     def __init__(self, tape: Tape, element: Element, values: dict[sp.Symbol, Scaled]) -> None:
         super().__init__(tape, element)
         self.values = values
 
     def _atom(self, atom: sp.Expr) -> list[Scaled]:
-        if atom in self.components:
+        if atom in self.values:
             return [self.values[atom]]
         u, v = (self.fields[str(name)] for name in atom.args)
         a, b = self._on(u, v.axes), self._on(v, u.axes)
@@ -185,7 +185,7 @@ class Patches:
         self.modes = modes
         variables = modes.components()
         rows = [[(Fraction(1), i)] for i in range(len(variables))]
-        self.exact = Patch(variables, rows, in_coordinates=False)
+        self.exact = Patch(variables, rows)
         self._mode_sampler = ModeSampler(tape, element, modes)
         self._points: dict[Fraction, tuple[Patch, PointSampler]] = {}
         self._ends: dict[int, tuple[Patch, PointSampler]] = {}
@@ -262,7 +262,7 @@ class Patches:
         """Local variables at a Gauss point: components of the fields, each without its factor."""
         if xi not in self._points:
             components, numbers = self.modes.components(), self.modes.numbers()
-            patch = Patch([], [], in_coordinates=False)
+            patch = Patch([], [])
             values: dict[sp.Symbol, Scaled] = {}
             for f in self.element.fields:
                 factor, ratios = self.modes.ratios(f)
@@ -279,14 +279,21 @@ class Patches:
         return self._points[xi]
 
     def _at_node(self, end: int) -> tuple[Patch, PointSampler]:
-        """Local variables at a node: its coordinates, which the fields are equal to there."""
+        """Local variables at a node: its coordinates, which the fields are equal to there.
+
+        Mode vectors stand before them, for strains that are projected on linear functions.
+        """
         if end not in self._ends:
             n = self.element.n_coordinates // 2
             places = range(end * n, (end + 1) * n)
-            inputs = self.modes.inputs
-            rows = [[(Fraction(1), i)] for i in places]
-            patch = Patch([inputs[i] for i in places], rows, in_coordinates=True)
+            inputs, modes = self.modes.inputs, self.modes.components()
+            numbers = [*range(len(modes)), *(len(modes) + i for i in places)]
+            rows = [[(Fraction(1), i)] for i in numbers]
+            patch = Patch([*modes, *(inputs[i] for i in places)], rows)
             values = {}
+            for symbol, strain in self.element.projected:
+                (f, mean), (g, half) = self._mode_sampler(strain)[:2]
+                values[symbol] = combine(self.tape, [(f, mean), (g if end else -g, half)])
             for f in self.element.fields:
                 shape = [s.subs(x, end * length) for s in f.shape]
                 if sorted(shape, key=str) == [0] * (len(shape) - 1) + [1]:

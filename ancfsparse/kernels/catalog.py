@@ -50,6 +50,9 @@ class ElementKind:
         Elements per block.
     node_coordinates : tuple of str
         Labels of one node's coordinates in order, such as ``r_1``, ``r_x2``: vector and direction.
+    section : tuple of str
+        Nodal vectors that turn with the section, such as ``r_y``: what a clamp holds and a moment
+        acts on.  A cable has no section but the direction of ``r_x``.
     parameters : tuple of str
         Base parameters in the order ``prepare`` takes them, SI units.
     n_derived : int
@@ -67,6 +70,7 @@ class ElementKind:
     dim: int
     lanes: int
     node_coordinates: tuple[str, ...]
+    section: tuple[str, ...]
     parameters: tuple[str, ...]
     n_derived: int
     operations: Mapping[str, int]
@@ -78,6 +82,15 @@ class ElementKind:
     def n_coordinates(self) -> int:
         """Coordinates of one element."""
         return self.n_nodes * len(self.node_coordinates)
+
+    @property
+    def is_cable(self) -> bool:
+        """Whether a node knows no more of the section than the direction of its slope."""
+        return self.section == ("r_x",)
+
+    def columns(self, vector: str) -> list[int]:
+        """Return where the components of a nodal vector stand among the coordinates of a node."""
+        return [k for k, label in enumerate(self.node_coordinates) if label[:-1] == vector]
 
     def n_out(self, kernel: str) -> int:
         """Numbers a kernel adds per element."""
@@ -94,6 +107,7 @@ def from_module(module: ModuleType) -> ElementKind:
         dim=module.DIM,
         lanes=module.LANES,
         node_coordinates=module.NODE_COORDINATES,
+        section=module.SECTION,
         parameters=module.PARAMETERS,
         n_derived=module.N_DERIVED,
         operations=module.OPERATIONS,

@@ -79,7 +79,10 @@ class Contents:
         strain : str, optional
             For ``"thin"``: ``"green"`` or ``"biot"``.
         curvature : str, optional
-            For ``"thick"``: ``"axis"`` or ``"section"``.
+            For ``"thick"``: ``"axis"``, the paper's, without shear in the limit of fine meshes;
+            elements should stay longer than about ``b**2 / R`` where a beam of height ``b`` bends
+            to the radius ``R``.  ``"section"``, flexible in shear: Timoshenko's beam, with
+            ``r_x`` free at clamps.  Formulas are in docs/theory.md.
         section_strain : str, optional
             For ``"thick"``: ``"consistent"`` or ``"nodal"``.
         up : array_like, shape (3,), optional

@@ -44,8 +44,8 @@ class Clamp:
     node : Node
         The node held.
     stretch : str
-        For cables: ``"free"`` holds the direction of the slope only, ``"fixed"`` its length too.
-        The thick beam is always held in r, r_x, r_y and r_z.
+        ``"free"`` leaves the slope of the axis its length, and with ``curvature="section"`` all
+        of it; ``"fixed"`` holds it too.  With ``curvature="axis"`` it is always held.
     """
 
     node: Node

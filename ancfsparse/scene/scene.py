@@ -97,8 +97,11 @@ class Scene(Contents):
         node : Node
             The node, for example ``rod.start``.
         stretch : str, optional
-            For cables: ``"free"`` holds the direction of the slope, ``"fixed"`` all of it.  The
-            thick beam is held in r, r_x, r_y and r_z either way.
+            ``"free"`` holds the section: of a cable the direction of the slope r_x, of a thick beam
+            r_y and r_z, and with ``curvature="axis"`` r_x as well, which turns with them.
+            ``"fixed"`` holds all of r_x too: a cable cannot stretch at the wall, and a beam with
+            ``curvature="section"`` can neither stretch nor shear there, which makes the first
+            element too stiff.
 
         Returns
         -------
@@ -192,7 +195,8 @@ class Scene(Contents):
         value : float, array_like of shape (3,), or callable
             The moment [N m], fixed in space, or a function of t [s] that returns it: one number
             about +z in a planar scene, three components in a spatial one.  A cable cannot be
-            twisted: the part of a moment along its axis does nothing.
+            twisted: the part of a moment along its axis does nothing.  A beam with
+            ``curvature="section"`` takes a moment on r_y and r_z, all others bend by r_x.
 
         Returns
         -------

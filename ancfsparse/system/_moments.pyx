@@ -16,7 +16,7 @@ include "arrays.pxi"
 
 cdef struct Data:
     ptrdiff_t n, dim
-    const int32_t *place  # of r_x, r_y, r_z; -1 where there is none
+    const int32_t *place  # of r_x, r_y, r_z; -1 where the moment does not act
     const int32_t *slot
     const int32_t *column
 
@@ -27,8 +27,9 @@ cdef class Moments:
     Parameters
     ----------
     arrays : mapping
-        ``place (n, 3 dim)`` of r_x, r_y, r_z in q, -1 where there is none; ``slot``, places of their
-        lower triangle in the values of the matrix; ``column`` of the amplitudes.
+        ``place (n, 3 dim)`` of those of r_x, r_y, r_z in q that the moment acts on, -1 for the
+        others; ``slot``, places of their lower triangle in the values of the matrix; ``column`` of
+        the amplitudes.
     """
 
     cdef ancf_moments interface
@@ -60,7 +61,7 @@ cdef inline void moment_at(const Data *self, ptrdiff_t k, const double *amplitud
 
 cdef inline bint vector_at(const Data *self, ptrdiff_t k, ptrdiff_t v, const double *q,
                            double *x) noexcept nogil:
-    """Read vector v (r_x, r_y, r_z) of the node of moment k; False if it has none."""
+    """Read vector v (r_x, r_y, r_z) of the node of moment k; False if it does not act there."""
     cdef const int32_t *place = self.place + (3 * k + v) * self.dim
     cdef ptrdiff_t d
     if place[0] < 0:
@@ -81,9 +82,88 @@ cdef inline double dot(const double *a, const double *b) noexcept nogil:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+cdef inline void section_at(const Data *self, ptrdiff_t k, const double *q,
+                            double units[2][3]) noexcept nogil:
+    """Read r_y and r_z, which out of the plane is a unit vector."""
+    units[1][0] = units[1][1] = 0.0
+    units[1][2] = 1.0
+    vector_at(self, k, 1, q, units[0])
+    vector_at(self, k, 2, q, units[1])
+
+
+cdef inline void turning_of(const double units[2][3], const double *m, double *w) noexcept nogil:
+    """Solve sum over both vectors u of u x (w x u) = m for w."""
+    cdef double s[6]
+    cdef double c[6]
+    cdef const double *y = units[0]
+    cdef const double *z = units[1]
+    cdef double size = dot(y, y) + dot(z, z)
+    s[0], s[1], s[2] = size - y[0] * y[0] - z[0] * z[0], -y[0] * y[1] - z[0] * z[1], -y[0] * y[2] - z[0] * z[2]
+    s[3], s[4], s[5] = size - y[1] * y[1] - z[1] * z[1], -y[1] * y[2] - z[1] * z[2], size - y[2] * y[2] - z[2] * z[2]
+    c[0], c[1], c[2] = s[3] * s[5] - s[4] * s[4], s[2] * s[4] - s[1] * s[5], s[1] * s[4] - s[2] * s[3]
+    c[3], c[4], c[5] = s[0] * s[5] - s[2] * s[2], s[1] * s[2] - s[0] * s[4], s[0] * s[3] - s[1] * s[1]
+    size = s[0] * c[0] + s[1] * c[1] + s[2] * c[2]
+    w[0] = (c[0] * m[0] + c[1] * m[1] + c[2] * m[2]) / size
+    w[1] = (c[1] * m[0] + c[3] * m[1] + c[4] * m[2]) / size
+    w[2] = (c[2] * m[0] + c[4] * m[1] + c[5] * m[2]) / size
+
+
+cdef void add_on_section(const Data *self, ptrdiff_t k, const double *m, const double *q,
+                         double *r) noexcept nogil:
+    cdef double units[2][3]
+    cdef double w[3]
+    cdef double f[3]
+    cdef const int32_t *place = self.place + 3 * k * self.dim
+    cdef ptrdiff_t d, v
+    section_at(self, k, q, units)
+    turning_of(units, m, w)
+    for v in range(2):
+        place += self.dim
+        if place[0] >= 0:
+            cross(w, units[v], f)
+            for d in range(self.dim):
+                r[place[d]] -= f[d]
+
+
+cdef void stiffness_on_section(const Data *self, ptrdiff_t k, const double *m, const double *q,
+                               double derivative[9][9]) noexcept nogil:
+    """Of minus the force w x u on each vector u, where w changes with both."""
+    cdef double units[2][3]
+    cdef double w[3]
+    cdef double unit[3]
+    cdef double pull[3]
+    cdef double change[3]
+    cdef double g[3]
+    cdef const double *u
+    cdef double along
+    cdef ptrdiff_t i, j, v, other
+    section_at(self, k, q, units)
+    turning_of(units, m, w)
+    for v in range(2):
+        u = units[v]
+        along = dot(u, w)
+        for j in range(self.dim):
+            for i in range(3):
+                pull[i] = u[i] * w[j] - 2.0 * u[j] * w[i]
+            pull[j] += along
+            turning_of(units, pull, change)
+            for other in range(2):
+                cross(change, units[other], g)
+                for i in range(self.dim):
+                    derivative[self.dim * (other + 1) + i][self.dim * (v + 1) + j] = -g[i]
+            unit[0] = unit[1] = unit[2] = 0.0
+            unit[j] = 1.0
+            cross(w, unit, g)
+            for i in range(self.dim):
+                derivative[self.dim * (v + 1) + i][self.dim * (v + 1) + j] -= g[i]
+
+
 cdef void add(void *context, const double *q, const double *amplitudes, double *r) noexcept nogil:
     """A moment m bends by m x r_x / |r_x|^2 on the slope; the part of it along the axis twists by
-    half of itself on each of the two section vectors, if there are any."""
+    half of itself on each of the two section vectors, if there are any.
+
+    Where r_x is free of the section, the moment acts on the section vectors alone, with the forces
+    w x u that turn both at one rate w and have the moment m about the node."""
     cdef const Data *self = <const Data *>context
     cdef double x[3]
     cdef double y[3]
@@ -95,7 +175,9 @@ cdef void add(void *context, const double *q, const double *amplitudes, double *
     for k in range(self.n):
         moment_at(self, k, amplitudes, m)
         place = self.place + 3 * k * self.dim
-        vector_at(self, k, 0, q, x)
+        if not vector_at(self, k, 0, q, x):
+            add_on_section(self, k, m, q, r)
+            continue
         p = dot(x, x)
         cross(m, x, f)
         for d in range(self.dim):
@@ -113,42 +195,50 @@ cdef void add_stiffness(void *context, const double *q, const double *amplitudes
     """The symmetric part of the derivative: in space the force of a fixed moment has no potential."""
     cdef const Data *self = <const Data *>context
     cdef double x[3]
-    cdef double y[3]
     cdef double m[3]
-    cdef double f[3]
-    cdef double unit[3]
-    cdef double g[3]
     cdef double derivative[9][9]
-    cdef double p, s, along
     cdef const int32_t *slot
-    cdef ptrdiff_t k, v, i, j, n = 3 * self.dim
+    cdef ptrdiff_t k, i, j, n = 3 * self.dim
     for k in range(self.n):
         for i in range(9):
             for j in range(9):
                 derivative[i][j] = 0.0
         moment_at(self, k, amplitudes, m)
-        vector_at(self, k, 0, q, x)
-        p = dot(x, x)
-        cross(m, x, f)
-        for i in range(self.dim):
-            for j in range(self.dim):
-                derivative[i][j] = 2.0 * f[i] * x[j] / (p * p)
-        for v in range(1, 3):
-            if not vector_at(self, k, v, q, y):
-                continue
-            s = dot(y, y)
-            along = 0.5 * dot(m, x) / (p * s)
-            cross(x, y, f)
-            for j in range(3):
-                unit[0] = unit[1] = unit[2] = 0.0
-                unit[j] = 1.0
-                cross(unit, y, g)
-                for i in range(3):
-                    derivative[3 * v + i][3 * v + j] = 2.0 * along * f[i] * y[j] / s
-                    derivative[3 * v + i][j] = (
-                        -along * g[i] - f[i] * (0.5 * m[j] / (p * s) - 2.0 * along * x[j] / p))
+        if vector_at(self, k, 0, q, x):
+            stiffness_on_axis(self, k, m, x, q, derivative)
+        else:
+            stiffness_on_section(self, k, m, q, derivative)
         slot = self.slot + k * (n * (n + 1) // 2)
         for i in range(n):
             for j in range(i + 1):
                 values[slot[0]] += 0.5 * (derivative[i][j] + derivative[j][i])
                 slot += 1
+
+
+cdef void stiffness_on_axis(const Data *self, ptrdiff_t k, const double *m, const double *x,
+                            const double *q, double derivative[9][9]) noexcept nogil:
+    cdef double y[3]
+    cdef double f[3]
+    cdef double unit[3]
+    cdef double g[3]
+    cdef double p = dot(x, x)
+    cdef double s, along
+    cdef ptrdiff_t v, i, j
+    cross(m, x, f)
+    for i in range(self.dim):
+        for j in range(self.dim):
+            derivative[i][j] = 2.0 * f[i] * x[j] / (p * p)
+    for v in range(1, 3):
+        if not vector_at(self, k, v, q, y):
+            continue
+        s = dot(y, y)
+        along = 0.5 * dot(m, x) / (p * s)
+        cross(x, y, f)
+        for j in range(3):
+            unit[0] = unit[1] = unit[2] = 0.0
+            unit[j] = 1.0
+            cross(unit, y, g)
+            for i in range(3):
+                derivative[3 * v + i][3 * v + j] = 2.0 * along * f[i] * y[j] / s
+                derivative[3 * v + i][j] = (
+                    -along * g[i] - f[i] * (0.5 * m[j] / (p * s) - 2.0 * along * x[j] / p))

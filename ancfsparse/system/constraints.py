@@ -13,7 +13,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from ancfsparse.scene import Clamp, Node, Pin, Rod, Scene
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.scene import Body, Clamp, Node, Pin, Rod, Scene
 from ancfsparse.system.numbering import along_axis
 
 LINEAR = -1
@@ -77,7 +78,11 @@ class Constraints:
         return out
 
 
-def constraints_of(scene: Scene, places: Callable[[Node], NDArray[np.int32]]) -> Constraints:
+def constraints_of(
+    scene: Scene,
+    places: Callable[[Node], NDArray[np.int32]],
+    kind_of: Callable[[Body], ElementKind],
+) -> Constraints:
     """Write down the joints of a scene that numbering cannot make.
 
     Parameters
@@ -86,6 +91,8 @@ def constraints_of(scene: Scene, places: Callable[[Node], NDArray[np.int32]]) ->
         The joints.
     places : callable
         Gives the places of the coordinates of all rows of a node, shape (k, n_c).
+    kind_of : callable
+        Gives the element of a beam.
     """
     out = Constraints()
     for joint in scene.joints:
@@ -96,7 +103,7 @@ def constraints_of(scene: Scene, places: Callable[[Node], NDArray[np.int32]]) ->
                     -joint.node.position[d],
                     (1.0, places(joint.node)[0, d], LINEAR),
                 )
-        elif isinstance(joint, Clamp):
+        elif isinstance(joint, Clamp) and kind_of(joint.node.beam).is_cable:
             _clamp(out, joint, places(joint.node))
         elif isinstance(joint, Rod):
             # (|r - p|^2 - l^2) / (2 l): in metres, with a gradient of length one.
@@ -112,7 +119,7 @@ def constraints_of(scene: Scene, places: Callable[[Node], NDArray[np.int32]]) ->
 def _clamp(out: Constraints, joint: Clamp, places: NDArray[np.int32]) -> None:
     """Hold the directions of slopes that are not along a coordinate axis: e.r_x = 0 across it."""
     beam, dim = joint.node.beam, joint.node.beam.dim
-    if beam.element == "thick" or joint.stretch == "fixed":
+    if joint.stretch == "fixed":
         return
     for row, place in enumerate(places, beam.rows_of(joint.node.index).start):
         axes = beam.axes_of(row)

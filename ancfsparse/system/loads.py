@@ -29,8 +29,7 @@ class Loads:
     place, weight, column : lists
         Changing forces: ``force[place] += weight * amplitude[column]``.
     moment_place : list of (3, dim) int
-        Places of r_x, which a moment bends, and of r_y and r_z, which it twists; -1 where there is
-        no such vector.
+        Places of those of r_x, r_y and r_z that a moment acts on; -1 for the others.
     moment_column : list of (1,) or (3,) int
         Their amplitudes [N m].
     sources : list of Source
@@ -95,6 +94,9 @@ class Loads:
         for places, column in zip(self.moment_place, self.moment_column, strict=True):
             moment = np.zeros((len(times), 3))
             moment[:, 3 - len(column) :] = amplitude[:, column]
+            if places[0, 0] < 0:
+                power += _power_on_section(q, v, places[1:], moment)
+                continue
             slope, spin = _spin(q, v, places[0])
             power += np.sum(moment * spin, axis=1)
             along = np.sum(moment * slope, axis=1) / np.sum(slope**2, axis=1)
@@ -102,6 +104,19 @@ class Loads:
                 if vector[0] >= 0:
                     power += 0.5 * along * np.sum(slope * _spin(q, v, vector)[1], axis=1)
         return power
+
+
+def _power_on_section(q: Vector, v: Vector, places: NDArray[np.int32], moment: Vector) -> Vector:
+    """Return the power of moments (k, 3) on r_y and r_z, shape (k,) [W], see ``_moments.pyx``."""
+    k, dim = len(q), places.shape[1]
+    units, rates = np.zeros((k, 2, 3)), np.zeros((k, 2, 3))
+    units[:, 1, 2] = 1.0  # of r_z in the plane
+    given = places[:, 0] >= 0
+    units[:, given, :dim], rates[:, given, :dim] = q[:, places[given]], v[:, places[given]]
+    squares = np.sum(units**2, axis=(1, 2))[:, None, None] * np.eye(3)
+    spread = squares - np.einsum("kvi,kvj->kij", units, units)
+    turning = np.linalg.solve(spread, moment[:, :, None])[:, :, 0]
+    return np.asarray(np.sum(turning * np.cross(units, rates).sum(axis=1), axis=1))
 
 
 def _spin(q: Vector, v: Vector, place: NDArray[np.int32]) -> tuple[Vector, Vector]:
@@ -129,7 +144,7 @@ def loads_of(
     point : callable
         Gives places (dim, p) and weights (p,) of the position of a node.
     frame : callable
-        Gives places (3, dim) of r_x, r_y and r_z of a node, -1 where it has none.
+        Gives places (3, dim) of those of r_x, r_y and r_z of a node that a moment acts on, or -1.
     elements : callable
         Gives the places (n_e, n_c) of a beam's elements.
     """

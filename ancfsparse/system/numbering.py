@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, Clamp, Connect, Node, Pin, Scene
 
 # A slope whose direction is within this of a coordinate axis can be clamped by numbering.
@@ -45,7 +46,7 @@ class Numbering:
 
 
 def number(
-    scene: Scene, coordinates_per_node: Sequence[int], v0: NDArray[np.float64] | None = None
+    scene: Scene, kinds: Sequence[ElementKind], v0: NDArray[np.float64] | None = None
 ) -> Numbering:
     """Give every coordinate of a scene its place.
 
@@ -56,8 +57,8 @@ def number(
     ----------
     scene : Scene
         The beams and joints.
-    coordinates_per_node : sequence of int
-        For each beam.
+    kinds : sequence of ElementKind
+        The element of each beam.
     v0 : (n_all,) float, optional
         Initial velocities that are known already.
 
@@ -69,9 +70,9 @@ def number(
     raw: list[Places] = []
     index: dict[int, int] = {}
     n_raw = 0
-    for beam, n_c in zip(scene.beams, coordinates_per_node, strict=True):
+    for beam, kind in zip(scene.beams, kinds, strict=True):
         index[id(beam)] = len(raw)
-        raw.append(_raw(beam, n_c, n_raw))
+        raw.append(_raw(beam, len(kind.node_coordinates), n_raw))
         n_raw = int(raw[-1][-1, -1]) + 1
 
     def at(node: Node) -> Places:
@@ -85,8 +86,9 @@ def number(
             held[_owners(owner, at(joint.node)[0, : scene.dim])] = True
         elif isinstance(joint, Clamp):
             rows = joint.node.beam.rows_of(joint.node.index)
+            kind = kinds[index[id(joint.node.beam)]]
             for row, numbers in enumerate(at(joint.node), rows.start):
-                held[_owners(owner, numbers[clamped(joint, row)])] = True
+                held[_owners(owner, numbers[clamped(joint, row, kind)])] = True
 
     final, n_free, n_all = _ordered(owner, held)
     places = []
@@ -224,14 +226,14 @@ def _largest(values: NDArray[np.float64]) -> float:
     return float(np.nanmax(np.abs(values), initial=0.0))
 
 
-def clamped(joint: Clamp, row: int) -> list[int]:
+def clamped(joint: Clamp, row: int, kind: ElementKind) -> list[int]:
     """Coordinates of a row that a clamp fixes by numbering."""
     beam = joint.node.beam
     dim = beam.dim
-    if beam.element == "thick":
-        return list(range(12 if dim == 3 else 7))
     if joint.stretch == "fixed":
-        return list(range(2 * dim))
+        return list(range(len(kind.node_coordinates)))
+    if not kind.is_cable:
+        return [column for vector in ("r_", *kind.section) for column in kind.columns(vector)]
     axis = along_axis(beam.axes_of(row)[0])
     across = [] if axis is None else [dim + d for d in range(dim) if d != axis]
     return list(range(dim)) + across

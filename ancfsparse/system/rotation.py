@@ -36,9 +36,9 @@ def frame_of(system: System) -> Any:
     positions = np.empty((n_rows, dim), dtype=np.int32)
     vectors, rotations = [], []
     begin = 0
-    for body, places in zip(system.scene.beams, system.places, strict=True):
+    for kind, places in zip(system.kinds, system.places, strict=True):
         rows = np.arange(begin, begin + len(places), dtype=np.int32)
-        sections = body.element == "thick" and dim == 3
+        sections = dim == 3 and not kind.is_cable
         width = 2 * dim if sections else dim
         axes[rows, :width] = places[:, dim : dim + width]
         positions[rows] = places[:, :dim]

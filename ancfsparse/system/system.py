@@ -63,13 +63,13 @@ class System:
         self.scene = scene
         self.dim = scene.dim
         self.kinds = [element_kind(b.element, scene.dim, **b.options) for b in scene.beams]
-        numbering = number(scene, [len(kind.node_coordinates) for kind in self.kinds], v0)
+        numbering = number(scene, self.kinds, v0)
         self.n_free, self.n_all = numbering.n_free, numbering.n_all
         if self.n_free == 0:
             raise InputError("the joints hold every coordinate of the scene: nothing can move")
         self.q0, self.v0, self.places = numbering.q, numbering.v, numbering.places
         self._index = {id(beam): k for k, beam in enumerate(scene.beams)}
-        self.constraints = constraints_of(scene, self.rows)
+        self.constraints = constraints_of(scene, self.rows, self.kind_of)
         self.n_multipliers = len(self.constraints.offset)
         self.loads = loads_of(scene, self.n_all, self.point, self.frame, self.elements)
         self.damped = any(beam.strains_damped or beam.masses_damped for beam in scene.beams)
@@ -120,14 +120,14 @@ class System:
         return self._interpolate(node, 1, slope_weights(node.xi, self._length(node)))
 
     def frame(self, node: Node) -> Places:
-        """Return the places (3, dim) of r_x, r_y and r_z at a node; -1 where there is none.
+        """Return the places (3, dim) of those of r_x, r_y and r_z at a node that a moment acts on.
 
-        In the plane a moment cannot twist, and r_y and r_z are not given.
+        -1 stands for the others.  In the plane a moment cannot twist and acts on one vector.
         """
-        places = self.place(node)[self.dim :]
+        places, kind = self.place(node), self.kind_of(node.beam)
         out = np.full((3, self.dim), -1, dtype=np.int32)
-        count = 3 if self.dim == 3 and len(places) == 9 else 1
-        out[:count] = places[: count * self.dim].reshape(count, self.dim)
+        for vector in kind.section if self.dim == 3 else kind.section[:1]:
+            out["xyz".index(vector[-1])] = places[kind.columns(vector)]
         return out
 
     def _interpolate(self, node: Node, part: int, inside: Vector) -> tuple[Places, Vector]:
@@ -254,6 +254,10 @@ class System:
                 each += kind.operations[of_mass]
             total += beam.n_elements * each
         return total
+
+    def kind_of(self, beam: Body) -> ElementKind:
+        """Return the element that a beam of the scene is made of."""
+        return self.kinds[self._of(beam)]
 
     def _of(self, beam: Body) -> int:
         try:

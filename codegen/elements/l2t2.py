@@ -18,6 +18,7 @@ def l2t2() -> Element:
         title="L2T2 cable, planar; axial and bending part in closed form",
         dim=2,
         node=(("r", plane), ("r_x", plane)),
+        section=("r_x",),
         fields=(r_x, r_xx),
         energy=(
             Term(axial_stiffness, (r_x @ r_x - 1) / 2),

@@ -34,6 +34,7 @@ def thin(dim: int, strain: str) -> Element:
         title=f"thin cable, {where}, {strain} strain; axial part {rule}, bending at 3 Gauss points",
         dim=dim,
         node=(("r", axes), ("r_x", axes)),
+        section=("r_x",),
         fields=(r_x, r_xx),
         energy=(axial, Term(bending_stiffness, curvature, Gauss(3), r_x, square)),
         inertia=((mass_per_length, r),),

@@ -84,7 +84,7 @@ def dot(u, v):
 
 
 def thick(curvature, section_strain):
-    """Thick beam in space, 24 coordinates; the published energy, term by term."""
+    """Thick beam in space, 24 coordinates; the published energy and its variants, term by term."""
 
     def energy(q, p):
         nodes, length = q.reshape(2, 4, 3), LONG(p["length"])
@@ -107,15 +107,21 @@ def thick(curvature, section_strain):
             density = lam * sum(e) ** 2 + 2 * shear * sum(x * x for x in e)
             section = w @ (density + shear * dot(r_y, r_z) ** 2)
         else:
-            section = w @ (p["youngs_modulus_area"] * green(r_x)[0] ** 2)
-            for node in nodes:
-                eps_x, eps_y, eps_z = green(*node[1:])
+            eps = green(r_x)[0]
+            section = w @ (p["youngs_modulus_area"] * eps**2)
+            mean, slope = w @ eps, 12 * (w @ ((xi - LONG(0.5)) * eps))
+            for node, side in zip(nodes, (LONG(-0.5), LONG(0.5)), strict=True):
+                eps_x = mean + side * slope  # the line of least squares
+                eps_y, eps_z = green(*node[2:])
                 a, b = (eps + p["poisson_ratio"] * eps_x for eps in (eps_y, eps_z))
                 density = lam * (a + b) ** 2 + 2 * shear * (a * a + b * b)
                 section += (density + shear * dot(node[2], node[3]) ** 2) / 2
         reissner = np.array([[4, -2], [-2, 4]])
         shearing = 0
         for stiffness, u in ((p["shear_stiffness_y"], r_y), (p["shear_stiffness_z"], r_z)):
+            if curvature == "section":
+                shearing = shearing + stiffness * (w @ dot(r_x, u) ** 2)
+                continue
             mean = np.array([w @ ((1 - xi) * dot(r_x, u)), w @ (xi * dot(r_x, u))])
             shearing = shearing + stiffness * (mean @ reissner @ mean)
         kap_x = (dot(r_z, r_yx) - dot(r_y, r_zx)) / 2
@@ -128,9 +134,19 @@ def thick(curvature, section_strain):
             + p["bending_stiffness_y"] * kap_y**2
             + p["bending_stiffness_z"] * kap_z**2
         )
+        if curvature == "section":
+            bending = bending + change_of_section(p, nodes[0, 2:], nodes[1, 2:], length)
         return length / 2 * (section + shearing + bending)
 
     return energy
+
+
+def change_of_section(p, start, end, length):
+    """Shear off the axis: half the squares of r_y and r_z and their product change in x."""
+    about_y, about_z = (p[f"bending_stiffness_{k}"] / (2 + 2 * p["poisson_ratio"]) for k in "yz")
+    along = (square(end) - square(start)) / (2 * length)
+    mixed = (dot(*end) - dot(*start)) / length
+    return about_z * along[0] ** 2 + about_y * along[1] ** 2 + (about_y + about_z) / 4 * mixed**2
 
 
 IN_PLANE = np.array([0, 1, 3, 4, 6, 7, 11, 12, 13, 15, 16, 18, 19, 23])

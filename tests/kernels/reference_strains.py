@@ -90,12 +90,17 @@ def thick(curvature, section_strain):
         else:
             pairs.append((w * p["youngs_modulus_area"], (square(r_x) - 1) / 2))
             half = np.array([0.5, 0.5])
-            e_x, e_y, e_z = ((square(nodes[:, k]) - 1) / 2 for k in (1, 2, 3))
+            eps = (square(r_x) - 1) / 2
+            e_y, e_z = ((square(nodes[:, k]) - 1) / 2 for k in (2, 3))
+            e_x = w @ eps + 6 * (w @ ((xi - LONG(0.5)) * eps)) * np.array([-1, 1])
             a, b = e_y + nu * e_x, e_z + nu * e_x
             pairs += [(half * lam, a + b), (half * 2 * shear, a), (half * 2 * shear, b)]
             pairs.append((half * shear, dot(nodes[:, 2], nodes[:, 3])))
         for stiffness, u in ((p["shear_stiffness_y"], r_y), (p["shear_stiffness_z"], r_z)):
             gamma = dot(r_x, u)
+            if curvature == "section":
+                pairs.append((w * stiffness, gamma))
+                continue
             modes = np.array([w @ gamma, 3 * (w @ ((2 * xi - 1) * gamma))])
             pairs.append((stiffness * np.array([1, LONG(1) / 3]), modes))
         if curvature == "axis":
@@ -105,9 +110,20 @@ def thick(curvature, section_strain):
         pairs.append((w * p["torsion_stiffness"], (dot(r_z, r_yx) - dot(r_y, r_zx)) / 2))
         pairs.append((w * p["bending_stiffness_y"], kap_y))
         pairs.append((w * p["bending_stiffness_z"], kap_z))
+        if curvature == "section":
+            pairs.append(change_of_section(p, nodes[0, 2:], nodes[1, 2:], length))
         return joined(length, pairs)
 
     return strains
+
+
+def change_of_section(p, start, end, length):
+    """Weights and means of r_y.r_yx, r_z.r_zx and (r_y.r_z)_x."""
+    shear = np.array([p["bending_stiffness_z"], p["bending_stiffness_y"]], dtype=LONG)
+    shear /= 2 * (1 + LONG(p["poisson_ratio"]))
+    along, rate = (start + end) / 2, (end - start) / length
+    crossed = dot(along[0], rate[1]) + dot(along[1], rate[0])
+    return np.append(shear, shear.sum() / 4), np.append(dot(along, rate), crossed)
 
 
 def thick_planar(curvature, section_strain):

@@ -6,6 +6,7 @@ large-deflection cantilever has been computed with Exudyn (biot strain) and inde
 
 import numpy as np
 import pytest
+from reference_energies import ENERGIES
 from states import straight
 
 
@@ -77,7 +78,9 @@ def test_small_deflection_of_the_thick_beam(plane, curvature, slenderness, expec
     element = bench(f"thick_{plane}{curvature}_consistent")
     for n, ratio in expected.items():
         values = square_section(slenderness * 0.1 / n, 0.1)
-        beam = Cantilever(element, n, values, range(len(element.labels)))
+        section = ("r_", *element.kind.section)  # with curvature "section" r_x is free to shear
+        held = [k for k, label in enumerate(element.labels) if label[:-1] in section]
+        beam = Cantilever(element, n, values, held)
         load = beam.load(1, 1.0)
         deflection = load @ np.linalg.solve(beam.tangent(), load)
         euler = (slenderness * 0.1) ** 3 / (3 * values["bending_stiffness_z"])
@@ -106,3 +109,18 @@ def test_large_deflection_of_a_cantilever(name, tip, bench):
                 beam.q[beam.free] += np.linalg.solve(beam.tangent(), load - beam.force())
         x, y = beam.q[beam.tip : beam.tip + 2]
         assert (2.0 - x, -y) == pytest.approx(expected, abs=2e-10)
+
+
+@pytest.mark.parametrize("n", [1, 2, 8])
+@pytest.mark.parametrize("name", [each for each in ENERGIES if not each.endswith("gauss")])
+def test_only_rigid_motions_of_a_straight_beam_cost_nothing(name, n, bench):
+    """3 in the plane, 6 in space; a cable that turns about itself does not move."""
+    element = bench(name)
+    beam = Cantilever(element, n, square_section(2.0 / n, 0.1), [])
+    matrix = beam.tangent()
+    # In units in which slopes and positions weigh alike.
+    unit = np.array([2.0 / n if label[:-1] == "r_" else 1.0 for label in element.labels] * (n + 1))
+    sizes = np.linalg.eigvalsh(unit[:, None] * matrix * unit)
+    rigid = {2: 3, 3: 6 if "thick" in name else 5}[element.kind.dim]
+    assert np.abs(sizes[:rigid]).max() <= 1e-13 * sizes[-1]
+    assert sizes[rigid] > 1e-9 * sizes[-1]

@@ -91,6 +91,31 @@ def planar_thick_zoo(materials=PLAIN):
     scene.rod(two.end, (1.5, 2.0))
     scene.distributed_force(one, (1.0, 2.0))
     scene.point_moment(one.node(1), 3.0)
+    scene.point_moment(two.node(1), -2.0)
+    return scene
+
+
+def spatial_section_zoo(materials=PLAIN):
+    """Beams that shear, with a clamp and moments on their sections."""
+    scene = ancf.Scene((0.0, 1.0, -9.81))
+    one = scene.add_beam(
+        "thick", (0, 0, 0), (0.6, 0.3, 0.8), 2, SECTION, materials[0], curvature="section"
+    )
+    two = scene.add_beam(
+        "thick",
+        (0.6, 0.3, 0.8),
+        (0.6, 1.2, 0.8),
+        2,
+        SECTION,
+        materials[1],
+        curvature="section",
+        section_strain="nodal",
+    )
+    scene.clamp(one.start)
+    scene.connect(one.end, two.start)
+    scene.rod(two.end, (2.0, 0.0, 0.3))
+    scene.point_moment(one.end, (2.0, -1.0, 0.5))
+    scene.point_moment(two.node(1), lambda t: (t, 1.0, -2.0))
     return scene
 
 
@@ -99,9 +124,11 @@ ZOO = {
     "spatial": spatial_zoo,
     "spatial, no moments": lambda: spatial_zoo(moments=False),
     "planar thick": planar_thick_zoo,
+    "spatial section": spatial_section_zoo,
     "planar, damped": lambda: planar_zoo(DAMPED),
     "spatial, damped": lambda: spatial_zoo(materials=DAMPED),
     "planar thick, damped": lambda: planar_thick_zoo(DAMPED),
+    "spatial section, damped": lambda: spatial_section_zoo(DAMPED),
 }
 
 
@@ -177,10 +204,14 @@ class ByHand:
         for load in self.scene.loads:
             value = load.at(t)
             if isinstance(load, PointMoment):
-                slope, where = self._vector(load.node, q, 1)
-                x, m = np.zeros(3), np.zeros(3)
-                x[:dim] = slope
+                m = np.zeros(3)
                 m[3 - len(value) :] = value
+                if load.node.beam.options.get("curvature") == "section":
+                    self._add_on_section(f, q, load.node, m)
+                    continue
+                slope, where = self._vector(load.node, q, 1)
+                x = np.zeros(3)
+                x[:dim] = slope
                 f[where] += (np.cross(m, x) / (x @ x))[:dim]
                 if load.node.beam.element == "thick" and dim == 3:
                     # What the slope cannot take, the part along the axis, goes to r_y and r_z.
@@ -206,6 +237,19 @@ class ByHand:
                     where = [nodes[e, d], nodes[e, dim + d], nodes[e + 1, d], nodes[e + 1, dim + d]]
                     f[where] += shape * value[d]
         return f
+
+    def _add_on_section(self, f, q, node, m):
+        """Add the smallest forces on r_y, and in space r_z, that have the moment m."""
+        dim = self.scene.dim
+        found = [self._vector(node, q, k) for k in ((2, 3) if dim == 3 else (2,))]
+        arms = []
+        for vector, _ in found:
+            arm = np.zeros(3)
+            arm[:dim] = vector
+            arms += [np.cross(arm, e) for e in np.eye(3)[:dim]]
+        turns = slice(None) if dim == 3 else slice(2, 3)
+        forces = np.linalg.lstsq(np.array(arms).T[turns], m[turns])[0]
+        f[np.concatenate([where for _, where in found])] += forces
 
     def phi(self, q):
         """Constraints in the order of the joints."""

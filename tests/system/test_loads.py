@@ -12,10 +12,10 @@ START, END = np.array([1.0, 2.0, -1.0]), np.array([2.0, 0.0, 1.0])  # 3 m
 GRAVITY = np.array([0.5, -1.0, 9.81])
 
 
-def build(element="thin", n=5, gravity=GRAVITY):
+def build(element="thin", n=5, gravity=GRAVITY, **options):
     dim = len(gravity)
     scene = ancf.Scene(gravity)
-    rod = scene.add_beam(element, START[:dim], END[:dim], n, SECTION, MATERIAL)
+    rod = scene.add_beam(element, START[:dim], END[:dim], n, SECTION, MATERIAL, **options)
     return scene, rod
 
 
@@ -141,8 +141,35 @@ def test_a_moment_works_on_rotations(dim, rng):
     assert power[0] == pytest.approx(expected)
 
 
-def test_power_is_force_times_velocity(rng):
-    scene, rod = build()
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_moment_on_a_section_leaves_the_slope_alone_and_is_all_there(dim, rng):
+    # However the section is strained, forces on r_y and r_z alone have the moment m about the node.
+    scene, rod = build("thick", gravity=np.zeros(dim), curvature="section")
+    m = rng.normal(size=3) if dim == 3 else np.array([0.0, 0.0, 1.7])
+    scene.point_moment(rod.node(2), m if dim == 3 else 1.7)
+    system = System(scene)
+    q = system.q0 + 0.2 * rng.normal(size=system.n_all)
+    row, zero = system.loads.amplitudes(np.zeros(1))[0], np.zeros(system.n_all)
+    with_it, without = (
+        system.assembly.residual(q, zero, zero, np.zeros(0), system.dead_load, amplitudes)[0]
+        for amplitudes in (row, np.zeros_like(row))
+    )
+    force = without - with_it
+    places = system.place(rod.node(2))
+    total, scale = np.zeros(3), np.abs(system.assembly.force(q)).max()
+    for k in range(1, dim):
+        arm, push = np.zeros(3), np.zeros(3)
+        where = places[dim * (k + 1) : dim * (k + 2)]
+        arm[:dim], push[:dim] = q[where], force[where]
+        total += np.cross(arm, push)
+    np.testing.assert_allclose(total, m, rtol=0, atol=1e-15 * scale)
+    force[places[2 * dim :]] = 0.0
+    assert np.abs(force).max() <= 1e-15 * scale
+
+
+@pytest.mark.parametrize("options", [{}, {"element": "thick", "curvature": "section"}])
+def test_power_is_force_times_velocity(options, rng):
+    scene, rod = build(**options)
     scene.point_force(rod.at(0.7), (1.0, 2.0, 3.0))
     scene.distributed_force(rod, lambda t: (t, -1.0, 0.0))
     scene.point_moment(rod.end, lambda t: (1.0, t, 2.0))
