@@ -13,6 +13,7 @@ from ancfsparse.errors import (
     LoadFailure,
     OutputFailure,
     StepFailure,
+    UnstableEquilibrium,
 )
 from ancfsparse.integrators import (
     HHT,
@@ -67,6 +68,7 @@ __all__ = [
     "StepFailure",
     "Table",
     "Trajectory",
+    "UnstableEquilibrium",
     "simulate",
     "solve_static",
     "stable_step",

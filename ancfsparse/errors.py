@@ -295,6 +295,30 @@ class EquilibriumFailure(AncfError, RuntimeError):
         )
 
 
+class UnstableEquilibrium(UserWarning):
+    """The equilibrium that statics found is unstable: the least push would end it.
+
+    Parameters
+    ----------
+    negative : int
+        Number of independent directions in which the scene would leave it: negative pivots, and so
+        negative eigenvalues, of the stiffness.
+    """
+
+    def __init__(self, negative: int) -> None:
+        super().__init__(negative)
+        self.negative = negative
+
+    def __str__(self) -> str:
+        """Compose the message a reader meets."""
+        return (
+            f"the equilibrium is unstable in {self.negative} "
+            f"direction{'s' * (self.negative > 1)}, as a straight column is beyond its buckling "
+            "load: add a small force or a bend that tells the scene which way to go, or let it "
+            "settle in time with simulate"
+        )
+
+
 def with_unit(number: float, unit: str, digits: int = 6) -> str:
     """Write a number [unit] with some digits."""
     return f"{number:.{digits}g} {unit}".rstrip()

@@ -37,7 +37,19 @@ class Equilibrium:
         return (
             f"Equilibrium: {len(self.q)} coordinates, {len(self.lam)} multipliers, "
             f"{self.stats.steps} load steps, {self.stats.iterations} iterations"
+            + f", unstable ({self.stats.negative_pivots} negative pivots)"
+            * (not self.stable)
         )
+
+    @property
+    def stable(self) -> bool:
+        """Whether every small motion away from it takes energy.
+
+        The stiffness is then definite.  Of moments about fixed axes in space, which have no
+        potential, its symmetric part is looked at: where that is not definite the equilibrium may
+        be stable all the same.
+        """
+        return self.stats.negative_pivots == 0
 
     @property
     def multipliers(self) -> Array:

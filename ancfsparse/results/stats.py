@@ -61,6 +61,9 @@ class RunStats:
         Sparse factorizations.
     indefinite : int
         Those with a pivot of the wrong sign: compression beyond what the mass carries.
+    negative_pivots : int
+        Negative pivots of the stiffness at the equilibrium that statics found: directions in which
+        it is unstable.
     material_seeds : int
         Indefinite ones that a factor with the material part of the stiffness alone replaced.
     rotating_seeds : int
@@ -102,6 +105,7 @@ class RunStats:
     residual_evaluations: int = 0
     factorizations: int = 0
     indefinite: int = 0
+    negative_pivots: int = 0
     material_seeds: int = 0
     rotating_seeds: int = 0
     single_seeds: int = 0

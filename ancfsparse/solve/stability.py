@@ -11,16 +11,19 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from ancfsparse.checks import shown
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.explicit import Explicit
-from ancfsparse.scene import Scene
+from ancfsparse.nonlinear import Newton
+from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
-from ancfsparse.solve.memory import NOTHING, check_factor
+from ancfsparse.solve.memory import NOTHING, check_factor, check_fits, estimate
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
 
 # Up to so many coordinates all frequencies together are found sooner than the highest alone.
 DENSE = 100
+# Arrays of values on the pattern: two whole matrices, each from its triangle, with their indices.
+MATRICES = 10
 # Relative accuracy of the square of the highest frequency; the limit is half as uncertain.
 ACCURACY = 1e-4
 
@@ -41,9 +44,12 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
     Raises
     ------
     InputError
-        If the integrator is not explicit, or the scene needs multipliers.
+        If the integrator is not explicit, the scene needs multipliers, or the factor of its masses
+        cannot fit in memory.
     """
     check_explicit(integrator)
+    check_scene(scene)
+    check_fits(estimate(scene, 1, 0, False, Newton(), matrices=MATRICES))
     system = System(scene)
     check_free(system, integrator)
     mass = mass_seed(system)

@@ -1,63 +1,124 @@
-"""Static equilibrium by Newton with load steps."""
+"""Static equilibrium: under the whole load at once, or in steps where that does not do."""
 
 from __future__ import annotations
 
 import time
+import warnings
 
 import numpy as np
-import scipy.sparse as sp
-from numpy.typing import NDArray
-from scipy.sparse.linalg import splu
+from tqdm import tqdm
 
-from ancfsparse.checks import check_count, check_positive
-from ancfsparse.errors import EquilibriumFailure, SingularSceneError
+from ancfsparse.checks import check_count, check_flag, check_positive
+from ancfsparse.errors import (
+    EquilibriumFailure,
+    InputError,
+    SingularSceneError,
+    UnstableEquilibrium,
+)
+from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats
-from ancfsparse.scene import Scene
+from ancfsparse.scene import Scene, check_scene
+from ancfsparse.solve.balance import Balance, State
 from ancfsparse.solve.freedom import MOST, free_motions
+from ancfsparse.solve.memory import check_factor, check_fits, estimate
+from ancfsparse.solve.relax import Found, NotFoundError, find, settle
 from ancfsparse.system import System
 
-Vector = NDArray[np.float64]
+# Shares of the loads that may be asked for, and the one for load steps on the way.
+FINEST, COARSEST, ON_THE_WAY = 1e-14, 1e-3, 1e-3
+MOST_STEPS = 100_000
+# Load steps where the whole load at once fails or ends in an unstable equilibrium, and how much
+# shorter they may get.
+CAREFUL, SHORTEST, SHORTEST_STABLE = 10, 1.0 / 4096.0, 1.0 / 640.0
+# Factors of an easy load step, after which a shortened one is doubled.
+EASY = 6
+# Arrays of values on the pattern: stiffness, its parts at three states, work and room to spare.
+MATRICES = 7
 
-MAX_ITERATIONS = 30
-SMALLEST_STEP = 1.0 / 4096.0
 
-
-def solve_static(scene: Scene, *, load_steps: int = 10, tolerance: float = 1e-12) -> Equilibrium:
+def solve_static(
+    scene: Scene, *, load_steps: int = 1, tolerance: float = 1e-9, progress: bool = False
+) -> Equilibrium:
     """Find the static equilibrium under gravity and the loads at t = 0.
 
-    The load grows from zero to its full size; a load step at which Newton does not converge is
-    halved.
+    The whole load is applied at once, or in ``load_steps``.  Where that fails, or leads to an
+    unstable equilibrium, the load grows from zero in shorter steps, so that the equilibrium is
+    followed; where its path ends, as in snap-through, the scene settles without inertia.
 
     Parameters
     ----------
     scene : Scene
         Beams, joints and loads, held by its joints against every rigid motion.
     load_steps : int, optional
-        Load steps to begin with.
+        Equal load steps to begin with, up to 100000.  More follow the path of the load more closely
+        where there are several equilibria.
     tolerance : float, optional
-        Largest last correction, beside the largest coordinate of the scene.
+        Unbalanced forces that may be left, as a share of all loads, from 1e-14 to 1e-3 [-].  What
+        is below the rounding of forces counts as balanced.  One more correction follows, so the
+        error of the positions is smaller yet.
+    progress : bool, optional
+        Whether to draw a progress bar.
 
     Returns
     -------
     Equilibrium
-        Positions, reactions, multipliers and counts.
+        Positions, reactions, multipliers, counts, and whether it is `stable`.
+
+    Raises
+    ------
+    InputError
+        If an argument is invalid, or the factor cannot fit in memory.
+    SingularSceneError
+        If the joints leave a rigid motion free; it is named.
+    EquilibriumFailure
+        If no equilibrium is found.
+
+    Warns
+    -----
+    UnstableEquilibrium
+        If the one that is found is unstable: a straight column stays straight beyond its buckling
+        load.  ``stats.negative_pivots`` counts the directions in which it would leave.
+
+    Notes
+    -----
+    Mechanisms that only their load stiffens, such as a hanging chain of hinged cables, count as not
+    held.  The theory is in docs/theory.md.
+    """
+    check_scene(scene)
+    if check_count("load_steps", load_steps) > MOST_STEPS:
+        raise InputError(f"load_steps must be at most {MOST_STEPS}, got {load_steps}")
+    if not FINEST <= check_positive("tolerance", tolerance) <= COARSEST:
+        raise InputError(
+            f"tolerance is the share of the loads that may stay unbalanced, from {FINEST:g} to "
+            f"{COARSEST:g}, got {tolerance:g}: leave it out, or take 1e-12 for more digits"
+        )
+    check_flag("progress", progress)
+    begin = time.perf_counter()
+    needed = estimate(scene, 1, 0, False, Newton(), matrices=MATRICES)
+    check_fits(needed)
+    system = System(scene)
+    check_held(system)
+    stats = RunStats(solver="Newton with extrapolated stress")
+    with tqdm(unit="factor", disable=not progress, leave=False) as bar:
+        balance = Balance(system, stats, bar.update)
+        check_factor(needed, balance.seed)
+        stats.seconds["set-up"] = time.perf_counter() - begin
+        found = _solve(balance, load_steps, tolerance)
+    stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
+    stats.negative_pivots = found.negative
+    if found.negative and balance.conservative:
+        warnings.warn(UnstableEquilibrium(found.negative), stacklevel=2)
+    return Equilibrium(system, found.state.q, found.state.lam, stats)
+
+
+def check_held(system: System) -> None:
+    """Refuse a scene that its joints do not hold.
 
     Raises
     ------
     SingularSceneError
-        If the joints leave a rigid motion free; it is named.
-    EquilibriumFailure
-        If no equilibrium is found even with small load steps.
-
-    Notes
-    -----
-    What is found balances the forces; whether it is stable is not examined, and a straight beam
-    stays straight beyond its buckling load.  Mechanisms that only their load stiffens, such as a
-    hanging chain of hinged cables, count as not held.
+        With the number of free motions and the name of the first.
     """
-    check_count("load_steps", load_steps)
-    check_positive("tolerance", tolerance)
-    system = System(scene)
     free = free_motions(system)
     if free:
         count = f"{len(free)}{' or more' * (len(free) == MOST)}"
@@ -65,74 +126,77 @@ def solve_static(scene: Scene, *, load_steps: int = 10, tolerance: float = 1e-12
             f"the scene is not held: {count} rigid motion(s) are free, first the {free[0]}; "
             "add a pin or a clamp, or let it settle in time with simulate if only its load holds it"
         )
-    clock = time.perf_counter()
-    stats = RunStats(solver="Newton with load steps")
-    q, lam = system.q0.copy(), np.zeros(system.n_multipliers)
-    done, step = 0.0, 1.0 / load_steps
+
+
+def _solve(balance: Balance, load_steps: int, tolerance: float) -> Found:
+    """Go by large load steps, then downhill, then by short load steps."""
+    system, stats = balance.system, balance.stats
+    start = system.q0, np.zeros(system.n_multipliers)
+    try:
+        found = _follow(balance, balance.state(*start, 0.0), load_steps, tolerance)
+        if found.negative == 0 or not balance.conservative:
+            return found
+    except NotFoundError:
+        if balance.conservative:
+            try:
+                return _settled(balance, balance.state(*start, 1.0), tolerance)
+            except NotFoundError:
+                pass
+    stats.steps = 0
+    load_steps = max(CAREFUL, load_steps)
+    try:
+        return _follow(balance, balance.state(*start, 0.0), load_steps, tolerance, patient=True)
+    except NotFoundError as lost:
+        try:
+            whole = balance.state(lost.state.q, lost.state.lam, 1.0)
+            return _settled(balance, whole, tolerance)
+        except NotFoundError as last:
+            raise _failure(balance, last, lost.load) from None
+
+
+def _settled(balance: Balance, state: State, tolerance: float) -> Found:
+    """Settle under the whole load, which counts as one more load step."""
+    found = settle(balance, state, 1.0, tolerance)
+    balance.stats.steps += 1
+    return found
+
+
+def _follow(
+    balance: Balance, state: State, load_steps: int, tolerance: float, *, patient: bool = False
+) -> Found:
+    """Apply the load in steps.
+
+    A patient one halves a step that fails, or that leaves stable equilibria, until it is very
+    short, and doubles it again where it is easy.
+    """
+    done, step, stable = 0.0, 1.0 / load_steps, patient and balance.conservative
+    found = Found(state, 0)
     while done < 1.0:
         target = min(1.0, done + step)
         if 1.0 - target < 1e-9:
             target = 1.0
-        found = _equilibrium(system, q, lam, target, tolerance, stats)
-        if isinstance(found, str):
-            step *= 0.5
-            if step < SMALLEST_STEP:
-                raise _failure(system, q, lam, target, found)
-            continue
-        q, lam = found
-        done = target
-        stats.steps += 1
-    stats.march_seconds = time.perf_counter() - clock
-    return Equilibrium(system, q, lam, stats)
-
-
-def _equilibrium(
-    system: System, q: Vector, lam: Vector, load: float, tolerance: float, stats: RunStats
-) -> tuple[Vector, Vector] | str:
-    """Return the state at a share of the load, or why it was not found."""
-    q, lam = q.copy(), lam.copy()
-    pattern, n = system.pattern, system.n_free
-    amplitudes = load * system.loads.amplitudes(np.zeros(1))[0]
-    size = np.max(np.abs(system.q0))
-    for _ in range(MAX_ITERATIONS):
-        r, phi = _residual(system, q, lam, load, amplitudes)
-        stats.residual_evaluations += 1
-        values = system.assembly.matrix(0.0, 1.0, q, lam, amplitudes)
-        lower = sp.csc_matrix((values, pattern.indices, pattern.indptr), shape=(pattern.n,) * 2)
-        whole = lower + sp.tril(lower, -1).T
+        start = balance.state(found.state.q, found.state.lam, target)
+        factors = balance.stats.factorizations
+        definite = stable and step > SHORTEST_STABLE
+        share = tolerance if target == 1.0 else max(tolerance, ON_THE_WAY)
         try:
-            correction = splu(whole.tocsc()).solve(np.concatenate([r[:n], phi]))
-        except RuntimeError as singular:
-            return f"the stiffness is singular ({singular})"
-        stats.factorizations += 1
-        stats.solves += 1
-        stats.iterations += 1
-        if not np.all(np.isfinite(correction)):
-            return "the stiffness is singular"
-        q[:n] -= correction[:n]
-        lam -= correction[n:]
-        largest = np.max(np.abs(correction[:n]))
-        if largest > 1e3 * size:
-            return "a correction went beyond a thousand times the size of the scene"
-        if largest <= tolerance * size:
-            return q, lam
-    return f"no convergence in {MAX_ITERATIONS} iterations"
+            new = find(balance, start, target, share, extrapolate=not patient, definite=definite)
+        except NotFoundError as lost:
+            if patient and step > SHORTEST:
+                step *= 0.5
+                continue
+            raise NotFoundError(lost.reason, found.state, done) from None
+        found, done, stable = new, target, stable and new.negative == 0
+        balance.stats.steps += 1
+        if balance.stats.factorizations - factors <= EASY:
+            step = min(2.0 * step, 1.0 / load_steps)
+    return found
 
 
-def _residual(
-    system: System, q: Vector, lam: Vector, load: float, amplitudes: Vector
-) -> tuple[Vector, Vector]:
-    rest = np.zeros(system.n_all)
-    r, phi = system.assembly.residual(q, rest, rest, lam, load * system.dead_load, amplitudes)
-    return np.asarray(r), np.asarray(phi)
-
-
-def _failure(
-    system: System, q: Vector, lam: Vector, load: float, reason: str
-) -> EquilibriumFailure:
-    """Name the largest unbalanced force of the last state found, under the load that failed."""
-    r, _ = _residual(system, q, lam, load, load * system.loads.amplitudes(np.zeros(1))[0])
-    worst = int(np.argmax(np.abs(r[: system.n_free])))
-    return EquilibriumFailure(
-        reason, load, abs(float(r[worst])), system.describe(worst), system.unit(worst)
-    )
+def _failure(balance: Balance, last: NotFoundError, reached: float) -> EquilibriumFailure:
+    """Name the largest unbalanced force of the last state, and the load that steps have reached."""
+    system, r = balance.system, last.state.r
+    worst = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
+    where, unit = system.describe(worst), system.unit(worst)
+    reason = f"{last.reason}; load steps reached {100 * reached:.3g} %"
+    return EquilibriumFailure(reason, last.load, abs(float(r[worst])), where, unit)

@@ -177,18 +177,18 @@ cdef class Assembly:
 
     def matrix(self, double mass_factor, double stiffness_factor, const double[::1] q,
                const double[::1] lam, const double[::1] amplitudes, *, double damping_factor=0.0,
-               const double[::1] v=None):
-        """Return the values ``(n_values,)`` of the matrix on the pattern."""
-        values = np.empty(self.flat.n_values + 1)
+               const double[::1] v=None, out=None):
+        """Return the values ``(n_values,)`` of the matrix, in ``out (n_values + 1,)`` if given."""
+        values = np.empty(self.flat.n_values + 1) if out is None else out
         cdef double[::1] view = values
         matrix(&self.flat, mass_factor, stiffness_factor, damping_factor, &q[0],
                NULL if v is None else &v[0], first(lam), first(amplitudes), &view[0])
         return values[: self.flat.n_values]
 
     def material(self, double mass_factor, double stiffness_factor, const double[::1] q, *,
-                 double damping_factor=0.0):
-        """Return the matrix ``(n_values,)`` with the material part of the stiffness alone."""
-        values = np.empty(self.flat.n_values + 1)
+                 double damping_factor=0.0, out=None):
+        """Return the matrix with the material part of the stiffness alone, as `matrix` does."""
+        values = np.empty(self.flat.n_values + 1) if out is None else out
         cdef double[::1] view = values
         material(&self.flat, mass_factor, stiffness_factor, damping_factor, &q[0], &view[0])
         return values[: self.flat.n_values]

@@ -1,0 +1,245 @@
+"""Forces at rest, their derivative and its factor: what statics solves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from ancfsparse.nonlinear.iteration import EPSILON
+from ancfsparse.results import RunStats
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.system import System
+
+Vector = NDArray[np.float64]
+
+# Stiffness of the springs that stand for constraints, beside what resists them otherwise: a
+# correction leaves its inverse of a violation, and eps times it is lost to rounding.
+PENALTY = 1e4
+# Rounding of a force, in units of eps |K| |q|.
+ROUNDING = 32.0
+
+
+class State(NamedTuple):
+    """Coordinates and multipliers with what is unbalanced there.
+
+    Attributes
+    ----------
+    q : (n_all,) float
+        Coordinates [m, 1].
+    lam : (m,) float
+        Multipliers [N].
+    r : (n_free,) float
+        Unbalanced forces [N, N m].
+    phi : (m,) float
+        Violation of the constraints [m].
+    """
+
+    q: Vector
+    lam: Vector
+    r: Vector
+    phi: Vector
+
+
+class Balance:
+    """The equations of rest of a scene, on the free coordinates alone.
+
+    Constraints are held by springs and by multipliers that learn what the springs take (augmented
+    Lagrangian), so the matrix is definite where the equilibrium is stable, and its negative pivots
+    count the directions in which it is not.
+
+    Parameters
+    ----------
+    system : System
+        What is at rest.
+    stats : RunStats
+        Counts residuals, factors and solves.
+    on_factor : callable, optional
+        Called at every factorisation.
+
+    Attributes
+    ----------
+    seed : SparseSeed
+        Ordered for the matrix.
+    mass : (n_free,) float
+        Diagonal of the mass matrix, which measures corrections and forces [kg, kg m2].
+    slopes : (k,) int
+        Places of coordinates that are no positions.
+    conservative : bool
+        Whether the loads have a potential, as all have but moments in space.
+    loads : float
+        Size of all loads, see `size_of_forces`.
+    """
+
+    def __init__(
+        self, system: System, stats: RunStats, on_factor: Callable[[], object] = lambda: None
+    ) -> None:
+        self.system, self.stats = system, stats
+        self._on_factor = on_factor
+        self._amplitudes = system.loads.amplitudes(np.zeros(1))[0]
+        self._dead = system.dead_load
+        self._rest = np.zeros(system.n_all)
+        # Whether the matrix depends on nothing but the coordinates.
+        self._plain = not system.loads.moment_place and system.constraints.linear
+        self.conservative = system.dim == 2 or not system.loads.moment_place
+        self._make_pattern()
+        self.seed = SparseSeed(self._indptr, self._indices, system.n_free)
+        self.mass = system.mass_diagonal
+        self._body, self.slopes = self._bodies()
+        body_mass = np.bincount(self._body, self.mass, minlength=len(system.scene.beams))
+        self._body_mass = np.where(body_mass > 0.0, body_mass, 1.0)
+        self._phi_q: Any = None
+        self._springs = np.zeros(system.n_multipliers)
+        start, pushed = (self.state(system.q0, np.zeros(system.n_multipliers), x) for x in (0, 1))
+        self.loads = self.size_of_forces(pushed.r - start.r)
+        self._stress_at_start = self.size_of_forces(start.r)
+        diagonal = self.stiffness(start, 0.0)[system.pattern.indptr[: system.n_free]]
+        diagonal[self.slopes] = 0.0
+        span = float(np.max(np.abs(system.q0)))
+        # Far above the rounding of forces, which only then need be looked at one by one.
+        self._most_rounding = 64.0 * ROUNDING * EPSILON * span * self.size_of_forces(diagonal)
+
+    def _make_pattern(self) -> None:
+        """Take the coordinates out of the pattern of the system, and add what springs couple."""
+        pattern, n = self.system.pattern, self.system.n_free
+        end = int(pattern.indptr[n])
+        self._keep: NDArray[np.int64] | slice = slice(0, end)
+        self._indptr, self._indices = pattern.indptr[: n + 1], pattern.indices[:end]
+        self._keys: NDArray[np.int64] | None = None
+        if not self.system.n_multipliers:
+            return
+        self._keep = np.flatnonzero(self._indices < n)
+        columns = np.repeat(np.arange(n), np.diff(self._indptr))[self._keep]
+        own = columns * n + self._indices[self._keep]
+        phi_q = abs(self._jacobian(np.ones(self.system.n_all)))
+        springs = sp.coo_array(sp.tril(phi_q.T @ phi_q))
+        self._keys = np.unique(np.concatenate([own, springs.coords[1] * n + springs.coords[0]]))
+        self._own = np.searchsorted(self._keys, own)
+        self._indices = (self._keys % n).astype(np.int32)
+        self._indptr = np.searchsorted(self._keys, n * np.arange(n + 1)).astype(np.int64)
+
+    def _bodies(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+        """Return the body of every free coordinate, of shared ones the last, and the slopes."""
+        system = self.system
+        body, slope = np.zeros(system.n_all, dtype=np.int32), np.ones(system.n_all, dtype=bool)
+        for k, places in enumerate(system.places):
+            body[places] = k
+            slope[places[:, : system.dim]] = False
+        return body[: system.n_free], np.flatnonzero(slope[: system.n_free])
+
+    def _jacobian(self, q: Vector) -> Any:
+        return self.system.constraints.jacobian(q)[:, : self.system.n_free]
+
+    def state(self, q: Vector, lam: Vector, load: float) -> State:
+        """Return a state with what is unbalanced under a share of the loads."""
+        self.stats.residual_evaluations += 1
+        r, phi = self.system.assembly.residual(
+            q, self._rest, self._rest, lam, load * self._dead, load * self._amplitudes
+        )
+        return State(q, lam, np.asarray(r)[: self.system.n_free], np.asarray(phi))
+
+    def moved(self, state: State, dx: Vector, dlam: Vector, load: float) -> State:
+        """Return the state after a correction."""
+        q = state.q.copy()
+        q[: len(dx)] += dx
+        return self.state(q, state.lam + dlam, load)
+
+    def stiffness(self, state: State, load: float, out: Vector | None = None) -> Vector:
+        """Return the values of the tangent stiffness, without springs [N/m, N, N m]."""
+        lam, amplitudes = state.lam, load * self._amplitudes
+        assembly = self.system.assembly
+        return np.asarray(assembly.matrix(0.0, 1.0, state.q, lam, amplitudes, out=out))
+
+    def stress_stiffness(self, q: Vector, out: Vector, work: Vector) -> Vector:
+        """Return the part of the stiffness that the stress of the elements makes."""
+        assembly = self.system.assembly
+        rest = np.zeros(self.system.n_multipliers), np.zeros(len(self._amplitudes))
+        values = np.asarray(assembly.matrix(0.0, 1.0, q, *rest, out=out))
+        values -= assembly.material(0.0, 1.0, q, out=work)
+        return values
+
+    def factor(self, state: State, values: Vector, shift: float = 0.0) -> int | None:
+        """Factor a stiffness with springs and, on the diagonal, `shift` [1/s2] times the mass.
+
+        Returns
+        -------
+        int or None
+            Number of negative pivots; None if it is singular.
+        """
+        kept = values[self._keep]
+        if self._keys is not None:
+            own, kept = kept, np.zeros(len(self._keys))
+            kept[self._own] = own
+            self._phi_q = phi_q = self._jacobian(state.q)
+            diagonal = np.abs(kept[self._indptr[:-1]])
+            diagonal[diagonal == 0.0] = np.max(diagonal)
+            self._springs = PENALTY / (phi_q.power(2) @ (1.0 / diagonal))
+            added = sp.coo_array(sp.tril(phi_q.T @ sp.diags_array(self._springs) @ phi_q))
+            keys = added.coords[1].astype(np.int64) * len(diagonal) + added.coords[0]
+            np.add.at(kept, np.searchsorted(self._keys, keys), added.data)
+        if shift > 0.0:
+            kept = kept.copy()
+            kept[self._indptr[:-1]] += shift * self.mass
+        self.stats.factorizations += 1
+        self._on_factor()
+        if self.seed.factor(kept) == 0:
+            return 0
+        self.stats.indefinite += 1
+        return self.seed.negative_pivots
+
+    def correction(self, state: State) -> tuple[Vector, Vector]:
+        """Return what the last factor takes for the error of coordinates and multipliers."""
+        self.stats.solves += 1
+        if not len(state.phi):
+            return -self.seed.solve(state.r), state.phi
+        dx = -self.seed.solve(state.r + self._phi_q.T @ (self._springs * state.phi))
+        return dx, self._springs * (state.phi + self._phi_q @ dx)
+
+    def distance(self, dx: Vector) -> float:
+        """Return the size of a correction: the root mean square of the displacement [m]."""
+        return float(np.sqrt(self.mass @ dx**2 / self.mass.sum() * self.system.dim))
+
+    def distances(self, dx: Vector) -> Vector:
+        """Return the root mean squares of the displacements of the bodies [m], (n_bodies,)."""
+        squares = np.bincount(self._body, self.mass * dx**2, minlength=len(self._body_mass))
+        return np.asarray(np.sqrt(squares / self._body_mass * self.system.dim))
+
+    def size_of_forces(self, r: Vector) -> float:
+        """Return the size of generalized forces, each over the root of its mass [N / kg^(1/2)].
+
+        That is one measure for positions and slopes, of forces per length however fine the mesh.
+        """
+        return float(np.sqrt(np.sum(r**2 / self.mass)))
+
+    def rounding(self, state: State, load: float) -> Vector:
+        """Return the rounding of every unbalanced force [N, N m]."""
+        n, size = self.system.n_free, self.system.pattern.n
+        end = int(self.system.pattern.indptr[n])
+        indices, indptr = self.system.pattern.indices[:end], self.system.pattern.indptr[: n + 1]
+        values = np.abs(self.stiffness(state, load)[:end])
+        lower = sp.csc_array((values, indices, indptr), shape=(size, n))
+        q = np.abs(state.q[:n])
+        across = lower.T @ np.concatenate([q, np.abs(state.lam)]) + (lower @ q)[:n]
+        return np.asarray(ROUNDING * EPSILON * across)
+
+    def noise(self, state: State, load: float) -> Vector:
+        """Return how far rounding of the forces moves the bodies, by the last factor [m]."""
+        rounding = self.rounding(state, load)
+        rounding[np.random.default_rng(0).random(len(rounding)) < 0.5] *= -1.0
+        self.stats.solves += 1
+        return self.distances(self.seed.solve(rounding))
+
+    def is_balanced(self, state: State, load: float, tolerance: float) -> bool:
+        """Whether what is unbalanced is a small share of the loads, or rounding."""
+        span = ROUNDING * EPSILON * float(np.max(np.abs(state.q)))
+        if float(np.max(np.abs(state.phi), initial=0.0)) > span:
+            return False
+        allowed = tolerance * (load * self.loads + self._stress_at_start)
+        left = self.size_of_forces(state.r)
+        if left <= allowed or left > self._most_rounding:
+            return left <= allowed
+        excess = np.maximum(np.abs(state.r) - self.rounding(state, load), 0.0)
+        return self.size_of_forces(excess) <= allowed

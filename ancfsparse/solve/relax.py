@@ -1,0 +1,199 @@
+"""Newton's method for equilibria of slender bodies, and its fallback: motion without inertia."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.nonlinear.iteration import EPSILON
+from ancfsparse.solve.balance import Balance, State
+from ancfsparse.solve.tangent import Tangent
+
+Vector = NDArray[np.float64]
+
+# Most factors for one equilibrium, and those after which corrections must have become smaller.
+MOST_FACTORS, PATIENCE = 40, 12
+# Largest change of a slope in a correction: beyond half a radian a tangent says little.
+LARGEST_TURN = 0.5
+# Corrections by an old factor must shrink by this, and forces by more, or they have stretched what
+# is slender; they are tried where Newton's shrink too.  Most of them.
+CONTRACTION, FORCE_CONTRACTION, MOST_CHORDS = 0.25, 0.03, 12
+# Factors of a settling, and the share of the shift below which Newton takes over.
+MOST_SETTLING, SMALL_TURN, SHIFT_SHARE = 60, 0.05, 0.1
+
+
+class NotFoundError(Exception):
+    """No equilibrium from here: the reason, the last state, and the share of the loads."""
+
+    def __init__(self, reason: str, state: State, load: float) -> None:
+        super().__init__(reason)
+        self.reason, self.state, self.load = reason, state, load
+
+
+class Found(NamedTuple):
+    """An equilibrium.
+
+    Attributes
+    ----------
+    state : State
+        Where.
+    negative : int
+        Negative pivots of its stiffness: none if it is stable.
+    """
+
+    state: State
+    negative: int
+
+
+def find(
+    balance: Balance,
+    state: State,
+    load: float,
+    tolerance: float,
+    *,
+    extrapolate: bool = True,
+    definite: bool = False,
+) -> Found:
+    """Solve for the equilibrium near a state.
+
+    Newton's, with tangents that extrapolate the stress and corrections that turn no slope too far.
+    Between factors, where corrections shrink well, the last one is used again with Broyden's
+    update.  The last factor is that of the equilibrium.
+
+    Parameters
+    ----------
+    balance : Balance
+        The equations.
+    state : State
+        Where to begin.
+    load : float
+        Share of the loads.
+    tolerance : float
+        Share of the loads that may stay unbalanced.
+    extrapolate : bool, optional
+        Whether to extrapolate the stress; without it the tangent is exact.
+    definite : bool, optional
+        Whether to give up where the stiffness is not definite.
+
+    Raises
+    ------
+    NotFoundError
+        If corrections do not become small.
+    """
+    tangent, closing = Tangent(balance), False
+    sizes: list[float] = []
+    for k in range(MOST_FACTORS):
+        exact = closing or not extrapolate
+        values = (tangent.exact if exact else tangent.extrapolated)(state, load)
+        negative = balance.factor(state, values)
+        dx, dlam = balance.correction(state)
+        size = balance.distance(dx)
+        if negative is None or not math.isfinite(size):
+            raise NotFoundError("the stiffness is singular", state, load)
+        if definite and negative:
+            raise NotFoundError("the stiffness is not definite", state, load)
+        share = _share(balance, dx)
+        arrived = (exact or k == 0) and share == 1.0 and _is_small(balance, state, dx, tolerance)
+        if closing and not arrived:
+            arrived = bool(np.all(balance.distances(dx) <= balance.noise(state, load)))
+        state = balance.moved(state, share * dx, share * dlam, load)
+        balance.stats.iterations += 1
+        if not np.isfinite(state.r).all():
+            raise NotFoundError("a correction left the range of numbers", state, load)
+        if arrived and balance.is_balanced(state, load, tolerance):
+            return Found(state, negative)
+        sizes.append(size)
+        if len(sizes) > PATIENCE and size > 0.9 * min(sizes[: -PATIENCE // 2]):
+            raise NotFoundError("corrections do not become smaller", state, load)
+        if share == 1.0 and (len(sizes) == 1 or size < CONTRACTION * sizes[-2]):
+            state = _chords(balance, state, dx, load, tolerance)
+        closing = balance.is_balanced(state, load, tolerance)
+    raise NotFoundError(f"no convergence with {MOST_FACTORS} factors", state, load)
+
+
+def _share(balance: Balance, dx: Vector) -> float:
+    """Return the share of a correction that turns no slope too far."""
+    return LARGEST_TURN / max(LARGEST_TURN, _turn(balance, dx))
+
+
+def _turn(balance: Balance, dx: Vector) -> float:
+    """Return the largest change of a slope [rad]."""
+    return float(np.max(np.abs(dx[balance.slopes]), initial=0.0))
+
+
+def _is_small(balance: Balance, state: State, dx: Vector, tolerance: float) -> bool:
+    """Whether a correction is small beside what each body has moved: its square is left."""
+    system = balance.system
+    moved = balance.distances(state.q[: system.n_free] - system.q0[: system.n_free])
+    rounding = 64.0 * EPSILON * float(np.max(np.abs(system.q0)))
+    return bool(np.all(balance.distances(dx) <= tolerance ** (2.0 / 3.0) * moved + rounding))
+
+
+def _chords(balance: Balance, state: State, dx: Vector, load: float, tolerance: float) -> State:
+    """Correct by the last factor with Broyden's update, for as long as that converges well."""
+    steps, last = [dx], balance.distance(dx)
+    for _ in range(MOST_CHORDS):
+        if balance.is_balanced(state, load, tolerance):
+            break
+        s, dlam = balance.correction(state)
+        for one, following in itertools.pairwise(steps):
+            s = s + (balance.mass * one) @ s / ((balance.mass * one) @ one) * following
+        latest = balance.mass * steps[-1]
+        s = s / (1.0 - latest @ s / (latest @ steps[-1]))
+        size = balance.distance(s)
+        if not size <= CONTRACTION * last:
+            break
+        new = balance.moved(state, s, dlam, load)
+        balance.stats.iterations += 1
+        if not balance.size_of_forces(new.r) <= FORCE_CONTRACTION * balance.size_of_forces(state.r):
+            break
+        state, last = new, size
+        steps.append(s)
+    return state
+
+
+def settle(balance: Balance, state: State, load: float, tolerance: float) -> Found:
+    """Let the scene creep downhill until it comes to rest, and find the equilibrium there.
+
+    Implicit steps of ``M dq/dt = -r`` without inertia, each solved by one correction with mass
+    over the step on the diagonal: as much as the stiffness needs to be definite.
+
+    Parameters
+    ----------
+    balance, state, load, tolerance
+        As in `find`.
+
+    Raises
+    ------
+    NotFoundError
+        If it does not come to rest.
+    """
+    tangent = Tangent(balance)
+    factors = balance.stats.factorizations + MOST_SETTLING
+    shift, span = 0.0, float(np.max(np.abs(balance.system.q0)))
+    while balance.stats.factorizations < factors:
+        values = tangent.extrapolated(state, load)
+        push = balance.distance(state.r / balance.mass)  # an acceleration [m/s2]
+        while True:
+            definite = balance.factor(state, values, shift) == 0
+            dx, dlam = balance.correction(state) if definite else (state.r, state.phi)
+            share = _share(balance, dx)
+            if definite and share > 0.25:
+                break
+            shift = 4.0 * shift if shift > 0.0 else 1e-3 * push / span
+            if balance.stats.factorizations >= factors or not math.isfinite(shift):
+                raise NotFoundError("the scene does not come to rest", state, load)
+        state = balance.moved(state, share * dx, share * dlam, load)
+        balance.stats.iterations += 1
+        turn = _turn(balance, dx)
+        if turn <= SMALL_TURN and shift * balance.distance(dx) <= SHIFT_SHARE * push:
+            try:
+                return find(balance, state, load, tolerance, definite=True)
+            except NotFoundError:
+                pass
+        shift *= 0.5 if turn > 0.2 * LARGEST_TURN else 0.25
+    raise NotFoundError("the scene does not come to rest", state, load)

@@ -1,0 +1,323 @@
+"""Equilibria of scenes that are hard for Newton: slack, slender, buckled, tiny and huge."""
+
+import io
+import math
+from contextlib import redirect_stderr
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import chain, roll_up
+from ancfsparse.system import System
+
+SIZES = [1e-9, 1e-6, 1.0, 1e4, 1e9]
+
+
+def unbalanced(equilibrium):
+    """Largest share of the loads that is unbalanced, by an independent sum."""
+    system, q = equilibrium.system, equilibrium.q
+    rest = np.zeros(system.n_all)
+    amplitudes = system.loads.amplitudes(np.zeros(1))[0]
+    r, phi = system.assembly.residual(q, rest, rest, equilibrium.lam, system.dead_load, amplitudes)
+    assert np.abs(phi).max(initial=0.0) <= 1e-13 * np.abs(system.q0).max()
+    return np.abs(r[: system.n_free]).max() / np.abs(system.dead_load[: system.n_free]).max()
+
+
+def eigenvalues(equilibrium):
+    """Eigenvalues of the stiffness over the motions that the constraints allow."""
+    system = equilibrium.system
+    pattern, n = system.pattern, system.n_free
+    amplitudes = system.loads.amplitudes(np.zeros(1))[0]
+    values = system.assembly.matrix(0.0, 1.0, equilibrium.q, equilibrium.lam, amplitudes)
+    whole = np.zeros((pattern.n, pattern.n))
+    column = np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))
+    whole[pattern.indices, column] = whole[column, pattern.indices] = values
+    allowed = (
+        np.linalg.svd(whole[n:, :n])[2][system.n_multipliers :] if pattern.n > n else np.eye(n)
+    )
+    return np.linalg.eigvalsh(allowed @ whole[:n, :n] @ allowed.T)
+
+
+def cable(length=1.0, thickness=0.02, n=8, hold="pin", **options):
+    """A cable between two holds under gravity, with loads that bend it alike at any length."""
+    scene = ancf.Scene((0.0, -9.81))
+    section = ancf.Circle(thickness * length)
+    material = ancf.Material(1e9 * length, 1000.0)
+    rod = scene.add_beam("thin", (0, 0), (length, 0), n, section, material, **options)
+    for node in (rod.start, rod.end):
+        getattr(scene, hold)(node)
+    return scene, rod
+
+
+def square_net(n, side=4.0, youngs_modulus=1e8, diameter=0.02, **options):
+    """A flat net whose rim is pinned."""
+    x, y = np.meshgrid(np.linspace(0, side, n), np.linspace(0, side, n), indexing="ij")
+    nodes = np.stack([x.ravel(), y.ravel(), np.zeros(n * n)], axis=1)
+    number = np.arange(n * n).reshape(n, n)
+    along, across = (number[:-1], number[1:]), (number[:, :-1], number[:, 1:])
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    section, material = ancf.Circle(diameter), ancf.Material(youngs_modulus, 1000.0)
+    pairs = np.concatenate([np.reshape(each, (2, -1)).T for each in (along, across)])
+    net = scene.add_mesh(nodes, pairs, "thin", section, material, **options)
+    for k in np.unique([number[0], number[-1], number[:, 0], number[:, -1]]):
+        scene.pin(net.node(int(k)))
+    return scene, net.node(int(number[n // 2, n // 2]))
+
+
+# One law at all sizes.
+
+
+@pytest.mark.parametrize("element", ["thin", "thick"])
+@pytest.mark.parametrize("hold", ["pins", "clamp"])
+def test_a_scene_bends_alike_at_any_size(hold, element):
+    found, counts = [], []
+    for size in SIZES:
+        scene = ancf.Scene((0.0, -9.81))
+        material = ancf.Material(1e8 * size, 1000.0)
+        rod = scene.add_beam(element, (0, 0), (size, 0), 4, ancf.Circle(size / 50), material)
+        if hold == "clamp":
+            scene.clamp(rod.start)
+        else:
+            scene.pin(rod.start)
+            scene.pin(rod.end)
+        equilibrium = ancf.solve_static(scene)
+        node = rod.end if hold == "clamp" else rod.node(2)
+        found.append(equilibrium.displacement(node) / size)
+        counts.append(equilibrium.stats.factorizations)
+        weight = rod.section.area * 1000.0 * 9.81 * size
+        total = equilibrium.reaction(rod.start)
+        if hold == "pins":
+            total = total + equilibrium.reaction(rod.end)
+        np.testing.assert_allclose(total / weight, [0.0, 1.0], atol=1e-8)
+    assert abs(found[0][1]) > 1e-3
+    np.testing.assert_allclose(found, [found[2]] * len(SIZES), rtol=1e-8, atol=1e-10)
+    assert len(set(counts)) == 1
+
+
+def test_a_light_thread_beside_a_heavy_beam_is_solved_as_by_itself():
+    # Its forces are some 1e-13 of the loads of the scene.
+    def thread(scene):
+        section, material = ancf.Circle(1e-6), ancf.Material(1e9, 1000.0)
+        rod = scene.add_beam("thin", (5, 0), (6, 0), 8, section, material)
+        scene.pin(rod.start)
+        scene.pin(rod.end)
+        return rod
+
+    alone = ancf.Scene()
+    expected = ancf.solve_static(alone).position(rod.node(4)) if (rod := thread(alone)) else None
+    scene = ancf.Scene()
+    beam = scene.add_beam("thin", (0, 0), (2, 0), 4, ancf.Circle(0.3), ancf.Material(2e11, 7850.0))
+    scene.clamp(beam.start)
+    rod = thread(scene)
+    found = ancf.solve_static(scene).position(rod.node(4))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_the_tolerance_bounds_what_is_unbalanced(tolerance):
+    scene, _ = cable()
+    equilibrium = ancf.solve_static(scene, tolerance=tolerance)
+    assert unbalanced(equilibrium) <= tolerance
+    fine = ancf.solve_static(scene, tolerance=1e-13)
+    assert np.abs(equilibrium.q - fine.q).max() <= tolerance
+
+
+# Slack and slender.
+
+
+@pytest.mark.parametrize("youngs_modulus", [1e6, 1e8, 2e11])
+@pytest.mark.parametrize("diameter", [1e-2, 1e-5])
+def test_a_cable_with_hardly_any_bending_stiffness_hangs(diameter, youngs_modulus):
+    # Sag of a shallow taut cable: y^3 = 3 w L^4 / (64 E A), to second order in its slope.
+    scene = ancf.Scene()
+    section, material = ancf.Circle(diameter), ancf.Material(youngs_modulus, 1000.0)
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 20, section, material)
+    scene.pin(rod.start)
+    scene.pin(rod.end)
+    equilibrium = ancf.solve_static(scene)
+    assert equilibrium.stable
+    assert equilibrium.stats.factorizations <= 25
+    if diameter < 1e-3:
+        sag = (3 * 1000.0 * 9.81 / (64 * youngs_modulus)) ** (1 / 3)
+        assert -equilibrium.position(rod.node(10))[1] == pytest.approx(sag, rel=0.2 * sag + 2e-3)
+
+
+def test_a_slack_thread_hangs_in_a_catenary():
+    # Half the length is a sinh(1 / a), with the ends 2 m apart.
+    n = 40
+    t = np.linspace(-1, 1, n + 1)
+    scene = ancf.Scene()
+    nodes = np.stack([t, -0.8 * (1 - t**2)], 1)
+    edges = np.stack([np.arange(n), np.arange(1, n + 1)], 1)
+    mesh = scene.add_mesh(
+        nodes, edges, "thin", ancf.Circle(1e-4), ancf.Material(1e9, 1e3), smooth=30
+    )
+    scene.pin(mesh.node(0))
+    scene.pin(mesh.node(n))
+    equilibrium = ancf.solve_static(scene)
+    half = 0.5 * mesh.length
+    low, high = 0.1, 10.0
+    for _ in range(100):
+        a = 0.5 * (low + high)
+        low, high = (a, high) if a * math.sinh(1 / a) > half else (low, a)
+    sag = a * (math.cosh(1 / a) - 1)
+    assert -equilibrium.position(mesh.node(n // 2))[1] == pytest.approx(sag, rel=2e-3)
+    assert equilibrium.stable
+
+
+@pytest.mark.parametrize("youngs_modulus", [1e6, 2e11])
+@pytest.mark.parametrize("diameter", [2e-2, 2e-4])
+def test_a_net_without_tension_hangs(diameter, youngs_modulus):
+    scene, middle = square_net(9, youngs_modulus=youngs_modulus, diameter=diameter)
+    equilibrium = ancf.solve_static(scene)
+    assert equilibrium.stable
+    assert unbalanced(equilibrium) < 1e-7  # of steel threads rounding is 3e-8
+    assert equilibrium.displacement(middle)[2] < 0.0
+
+
+def test_the_cost_of_a_net_grows_with_its_factor_alone():
+    counts = []
+    for n in (6, 12, 24):
+        scene, _ = square_net(n)
+        stats = ancf.solve_static(scene).stats
+        counts.append((stats.factorizations, stats.solves))
+    factors, solves = zip(*counts, strict=True)
+    assert max(factors) <= 12
+    assert max(factors) - min(factors) <= 2
+    assert max(solves) <= 24
+
+
+def test_the_cost_of_a_chain_grows_with_its_length_alone():
+    counts = []
+    for n in (100, 1000, 10_000):
+        scene, rod = chain(n)
+        scene.pin(rod.end)
+        equilibrium = ancf.solve_static(scene)
+        assert equilibrium.stable
+        counts.append(equilibrium.stats.factorizations)
+    assert max(counts) <= 25
+
+
+@pytest.mark.parametrize("turns", [1.0, 2.0])
+def test_a_beam_that_rolls_up_is_found_also_where_the_whole_load_is_too_much(turns):
+    scene, rod = roll_up("l2t2", 32, turns=turns)
+    whole = ancf.solve_static(scene)
+    steps = ancf.solve_static(scene, load_steps=40)
+    np.testing.assert_allclose(whole.position(rod.end), steps.position(rod.end), rtol=0, atol=1e-8)
+
+
+# Stability.
+
+
+def column(share, push=0.0, element="thin", dim=2):
+    """A clamped column under a share of Euler's load, pushed aside by a share of that."""
+    scene = ancf.Scene((0.0,) * dim)
+    end = np.eye(dim)[0]
+    section, material = ancf.Circle(0.02), ancf.Material(1e9, 1000.0)
+    rod = scene.add_beam(element, (0.0,) * dim, end, 16, section, material)
+    scene.clamp(rod.start)
+    load = share * math.pi**2 * rod.parameters()["bending_stiffness"] / 4
+    scene.point_force(rod.end, -load * end + push * load * np.eye(dim)[1])
+    return scene, rod
+
+
+@pytest.mark.parametrize(("element", "dim"), [("thin", 2), ("thin", 3), ("thick", 2), ("thick", 3)])
+@pytest.mark.parametrize("share", [0.5, 0.99, 1.01, 2.0])
+def test_a_column_is_stable_up_to_eulers_load(share, element, dim):
+    scene, _ = column(share, element=element, dim=dim)
+    if share < 1.0:
+        equilibrium = ancf.solve_static(scene)
+        assert equilibrium.stable
+        assert "unstable" not in repr(equilibrium)
+    else:
+        # In space it can leave in two directions.
+        with pytest.warns(ancf.UnstableEquilibrium, match="beyond its buckling load") as caught:
+            equilibrium = ancf.solve_static(scene)
+        assert caught[0].message.negative == equilibrium.stats.negative_pivots == dim - 1
+        assert not equilibrium.stable
+        assert f"unstable ({dim - 1} negative pivots)" in repr(equilibrium)
+        assert caught[0].filename == __file__
+    negative = np.count_nonzero(eigenvalues(equilibrium) < 0.0)
+    assert equilibrium.stats.negative_pivots == negative
+
+
+@pytest.mark.parametrize("push", [1e-3, -1e-3])
+def test_a_column_that_is_pushed_buckles_to_that_side(push):
+    scene, rod = column(1.5, push)
+    equilibrium = ancf.solve_static(scene)
+    assert equilibrium.stable
+    assert np.sign(equilibrium.position(rod.end)[1]) == np.sign(push)
+    # Far beyond its load it has bent by more than half its length: the elastica of a tip load.
+    assert abs(equilibrium.position(rod.end)[1]) == pytest.approx(0.789, abs=2e-3)
+
+
+def arch(force, *, as_constraint=False):
+    scene = ancf.Scene((0.0, 0.0))
+    section, material = ancf.Circle(0.02), ancf.Material(1e9, 1e3)
+    one = scene.add_beam("thin", (0, 0), (1, 0.1), 10, section, material)
+    two = scene.add_beam("thin", (1, 0.1), (2, 0), 10, section, material)
+    scene.pin(one.start, as_constraint=as_constraint)
+    scene.pin(two.end, as_constraint=as_constraint)
+    scene.connect(one.end, two.start)
+    scene.point_force(one.end, (0, -force))
+    return scene, one
+
+
+def test_an_arch_snaps_through():
+    # Beyond the end of its path of equilibria: where it settles.
+    scene, one = arch(1000.0)
+    equilibrium = ancf.solve_static(scene)
+    assert equilibrium.stable
+    assert equilibrium.position(one.end)[1] < -0.1
+
+
+@pytest.mark.parametrize("as_constraint", [False, True])
+def test_multipliers_do_not_change_what_is_counted(as_constraint):
+    scene, _ = arch(100.0, as_constraint=as_constraint)
+    with pytest.warns(ancf.UnstableEquilibrium):
+        equilibrium = ancf.solve_static(scene)
+    assert equilibrium.stats.negative_pivots == np.count_nonzero(eigenvalues(equilibrium) < 0.0) > 0
+
+
+def test_moments_in_space_have_no_potential_and_no_warning():
+    scene, rod = roll_up("thin", 16, dim=3)
+    equilibrium = ancf.solve_static(scene)
+    flat_scene, flat = roll_up("thin", 16)
+    expected = ancf.solve_static(flat_scene).position(flat.end)
+    np.testing.assert_allclose(equilibrium.position(rod.end)[:2], expected, rtol=0, atol=1e-7)
+
+
+# What it needs and shows.
+
+
+def test_progress_is_drawn_where_it_is_asked_for():
+    scene, _ = cable()
+    for progress, drawn in ((True, True), (False, False)):
+        screen = io.StringIO()
+        with redirect_stderr(screen):
+            ancf.solve_static(scene, progress=progress)
+        assert ("factor" in screen.getvalue()) is drawn
+
+
+def test_a_scene_that_cannot_fit_is_refused_before_it_is_set_up(monkeypatch):
+    def never(*_):
+        raise AssertionError("set up")
+
+    monkeypatch.setattr("ancfsparse.solve.memory.available", lambda: 1e5)
+    monkeypatch.setattr("ancfsparse.solve.statics.System", never)
+    monkeypatch.setattr("ancfsparse.solve.stability.System", never)
+    scene, _ = chain(1000)
+    with pytest.raises(ancf.InputError, match=r"would need about .* GB.*fewer elements"):
+        ancf.solve_static(scene)
+    with pytest.raises(ancf.InputError, match=r"would need about .* GB.*fewer elements"):
+        ancf.stable_step(scene, ancf.CentralDifference())
+
+
+def test_no_load_is_in_equilibrium_as_it_is():
+    scene = ancf.Scene((0.0, 0.0))
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), ancf.Material(1e8, 1e3))
+    scene.clamp(rod.start)
+    equilibrium = ancf.solve_static(scene)
+    assert equilibrium.stats.factorizations == 1
+    assert (equilibrium.q == System(scene).q0).all()
