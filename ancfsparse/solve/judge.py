@@ -66,7 +66,12 @@ class Judge:
         self.force_scale = float(np.max(np.abs(diagonal), initial=0.0) * np.max(np.abs(system.q0)))
         self._stiffest = stiffest(system, diagonal)
         places = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
-        self._mass = float(np.mean(system.mass_diagonal[places[places < system.n_free]]))
+        free = places[places < system.n_free]
+        if len(free):
+            self._mass = float(np.mean(system.mass_diagonal[free]))
+        else:  # where slopes alone can move: what they weigh at the distance of an element
+            lengths = np.concatenate([body.lengths for body in system.scene.beams])
+            self._mass = float(np.mean(system.mass_diagonal) / np.mean(lengths))
 
     def at(self, dt: float, error: float | None = None) -> Tolerance:
         """Return the bounds for steps of a length.

@@ -175,3 +175,35 @@ def test_a_seed_from_finite_differences_at_every_scale(length, modulus, dt):
     exact = ancf.simulate(scene, 5 * dt, dt, solver=ancf.Newton())
     # Both leave 1e-3 m/s2 in a step.
     assert np.abs(run.position(rod.end) - exact.position(rod.end)).max() < 5 * 1e-3 * dt**2
+
+
+@pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.EnergyMomentum()])
+def test_slopes_move_where_every_node_is_held(integrator):
+    # A hinged beam in gravity, of one element: its ends turn against each other with
+    # omega^2 = 120 E I / (rho A L^4), by consistent masses and cubic shape functions.
+    scene = ancf.Scene((0.0, -1e-3))
+    section, material = ancf.Circle(0.01), ancf.Material(1e8, 1e3)
+    beam = scene.add_beam("thin", (0, 0), (1, 0), 1, section, material)
+    scene.pin(beam.start)
+    scene.pin(beam.end)
+    run = ancf.simulate(scene, 1.0, 1e-3, integrator=integrator)
+    slope = -run.slope(beam.start)[:, 1]
+    omega = np.sqrt(120.0 * 1e8 * section.inertia_z / (1e3 * section.area))
+    rest = 1e-3 * 1e3 * section.area / (24.0 * 1e8 * section.inertia_z)  # w L^3 / (24 E I)
+    np.testing.assert_allclose(slope, rest * (1 - np.cos(omega * run.t)), atol=5e-3 * rest)
+
+
+def test_nets_whose_nodes_are_all_held_can_be_run():
+    scene = ancf.Scene()
+    nodes, edges = [(0, 0), (1, 0), (0, 1)], [(0, 1), (1, 2), (2, 0)]
+    net = scene.add_mesh(nodes, edges, "thin", ancf.Circle(0.01), ancf.Material(1e8, 1e3))
+    for k in range(3):
+        scene.pin(net.node(k))
+    runs = [
+        ancf.simulate(scene, 0.01, 1e-4, integrator=each, solver=solver)
+        for each in (ancf.GeneralizedAlpha(1.0), ancf.EnergyMomentum())
+        for solver in ("auto", ancf.Newton())
+    ]
+    for run in runs:
+        assert run.energy.drift < 1e-3
+        np.testing.assert_allclose(run.q[-1], runs[0].q[-1], rtol=0.0, atol=1e-6)
