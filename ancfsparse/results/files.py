@@ -20,7 +20,7 @@ from ancfsparse.scene import Scene, check_scene
 from ancfsparse.scene.digest import difference
 from ancfsparse.system import System
 
-# Share of the largest coordinate by which two scenes said in the same words may differ: rounding.
+# Share of the largest coordinate by which two equal scenes may differ: rounding.
 SAME = 1e-9
 
 
@@ -32,7 +32,7 @@ def load(path: str | Path, scene: Scene) -> Trajectory:
     path : str or Path
         The file.
     scene : Scene
-        The scene of the run, or one said in the same words: its handles are what the trajectory
+        The scene of the run, or one made by the same calls: its handles are what the trajectory
         is asked with.
 
     Returns

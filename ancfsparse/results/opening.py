@@ -1,4 +1,4 @@
-"""HDF5 files of runs: how they are recognised, and why one cannot be opened, told in sentences."""
+"""HDF5 files of runs: how they are recognised, and sentences on why one cannot be opened."""
 
 from __future__ import annotations
 

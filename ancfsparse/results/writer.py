@@ -43,8 +43,8 @@ class Writer:
     written reads as NaN.  Attributes: ``mark`` and ``format`` say what the file is (`opening`),
     ``coordinates`` counts those of the system, and ``run`` is a mark that no other run has.
 
-    HDF5 cannot close a file it has no room for.  So the room for new rows is taken before it is
-    told of them.
+    HDF5 cannot close a file it has no room for.  So the room for new rows is taken before they are
+    given to it.
 
     Parameters
     ----------

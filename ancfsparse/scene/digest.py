@@ -27,7 +27,7 @@ def digest(scene: Contents, joints: list[Joint], loads: list[Load]) -> dict[str,
     """Describe what decides how a scene moves, but for its shape and initial velocities.
 
     These are numbers, and compared as such.  Of a load that is a function of time only its place
-    is told, unless the function is a `Signal`.
+    counts, unless the function is a `Signal`.
 
     Parameters
     ----------

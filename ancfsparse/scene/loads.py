@@ -85,9 +85,8 @@ class Applied(ABC):
     def failure(self, t: float, error: Exception) -> LoadFailure:
         """Return the error for a function that raised one."""
         kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
-        return LoadFailure(
-            f"{self.what}, a function of time, failed at t = {t:.6g} s: {kind}{error}", t
-        )
+        reason = f"{kind}{error}".rstrip(": ")
+        return LoadFailure(f"{self.what}, a function of time, failed at t = {t:.6g} s: {reason}", t)
 
     def _checked(self, name: str, value: ArrayLike) -> Vector:
         if self.shape:

@@ -6,19 +6,19 @@ import time
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ancfsparse.errors import OutputFailure
+from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import RunStats
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
+from ancfsparse.solve.explicit import count_forces
 from ancfsparse.solve.halving import CURABLE, Halving
 from ancfsparse.solve.record import Recorder, buffer_rows
+from ancfsparse.solve.setup import count, events
 from ancfsparse.system import System
-
-Vector = NDArray[np.float64]
 
 # Steps that are taken in one go, and rows of loads that are tabulated at once: at most CHUNK, and
 # of large systems so many that about so many coordinates move.
@@ -32,68 +32,76 @@ class FixedSteps:
     ----------
     system : System
         What moves.
+    integrator : Implicit or Explicit
+        How.
     march, iteration, seed
         Compiled loops of the integrator and of the nonlinear solver (None for explicit ones), and
         what they solve with.
-    nodes : (p,) float
-        Times in a step at which loads are needed, over the step.
-    n_steps : int
-        Steps to take.
-    dt : float
-        Their length [s].
-    save_every : int
-        Steps from one recorded state to the next.
-    recorder : Recorder
-        Takes the states.
-    stats : RunStats
-        Counts the steps and their seconds.
     halving : Halving or None
         Crosses steps that fail.
+    stats : RunStats
+        Where steps, iterations and seconds are counted.
+    recorder : Recorder
+        Takes the states.
+    save_every : int
+        Steps from one recorded state to the next.
+    dt : float
+        Length of a step [s].
     """
 
     def __init__(
         self,
         system: System,
+        integrator: Implicit | Explicit,
         march: Any,
         iteration: Any,
         seed: SparseSeed | BlockInverse,
-        nodes: Vector,
-        n_steps: int,
-        dt: float,
-        save_every: int,
-        recorder: Recorder,
-        stats: RunStats,
         halving: Halving | None,
+        stats: RunStats,
+        recorder: Recorder,
+        save_every: int,
+        dt: float,
     ) -> None:
-        self._system, self._march, self._iteration, self._seed = system, march, iteration, seed
-        self._nodes, self._n_steps, self._dt, self._save_every = nodes, n_steps, dt, save_every
-        self._recorder, self._stats, self._halving = recorder, stats, halving
+        self._system, self._integrator = system, integrator
+        self._march, self._iteration, self._seed = march, iteration, seed
+        self._halving, self._stats, self._recorder = halving, stats, recorder
+        self._save_every, self._dt = save_every, dt
+        # Times in a step at which loads are needed, over the step.
+        self._nodes = np.ones(1)
+        if isinstance(integrator, Explicit):
+            self._nodes = integrator.tableau.c[1:]
         self._chunk = max(1, min(CHUNK, COORDINATES // system.n_all))
-        most = min(n_steps, self._chunk) // save_every + 1
-        self._room = buffer_rows(system.n_all, most)
-        self._buffer = [np.empty((self._room + 1, system.n_all)) for _ in range(3)]
-        self._buffer.append(np.empty((self._room + 1, system.n_multipliers)))
         # Steps of the run, and of the march, before those whose states are in the buffer; None
         # while the march stands inside a step.
         self._before: tuple[int, int] | None = (0, march.steps)
 
-    def run(self, progress: bool) -> Outcome:
-        """Take the steps; return how they ended.
+    def run(self, n_steps: int, progress: bool) -> Outcome:
+        """Take steps; return how they ended.
 
         Raises
         ------
         LoadFailure
             If a load fails, after the steps before.
+        OutputFailure
+            If there is no room for their states.
         """
+        self._n_steps = n_steps
+        most = min(n_steps, self._chunk) // self._save_every + 1
+        self._room = buffer_rows(self._system.n_all, most)
+        self._buffer = [np.empty((self._room + 1, self._system.n_all)) for _ in range(3)]
+        self._buffer.append(np.empty((self._room + 1, self._system.n_multipliers)))
         try:
             outcome = self._run(progress)
-        except OutputFailure:  # there is no room for more
+            self._keep_last()
+            self._count()
+        except OutputFailure:
+            self._count()
             raise
         except BaseException:  # an interruption may come between any two lines
             self._collect()
             self._keep_last()
+            self._count()
             raise
-        self._keep_last()
         return outcome
 
     def _run(self, progress: bool) -> Outcome:
@@ -162,6 +170,19 @@ class FixedSteps:
         if self._before is not None and self._recorder.rows == steps // self._save_every + 1:
             if steps % self._save_every:
                 self._append_state()
+
+    def _count(self) -> None:
+        """Hand on what the steps have cost so far."""
+        stats = self._stats
+        if isinstance(self._integrator, Explicit):
+            count_forces(stats, self._integrator)
+        else:
+            count(stats, self._iteration)
+            stats.events = events(self._iteration.events, 0.0, self._dt)
+        if self._halving is not None:
+            stats.short_steps = self._halving.short_steps
+            stats.events += self._halving.events
+        self._recorder.finish(stats)
 
     def _append_state(self) -> None:
         time = np.array([self._dt * self._stats.steps])

@@ -19,7 +19,6 @@ from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.accuracy import check_accuracy, solve_accurately
 from ancfsparse.solve.explicit import (
     check_alone,
-    count_forces,
     instability,
     prepare_explicit,
 )
@@ -28,7 +27,7 @@ from ancfsparse.solve.halving import Halving
 from ancfsparse.solve.memory import check_fits, estimate, give_back
 from ancfsparse.solve.record import Record, check_nodes, check_output
 from ancfsparse.solve.settings import check_gain, check_solver, check_tolerance
-from ancfsparse.solve.setup import count, events, prepare, stopped
+from ancfsparse.solve.setup import prepare, stopped
 from ancfsparse.solve.threads import check_threads, usable
 from ancfsparse.solve.times import as_double, count_steps
 from ancfsparse.system import System
@@ -127,7 +126,7 @@ def simulate(
     Raises
     ------
     InputError
-        If something said cannot be meant, or the run cannot fit in memory or on the disk.
+        If an argument is invalid, or the run cannot fit in memory or on the disk.
     LoadFailure
         If a load that is a function of time raises an error or returns no load; it carries the
         trajectory up to the last step before.
@@ -211,12 +210,12 @@ def simulate(
             recorder.append(states.t, states.q, states.v, states.a, states.lam)
             recorder.finish(stats)
         return record.trajectory()
-    iteration, nodes, halving = None, np.ones(1), None
+    iteration, halving = None, None
     seed: SparseSeed | BlockInverse
     if isinstance(integrator, Explicit):
         check_alone(integrator, solver, tolerance, max_halvings)
         march, seed, why = prepare_explicit(system, dt, n_steps, integrator, max_energy_gain)
-        nodes, a = integrator.tableau.c[1:], march.state[2]
+        a = march.state[2]
     else:
         march, iteration, seed, judge, why, a = prepare(
             system, dt, integrator, solver, tolerance, max_energy_gain, threads, needed
@@ -232,26 +231,9 @@ def simulate(
         if system.n_all >= LARGE:
             give_back()
         steps = FixedSteps(
-            system, march, iteration, seed, nodes, n_steps, dt, save_every, recorder, stats, halving
+            system, integrator, march, iteration, seed, halving, stats, recorder, save_every, dt
         )
-
-        def finish() -> None:
-            if halving is not None:
-                stats.short_steps = halving.short_steps
-            if isinstance(integrator, Explicit):
-                count_forces(stats, integrator)
-            elif iteration is not None:
-                count(stats, iteration)
-                crossed = halving.events if halving is not None else []
-                stats.events = events(iteration.events, 0.0, dt) + crossed
-            recorder.finish(stats)
-
-        try:
-            outcome = steps.run(progress)
-            finish()
-        except BaseException:  # also an interruption while it finishes
-            finish()
-            raise
+        outcome = steps.run(n_steps, progress)
     path = record.trajectory()
     if outcome != Outcome.CONVERGED and isinstance(integrator, Explicit):
         raise instability(system, march, seed, integrator, outcome, stats.steps, dt, path)

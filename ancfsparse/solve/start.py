@@ -30,7 +30,7 @@ def regularize(system: System, scale: float) -> None:
     Parameters
     ----------
     system : System
-        Its assembly is told the value.
+        Its assembly takes the value.
     scale : float
         Factor of the stiffness in the matrix, beta dt^2 [s2].
     """

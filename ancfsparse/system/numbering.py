@@ -50,7 +50,7 @@ def number(
 ) -> Numbering:
     """Give every coordinate of a scene its place.
 
-    Held coordinates are fixed and joined positions shared by numbering; what cannot be said that
+    Held coordinates are fixed and joined positions shared by numbering; what cannot be done that
     way is left to `constraints`.
 
     Parameters
@@ -101,7 +101,7 @@ def number(
     if v0 is not None:
         v[:] = v0
     elif any(beam.velocity is not None for beam in scene.beams):
-        v[:] = np.nan  # not said yet
+        v[:] = np.nan  # not known yet
         for beam, where in zip(scene.beams, places, strict=True):
             _set_moving(beam, where, v)
         _hold_still(scene, places, v, n_free)
@@ -159,27 +159,27 @@ def _ordered(owner: Places | None, held: NDArray[np.bool_]) -> tuple[Places, int
 
 def _set_moving(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
     """Write the velocities of a beam, rest included, and refuse what another beam contradicts."""
-    said = velocities(beam, where.shape[1])
-    undefined = np.count_nonzero(~np.isfinite(said))
+    given = velocities(beam, where.shape[1])
+    undefined = np.count_nonzero(~np.isfinite(given))
     if undefined:
         raise InputError(
-            f"the initial velocity of {beam.name} is not a number for {undefined} of {said.size} "
+            f"the initial velocity of {beam.name} is not a number for {undefined} of {given.size} "
             "coordinates: give a field that is defined beside the beam too, because slopes move "
             "with its derivative"
         )
     known, dim = v[where], beam.dim
-    apart = np.abs(known - said)[:, :dim]  # only positions are shared; NaN is nothing known
-    clash = np.argwhere(apart > ROUNDING * max(_largest(known[:, :dim]), _largest(said[:, :dim])))
+    apart = np.abs(known - given)[:, :dim]  # only positions are shared; NaN is nothing known
+    clash = np.argwhere(apart > ROUNDING * max(_largest(known[:, :dim]), _largest(given[:, :dim])))
     if len(clash):
         row, column = clash[0]
         more = f" ({len(clash)} coordinates in all)" if len(clash) > 1 else ""
         raise InputError(
             f"{_point(beam, row)} is connected to a beam whose initial velocity is another, "
-            f"{said[row, column]:.6g} m/s against {known[row, column]:.6g} m/s along "
+            f"{given[row, column]:.6g} m/s against {known[row, column]:.6g} m/s along "
             f"{'xyz'[column]}{more}: give connected beams velocities that agree where they meet "
             "(none means at rest)"
         )
-    v[where] = said
+    v[where] = given
 
 
 def _point(body: Body, row: int) -> Node:
