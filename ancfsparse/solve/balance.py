@@ -68,6 +68,8 @@ class Balance:
         Diagonal of the mass matrix, which measures corrections and forces [kg, kg m2].
     slopes : (k,) int
         Places of coordinates that are no positions.
+    plain : bool
+        Whether the stiffness comes from the elements alone.
     conservative : bool
         Whether the loads have a potential, as all have but moments in space.
     loads : float
@@ -82,8 +84,7 @@ class Balance:
         self._amplitudes = system.loads.amplitudes(np.zeros(1))[0]
         self._dead = system.dead_load
         self._rest = np.zeros(system.n_all)
-        # Whether the matrix depends on nothing but the coordinates.
-        self._plain = not system.loads.moment_place and system.constraints.linear
+        self.plain = not system.loads.moment_place and system.constraints.linear
         self.conservative = system.dim == 2 or not system.loads.moment_place
         self._make_pattern()
         self.seed = SparseSeed(self._indptr, self._indices, system.n_free)
