@@ -167,6 +167,17 @@ class SparseSeed:
         return arrays
 
 
+def fill_of(indptr: Indices, indices: Indices) -> int:
+    """Return the number of entries below the diagonal that a factor would have.
+
+    Parameters
+    ----------
+    indptr, indices : integer arrays
+        Lower triangle of the matrix by columns, diagonal included.
+    """
+    return shape_of(_cheapest(indptr, indices)[2]).nnz
+
+
 def _cheapest(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32], Upper]:
     """Return the name of the ordering with the least fill, the permutation, the upper triangle.
 

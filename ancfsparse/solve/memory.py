@@ -14,12 +14,17 @@ from ancfsparse.machine import GIGABYTE, available
 from ancfsparse.nonlinear import Method, QuasiNewton
 from ancfsparse.scene import Beam, Connect, Mesh, Scene
 from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds.sparse import BLOCK_ENTRY
+from ancfsparse.solve.fill import counted_fill
 
 # Vectors over all coordinates that a run keeps: loads, last and present state, residuals, one saved
 # state, the numbering and the pivots of the factor.
 VECTORS = 24
 # Bytes for an entry of the matrix, value and row; and of its factor, value and its share of a row.
 MATRIX_ENTRY, FACTOR_ENTRY = 12, 9
+# Entries of the factor of a cube of n nodes, over those of the matrix and the third root of n: 0.8
+# to 1.7 for 6 to 18 nodes a side, growing with their logarithm.
+CUBE = 4.0
 # Secant pairs: two terms of two vectors each.
 PAIR = 4
 
@@ -105,31 +110,37 @@ def estimate(
         n_rows, n_elements = n_rows + len(body.row_nodes), n_elements + body.n_elements
         n_nodes += body.n_nodes
         width = max(width, n_c)
-    if isinstance(solver, QuasiNewton) and solver.memory == "full":
-        factor = 8.0 * coordinates**2
-    else:
-        factor = FACTOR_ENTRY * entries * _fill(scene, n_nodes)
-    if isinstance(solver, QuasiNewton) and solver.memory != "full":
-        factor += 8.0 * PAIR * int(solver.memory) * coordinates
     columns = coordinates if kept_nodes is None else 4.0 * scene.dim * kept_nodes
-    return Memory(
+    needed = Memory(
         kernels,
         (MATRIX_ENTRY + 8 * (matrices - 1)) * entries,
-        factor,
+        0.0,
         8.0 * VECTORS * coordinates,
         24.0 * rows * (whole_runs * coordinates + (0.0 if to_file else columns)),
     )
+    if isinstance(solver, QuasiNewton) and solver.memory == "full":
+        return replace(needed, factor=8.0 * coordinates**2)
+    pairs = int(solver.memory) if isinstance(solver, QuasiNewton) else 0
+    factor = _factor(scene, entries, n_nodes, needed.total)
+    return replace(needed, factor=factor + 8.0 * PAIR * pairs * coordinates)
 
 
-def _fill(scene: Scene, n_nodes: int) -> float:
-    """Entries of the factor beside those of the matrix: chains and trees hardly fill in, nets do.
+def _factor(scene: Scene, entries: float, n_nodes: int, beside: float) -> float:
+    """Estimate the bytes of the factor: chains and trees hardly fill in, nets and lattices do.
 
-    Nested dissection of a square grid fills in with the logarithm of the number of nodes.  Lattices
-    in space fill in more; `check_factor` counts what they take once they are set up.
+    Nested dissection of a square grid fills in with the logarithm of the number of nodes, that of a
+    cube with its third root.  Which of them a scene is like need only be known, and is counted,
+    where a cube might not fit.
     """
     cycles = sum(isinstance(joint, Connect) for joint in scene.joints)
     cycles += sum(m.n_elements - m.n_nodes for m in scene.beams if isinstance(m, Mesh))
-    return 0.5 * math.log2(n_nodes) if cycles > 0.1 * n_nodes else 1.0
+    if cycles <= 0.1 * n_nodes:
+        return FACTOR_ENTRY * entries
+    free = available()
+    cube = BLOCK_ENTRY * CUBE * entries * n_nodes ** (1.0 / 3.0)
+    if free is None or beside + cube <= free:
+        return FACTOR_ENTRY * entries * 0.5 * math.log2(n_nodes)
+    return BLOCK_ENTRY * counted_fill(scene)
 
 
 def check_fits(needed: Memory) -> None:

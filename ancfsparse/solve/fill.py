@@ -1,0 +1,43 @@
+"""Entries of the factor of a scene, counted before anything large is made."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from ancfsparse.kernels.catalog import element_kind
+from ancfsparse.scene import Connect, Scene
+from ancfsparse.seeds import fill_of
+from ancfsparse.system.pattern import build
+
+
+def counted_fill(scene: Scene) -> float:
+    """Return about how many entries the factor of a scene has.
+
+    A position and a slope are one unknown each instead of two, three or nine, so ordering them
+    takes a ninth of the time that it takes for all coordinates, or less.  What joints hold is
+    counted as if it were free.
+    """
+    first_node, first_row, size = [], [], 0
+    for body in scene.beams:
+        first_node.append(size)
+        first_row.append(size + body.n_nodes)
+        size += body.n_nodes + len(body.row_nodes)
+    index = {id(body): k for k, body in enumerate(scene.beams)}
+    joints = [joint for joint in scene.joints if isinstance(joint, Connect)]
+    pairs = np.array(
+        [[first_node[index[id(n.beam)]] + n.index for n in (j.a, j.b)] for j in joints], dtype=int
+    ).reshape(-1, 2)
+    same = sp.coo_array((np.ones(len(pairs), dtype=bool), pairs.T), shape=(size, size))
+    n_unknowns, unknown = connected_components(same, directed=False)
+    cliques = []
+    coordinates = -scene.dim * float(size - n_unknowns)
+    for body, node, row in zip(scene.beams, first_node, first_row, strict=True):
+        kind = element_kind(body.element, scene.dim, **body.options)
+        width = len(kind.node_coordinates)
+        coordinates += scene.dim * body.n_nodes + (width - scene.dim) * len(body.row_nodes)
+        meeting = [node + body.row_nodes[body.ends], row + body.ends]
+        cliques.append(unknown[np.concatenate(meeting, axis=1)])
+    pattern = build(n_unknowns, cliques)
+    return (coordinates / n_unknowns) ** 2 * (fill_of(pattern.indptr, pattern.indices) + n_unknowns)

@@ -1,0 +1,77 @@
+"""Memory is estimated before set-up: entries of factors are counted on a small graph."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.nonlinear import Newton
+from ancfsparse.problems import chain, net
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.fill import counted_fill
+from ancfsparse.solve.memory import estimate
+from ancfsparse.solve.statics import MATRICES
+from ancfsparse.system import System
+
+
+def lattice(n):
+    """A cube of n nodes a side."""
+    number = np.arange(n**3).reshape(n, n, n)
+    nodes = 0.1 * np.stack(np.unravel_index(np.arange(n**3), (n, n, n)), axis=1)
+    pairs = [
+        (np.take(number, range(n - 1), axis), np.take(number, range(1, n), axis))
+        for axis in range(3)
+    ]
+    edges = np.concatenate([np.reshape(each, (2, -1)).T for each in pairs])
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    mesh = scene.add_mesh(nodes, edges, "thin", ancf.Circle(0.01), ancf.Material(1e8, 1000.0))
+    for k in (0, n - 1, n * n - 1):
+        scene.pin(mesh.node(k))
+    return scene
+
+
+def seed_of(scene):
+    system = System(scene)
+    return SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [lattice(6), lattice(9), net(12).scene, chain(50)[0], chain(50, element="thin")[0]],
+    ids=["lattice 6", "lattice 9", "net", "chain", "thin chain"],
+)
+def test_fill_is_counted_to_a_tenth(scene):
+    seed = seed_of(scene)
+    assert counted_fill(scene) == pytest.approx(seed.nnz + seed.n, rel=0.1)
+
+
+def test_the_factor_of_a_lattice_that_may_not_fit_is_not_taken_for_that_of_a_net(monkeypatch):
+    scene = lattice(10)
+    seed = seed_of(scene)
+    monkeypatch.setattr("ancfsparse.solve.memory.available", lambda: 2.0 * seed.nbytes)
+    told = estimate(scene, 1, 0, False, Newton()).factor
+    assert seed.nbytes <= told <= 2.0 * seed.nbytes
+
+
+def test_nothing_is_counted_where_it_fits_in_any_case(monkeypatch):
+    def never(_):
+        raise AssertionError("counted")
+
+    monkeypatch.setattr("ancfsparse.solve.memory.counted_fill", never)
+    estimate(lattice(6), 1, 0, False, Newton())
+
+
+@pytest.mark.parametrize("kind", ["chain", "net"])
+def test_the_estimate_for_statics_is_near_the_truth(kind):
+    if kind == "chain":
+        scene, rod = chain(20_000)
+        scene.pin(rod.end)
+    else:
+        scene = net(40).scene
+    told = estimate(scene, 1, 0, False, Newton(), matrices=MATRICES).total
+    tracemalloc.start()
+    ancf.solve_static(scene)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert 0.6 * peak < told < 1.7 * peak
