@@ -40,4 +40,5 @@ def counted_fill(scene: Scene) -> float:
         meeting = [node + body.row_nodes[body.ends], row + body.ends]
         cliques.append(unknown[np.concatenate(meeting, axis=1)])
     pattern = build(n_unknowns, cliques)
-    return (coordinates / n_unknowns) ** 2 * (fill_of(pattern.indptr, pattern.indices) + n_unknowns)
+    entries = fill_of(pattern.indptr, pattern.indices) + n_unknowns
+    return float(entries * (coordinates / n_unknowns) ** 2)

@@ -33,7 +33,7 @@ CAREFUL, SHORTEST, SHORTEST_STABLE = 10, 1.0 / 4096.0, 1.0 / 640.0
 # Factors of an easy load step, after which a shortened one is doubled.
 EASY = 6
 # Arrays of values on the pattern: stiffness, its parts at three states, work and room to spare.
-MATRICES = 7
+MATRICES = 8
 
 
 def solve_static(
