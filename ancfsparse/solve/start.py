@@ -179,27 +179,41 @@ def initial_acceleration(system: System, seed: SparseSeed) -> tuple[Vector, Vect
     Raises
     ------
     InputError
-        If they, or the energy of the start, leave the range of floating-point numbers.
+        If they leave the range of floating-point numbers.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         force = -_forces(system, system.q0, system.v0, np.zeros(system.n_multipliers), 0.0)
         rate = -system.constraints.curvature(system.v0)
         a, lam = _solve(system, seed, force, rate)
-        energies = system.energies(system.q0[None], system.v0[None])
-    if np.isfinite(a).all() and np.isfinite(lam).all() and np.isfinite(energies).all():
+    if np.isfinite(a).all() and np.isfinite(lam).all():
         return a, lam
-    if not np.isfinite(rate).all():
-        i = _worst(rate)
-        what = f"the {system.constraints.labels[i]} would need an acceleration of {rate[i]} m/s2"
-    elif np.isfinite(energies[0]).all():
+    if np.isfinite(rate).all():
         i = _worst(force)
-        what = f"the force at {system.describe(i)} is {force[i]:.3g} {system.unit(i)}"
-    else:
+        raise _out_of_range(f"the force at {system.describe(i)} is {force[i]:.3g} {system.unit(i)}")
+    i = _worst(rate)
+    label = system.constraints.labels[i]
+    raise _out_of_range(f"the {label} would need an acceleration of {rate[i]} m/s2")
+
+
+def check_energy(system: System) -> None:
+    """Refuse a start whose energy leaves the range of floating-point numbers.
+
+    Raises
+    ------
+    InputError
+        With the largest velocity.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        energies = system.energies(system.q0[None], system.v0[None])
+    if not np.isfinite(energies).all():
         i = _worst(system.v0)
-        speed = f"{system.v0[i]:.3g} {'m/s' if system.unit(i) == 'N' else '1/s'}"
-        what = f"{system.describe(i)} moves by {speed}"
-    raise InputError(
-        f"the motion leaves the range of floating-point numbers at its start, where {what}: check "
+        unit = "m/s" if system.unit(i) == "N" else "1/s"
+        raise _out_of_range(f"{system.describe(i)} moves by {system.v0[i]:.3g} {unit}")
+
+
+def _out_of_range(where: str) -> InputError:
+    return InputError(
+        f"the motion leaves the range of floating-point numbers at its start, where {where}: check "
         "the units of loads, velocities and stiffness, which are SI"
     )
 

@@ -185,3 +185,14 @@ def test_planar_moments_may_be_arrays_of_times():
     table = System(scene).loads.amplitudes(TIMES)
     np.testing.assert_allclose(table, np.column_stack([2.0 * TIMES, TIMES / 5.0]), rtol=1e-15)
     assert (501,) in counted.shapes
+
+
+def test_names_are_composed_for_messages_alone(monkeypatch):
+    def refuse(_):
+        raise AssertionError("a name was composed")
+
+    loads = [loads_of(function) for function in (AT_ONCE[0], stepped, ancf.Ramp((0.0, 1.0), 5.0))]
+    monkeypatch.setattr(ancf.scene.bodies.Node, "__repr__", refuse)
+    for each in loads:
+        each.amplitudes(TIMES)
+        each.amplitudes(TIMES[:1])
