@@ -273,17 +273,26 @@ class EquilibriumFailure(AncfError, RuntimeError):
         Beam, node and coordinate of that entry.
     unit : str, optional
         Of the residual.
+    advice : str, optional
+        What to try.
     """
 
     def __init__(
-        self, reason: str, load_fraction: float, residual: float, where: str, unit: str = ""
+        self,
+        reason: str,
+        load_fraction: float,
+        residual: float,
+        where: str,
+        unit: str = "",
+        advice: str = "Try more load steps or a finer mesh, and check what the joints hold.",
     ) -> None:
-        super().__init__(reason, load_fraction, residual, where, unit)
+        super().__init__(reason, load_fraction, residual, where, unit, advice)
         self.reason = reason
         self.load_fraction = load_fraction
         self.residual = residual
         self.where = where
         self.unit = unit
+        self.advice = advice
 
     def __str__(self) -> str:
         """Compose the message a reader meets."""
@@ -291,7 +300,7 @@ class EquilibriumFailure(AncfError, RuntimeError):
             f"no equilibrium at {100 * self.load_fraction:.4g} % of the load: "
             f"{self.reason.rstrip('.')}. "
             f"The largest residual is {with_unit(self.residual, self.unit, 3)} at {self.where}. "
-            "Try more load steps or a finer mesh, and check that the joints hold the scene."
+            + self.advice
         )
 
 

@@ -87,7 +87,8 @@ class RunStats:
         Motions that were marched and compared to reach an accuracy; their counts are added up.
     error : float
         Estimated largest error of the position of a node at the saved times that the steps in time
-        cause [m]; not a number where no accuracy was asked for.
+        cause [m]; not a number where no accuracy was asked for.  In statics the last correction of
+        a body, or how far the rounding of forces may move it if that is more.
     seconds : dict of str to float
         Time by part [s]: ``"set-up"`` always, and from a thousand unknowns on the march of an
         implicit run split into ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs

@@ -72,6 +72,8 @@ class Balance:
         Whether the stiffness comes from the elements alone.
     conservative : bool
         Whether the loads have a potential, as all have but moments in space.
+    start : State
+        The reference shape without loads.
     loads : float
         Size of all loads, see `size_of_forces`.
     """
@@ -94,10 +96,11 @@ class Balance:
         self._body_mass = np.where(body_mass > 0.0, body_mass, 1.0)
         self._phi_q: Any = None
         self._springs = np.zeros(system.n_multipliers)
-        start, pushed = (self.state(system.q0, np.zeros(system.n_multipliers), x) for x in (0, 1))
-        self.loads = self.size_of_forces(pushed.r - start.r)
-        self._stress_at_start = self.size_of_forces(start.r)
-        diagonal = self.stiffness(start, 0.0)[system.pattern.indptr[: system.n_free]]
+        self.start = self.state(system.q0, np.zeros(system.n_multipliers), 0.0)
+        pushed = self.state(self.start.q, self.start.lam, 1.0)
+        self.loads = self.size_of_forces(pushed.r - self.start.r)
+        self._stress_at_start = self.size_of_forces(self.start.r)
+        diagonal = self.stiffness(self.start, 0.0)[system.pattern.indptr[: system.n_free]]
         diagonal[self.slopes] = 0.0
         span = float(np.max(np.abs(system.q0)))
         # Far above the rounding of forces, which only then need be looked at one by one.
@@ -217,14 +220,25 @@ class Balance:
 
     def rounding(self, state: State, load: float) -> Vector:
         """Return the rounding of every unbalanced force [N, N m]."""
+        return self._rounding(self.stiffness(state, load), state.q, state.lam)
+
+    def _rounding(self, values: Vector, q: Vector, lam: Vector | None = None) -> Vector:
         n, size = self.system.n_free, self.system.pattern.n
         end = int(self.system.pattern.indptr[n])
         indices, indptr = self.system.pattern.indices[:end], self.system.pattern.indptr[: n + 1]
-        values = np.abs(self.stiffness(state, load)[:end])
-        lower = sp.csc_array((values, indices, indptr), shape=(size, n))
-        q = np.abs(state.q[:n])
-        across = lower.T @ np.concatenate([q, np.abs(state.lam)]) + (lower @ q)[:n]
-        return np.asarray(ROUNDING * EPSILON * across)
+        lower = sp.csc_array((np.abs(values[:end]), indices, indptr), shape=(size, n))
+        whole = np.zeros(size)
+        whole[:n] = np.abs(q[:n])
+        if lam is not None:
+            whole[n:] = np.abs(lam)
+        return np.asarray(ROUNDING * EPSILON * (lower.T @ whole + (lower @ whole[:n])[:n]))
+
+    def lost_in_rounding(self) -> bool:
+        """Whether forces may round by more than the loads, however the scene is turned."""
+        q = np.full(self.system.n_all, float(np.max(np.abs(self.start.q))))
+        q[self.slopes] = 1.0
+        rounding = self.size_of_forces(self._rounding(self.stiffness(self.start, 0.0), q))
+        return rounding > self.loads + self._stress_at_start
 
     def noise(self, state: State, load: float) -> Vector:
         """Return how far rounding of the forces moves the bodies, by the last factor [m]."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import ctypes
 import math
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from ancfsparse.errors import InputError
@@ -171,6 +173,25 @@ def check_fits(needed: Memory) -> None:
         f"{free / GIGABYTE:.3g} GB of memory are free, and {name} alone would take "
         f"{parts[name] / GIGABYTE:.3g} GB; try {advice}"
     )
+
+
+@contextmanager
+def memory_for(needed: Memory) -> Iterator[None]:
+    """Refuse what cannot fit, before it starts or, where the estimate was too low, when it fails.
+
+    Raises
+    ------
+    InputError
+        With how much is needed, how much is there, and what to try.
+    """
+    check_fits(needed)
+    try:
+        yield
+    except MemoryError as full:
+        raise InputError(
+            f"memory ran out ({full}), although about {needed.total / GIGABYTE:.3g} GB should have "
+            "been enough; try fewer elements"
+        ) from None
 
 
 def check_factor(needed: Memory, seed: SparseSeed) -> None:

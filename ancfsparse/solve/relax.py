@@ -27,11 +27,23 @@ MOST_SETTLING, SMALL_TURN, SHIFT_SHARE = 60, 0.05, 0.1
 
 
 class NotFoundError(Exception):
-    """No equilibrium from here: the reason, the last state, and the share of the loads."""
+    """No equilibrium from here.
 
-    def __init__(self, reason: str, state: State, load: float) -> None:
+    Parameters
+    ----------
+    reason : str
+        Why.
+    state : State
+        The last one.
+    load : float
+        Share of the loads.
+    reached : float, optional
+        Share under which load steps have found one.
+    """
+
+    def __init__(self, reason: str, state: State, load: float, reached: float = 0.0) -> None:
         super().__init__(reason)
-        self.reason, self.state, self.load = reason, state, load
+        self.reason, self.state, self.load, self.reached = reason, state, load, reached
 
 
 class Found(NamedTuple):
@@ -43,10 +55,13 @@ class Found(NamedTuple):
         Where.
     negative : int
         Negative pivots of its stiffness: none if it is stable.
+    error : float
+        The last correction of a body, or how far rounding may move it if that is more [m].
     """
 
     state: State
     negative: int
+    error: float
 
 
 def find(
@@ -98,14 +113,16 @@ def find(
             raise NotFoundError("the stiffness is not definite", state, load)
         share = _share(balance, dx)
         arrived = (exact or k == 0) and share == 1.0 and _is_small(balance, state, dx, tolerance)
+        error = balance.distances(dx)
         if closing and not arrived:
-            arrived = bool(np.all(balance.distances(dx) <= balance.noise(state, load)))
+            noise = balance.noise(state, load)
+            arrived, error = bool(np.all(error <= noise)), noise
         state = balance.moved(state, share * dx, share * dlam, load)
         balance.stats.iterations += 1
         if not np.isfinite(state.r).all():
             raise NotFoundError("a correction left the range of numbers", state, load)
         if arrived and balance.is_balanced(state, load, tolerance):
-            return Found(state, negative)
+            return Found(state, negative, float(error.max()))
         sizes.append(size)
         if len(sizes) > PATIENCE and size > 0.9 * min(sizes[: -PATIENCE // 2]):
             raise NotFoundError("corrections do not become smaller", state, load)

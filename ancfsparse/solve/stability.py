@@ -15,7 +15,7 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
-from ancfsparse.solve.memory import NOTHING, check_factor, check_fits, estimate
+from ancfsparse.solve.memory import NOTHING, check_factor, estimate, memory_for
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -49,11 +49,11 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
     """
     check_explicit(integrator)
     check_scene(scene)
-    check_fits(estimate(scene, 1, 0, False, Newton(), matrices=MATRICES))
-    system = System(scene)
-    check_free(system, integrator)
-    mass = mass_seed(system)
-    omega = fastest_vibration(system, mass, system.q0, start_load(system))
+    with memory_for(estimate(scene, 1, 0, False, Newton(), matrices=MATRICES)):
+        system = System(scene)
+        check_free(system, integrator)
+        mass = mass_seed(system)
+        omega = fastest_vibration(system, mass, system.q0, start_load(system))
     return integrator.tableau.interval / omega
 
 

@@ -20,7 +20,7 @@ from ancfsparse.results import Equilibrium, RunStats
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.balance import Balance, State
 from ancfsparse.solve.freedom import MOST, free_motions
-from ancfsparse.solve.memory import check_factor, check_fits, estimate
+from ancfsparse.solve.memory import check_factor, estimate, memory_for
 from ancfsparse.solve.relax import Found, NotFoundError, find, settle
 from ancfsparse.system import System
 
@@ -32,6 +32,10 @@ MOST_STEPS = 100_000
 CAREFUL, SHORTEST, SHORTEST_STABLE = 10, 1.0 / 4096.0, 1.0 / 640.0
 # Factors of an easy load step, after which a shortened one is doubled.
 EASY = 6
+FEWER = (
+    "Take fewer elements: their forces round by as much as the loads, because elements that are "
+    "short beside the scene are stiff."
+)
 # Arrays of values on the pattern: stiffness, its parts at three states, work and room to spare.
 MATRICES = 8
 
@@ -95,17 +99,16 @@ def solve_static(
     check_flag("progress", progress)
     begin = time.perf_counter()
     needed = estimate(scene, 1, 0, False, Newton(), matrices=MATRICES)
-    check_fits(needed)
-    system = System(scene)
-    check_held(system)
     stats = RunStats(solver="Newton with extrapolated stress")
-    with tqdm(unit="factor", disable=not progress, leave=False) as bar:
+    with memory_for(needed), tqdm(unit="factor", disable=not progress, leave=False) as bar:
+        system = System(scene)
+        check_held(system)
         balance = Balance(system, stats, bar.update)
         check_factor(needed, balance.seed)
         stats.seconds["set-up"] = time.perf_counter() - begin
         found = _solve(balance, load_steps, tolerance)
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
-    stats.negative_pivots = found.negative
+    stats.negative_pivots, stats.error = found.negative, found.error
     if found.negative and balance.conservative:
         warnings.warn(UnstableEquilibrium(found.negative), stacklevel=2)
     return Equilibrium(system, found.state.q, found.state.lam, stats)
@@ -130,28 +133,30 @@ def check_held(system: System) -> None:
 
 def _solve(balance: Balance, load_steps: int, tolerance: float) -> Found:
     """Go by large load steps, then downhill, then by short load steps."""
-    system, stats = balance.system, balance.stats
-    start = system.q0, np.zeros(system.n_multipliers)
+    start, stats = balance.start, balance.stats
     try:
-        found = _follow(balance, balance.state(*start, 0.0), load_steps, tolerance)
+        found = _follow(balance, start, load_steps, tolerance)
         if found.negative == 0 or not balance.conservative:
             return found
-    except NotFoundError:
+    except NotFoundError as lost:
+        if balance.lost_in_rounding():
+            raise _failure(balance, lost, lost.reason, FEWER) from None
         if balance.conservative:
             try:
-                return _settled(balance, balance.state(*start, 1.0), tolerance)
+                return _settled(balance, balance.state(start.q, start.lam, 1.0), tolerance)
             except NotFoundError:
                 pass
     stats.steps = 0
     load_steps = max(CAREFUL, load_steps)
     try:
-        return _follow(balance, balance.state(*start, 0.0), load_steps, tolerance, patient=True)
+        return _follow(balance, start, load_steps, tolerance, patient=True)
     except NotFoundError as lost:
         try:
             whole = balance.state(lost.state.q, lost.state.lam, 1.0)
             return _settled(balance, whole, tolerance)
         except NotFoundError as last:
-            raise _failure(balance, last, lost.load) from None
+            reason = f"{last.reason}; load steps reached {100 * lost.reached:.3g} %"
+            raise _failure(balance, last, reason) from None
 
 
 def _settled(balance: Balance, state: State, tolerance: float) -> Found:
@@ -170,7 +175,7 @@ def _follow(
     short, and doubles it again where it is easy.
     """
     done, step, stable = 0.0, 1.0 / load_steps, patient and balance.conservative
-    found = Found(state, 0)
+    found = Found(state, 0, 0.0)
     while done < 1.0:
         target = min(1.0, done + step)
         if 1.0 - target < 1e-9:
@@ -185,7 +190,7 @@ def _follow(
             if patient and step > SHORTEST:
                 step *= 0.5
                 continue
-            raise NotFoundError(lost.reason, found.state, done) from None
+            raise NotFoundError(lost.reason, found.state, target, done) from None
         found, done, stable = new, target, stable and new.negative == 0
         balance.stats.steps += 1
         if balance.stats.factorizations - factors <= EASY:
@@ -193,10 +198,12 @@ def _follow(
     return found
 
 
-def _failure(balance: Balance, last: NotFoundError, reached: float) -> EquilibriumFailure:
-    """Name the largest unbalanced force of the last state, and the load that steps have reached."""
-    system, r = balance.system, last.state.r
+def _failure(
+    balance: Balance, last: NotFoundError, reason: str, *advice: str
+) -> EquilibriumFailure:
+    """Name the largest unbalanced force of the last state."""
+    system = balance.system
+    r = balance.state(last.state.q, last.state.lam, last.load).r
     worst = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
     where, unit = system.describe(worst), system.unit(worst)
-    reason = f"{last.reason}; load steps reached {100 * reached:.3g} %"
-    return EquilibriumFailure(reason, last.load, abs(float(r[worst])), where, unit)
+    return EquilibriumFailure(reason, last.load, abs(float(r[worst])), where, unit, *advice)

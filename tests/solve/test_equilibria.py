@@ -123,6 +123,29 @@ def test_the_tolerance_bounds_what_is_unbalanced(tolerance):
     assert np.abs(equilibrium.q - fine.q).max() <= tolerance
 
 
+def test_what_rounding_leaves_is_estimated():
+    # So many elements that eps n^4 is not small: the rounding of forces moves the tip.
+    tips, errors = [], []
+    for n in (50, 5000):
+        scene = ancf.Scene()
+        section, material = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
+        rod = scene.add_beam("thin", (0, 0), (1, 0), n, section, material)
+        scene.clamp(rod.start)
+        equilibrium = ancf.solve_static(scene)
+        tips.append(equilibrium.position(rod.end))
+        errors.append(equilibrium.stats.error)
+    assert errors[0] < 1e-9 < np.abs(tips[1] - tips[0]).max() < errors[1] + 1e-6
+
+
+def test_elements_whose_forces_are_lost_in_rounding_are_too_many():
+    scene = ancf.Scene()
+    section, material = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
+    rod = scene.add_beam("thin", (0, 0), (5, 0), 50_000, section, material)
+    scene.clamp(rod.start)
+    with pytest.raises(ancf.EquilibriumFailure, match="Take fewer elements: their forces round"):
+        ancf.solve_static(scene)
+
+
 # Slack and slender.
 
 
@@ -311,6 +334,20 @@ def test_a_scene_that_cannot_fit_is_refused_before_it_is_set_up(monkeypatch):
     with pytest.raises(ancf.InputError, match=r"would need about .* GB.*fewer elements"):
         ancf.solve_static(scene)
     with pytest.raises(ancf.InputError, match=r"would need about .* GB.*fewer elements"):
+        ancf.stable_step(scene, ancf.CentralDifference())
+
+
+def test_memory_that_runs_out_is_named(monkeypatch):
+    def full(*_):
+        raise MemoryError("Unable to allocate 3 MiB")
+
+    monkeypatch.setattr("ancfsparse.solve.statics.System", full)
+    monkeypatch.setattr("ancfsparse.solve.stability.System", full)
+    scene, _ = chain(10)
+    expected = r"memory ran out \(Unable to allocate 3 MiB\), although about .* GB"
+    with pytest.raises(ancf.InputError, match=expected):
+        ancf.solve_static(scene)
+    with pytest.raises(ancf.InputError, match=expected):
         ancf.stable_step(scene, ancf.CentralDifference())
 
 
