@@ -62,17 +62,17 @@ def check_constraints(system: System) -> None:
     for values, sizes, unit, what, advice in (
         (
             phi,
-            np.abs(system.q0),
+            system.constraints.sizes(system.q0),
             "m",
             "positions",
             "move the start or the joint so that they agree",
         ),
         (
-            *(phi_q @ system.v0, moving, "m/s", "velocities"),
+            *(phi_q @ system.v0, np.abs(phi_q) @ moving, "m/s", "velocities"),
             "give the body a velocity that the joint allows there",
         ),
     ):
-        over = np.abs(values) - ROUNDING * (np.abs(phi_q) @ sizes)
+        over = np.abs(values) - ROUNDING * sizes
         worst = int(np.argmax(over))
         if not over[worst] <= 0.0:
             raise InputError(

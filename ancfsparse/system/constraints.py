@@ -32,6 +32,8 @@ class Constraints:
         Its factor [1 or 1/m].
     offset : list of float
         Constant of each equation [m].
+    offset_size : list of float
+        Size of the terms that it was added up from [m].
     labels : list of str
         What each equation holds, for messages.
     """
@@ -41,22 +43,32 @@ class Constraints:
     j: list[int] = field(default_factory=list)
     coefficient: list[float] = field(default_factory=list)
     offset: list[float] = field(default_factory=list)
+    offset_size: list[float] = field(default_factory=list)
     labels: list[str] = field(default_factory=list)
 
-    def add(self, label: str, offset: float, *terms: tuple[float, int, int]) -> None:
-        """Add the equation ``offset + sum of terms = 0``."""
+    def add(
+        self, label: str, offset: float, *terms: tuple[float, int, int], size: float = 0.0
+    ) -> None:
+        """Add the equation ``offset + sum of terms = 0``, the offset from terms of a size [m]."""
         for coefficient, i, j in terms:
             self.row.append(len(self.offset))
             self.i.append(int(i))
             self.j.append(int(j))
             self.coefficient.append(float(coefficient))
         self.offset.append(float(offset))
+        self.offset_size.append(max(size, abs(self.offset[-1])))
         self.labels.append(label)
 
     @property
     def linear(self) -> bool:
         """Whether no equation has a quadratic term."""
         return all(j == LINEAR for j in self.j)
+
+    def sizes(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the sum of the magnitudes of the terms of each equation, shape (m,) [m]."""
+        i, j = np.array(self.i, dtype=np.int64), np.array(self.j, dtype=np.int64)
+        terms = np.abs(self.coefficient) * np.abs(q[i]) * np.where(j == LINEAR, 1.0, np.abs(q[j]))
+        return np.array(self.offset_size) + np.bincount(self.row, terms, minlength=len(self.offset))
 
     def jacobian(self, q: NDArray[np.float64]) -> sp.csr_array:
         """Return phi_q, sparse (m, n_all) [1]."""
@@ -111,8 +123,9 @@ def constraints_of(
             terms = []
             for d, i in enumerate(places(joint.node)[0, : scene.dim]):
                 terms += [(scale, i, i), (-2.0 * scale * joint.anchor[d], i, LINEAR)]
-            constant = scale * float(joint.anchor @ joint.anchor - joint.length**2)
-            out.add(f"rod at {joint.node!r}", constant, *terms)
+            far, long = float(joint.anchor @ joint.anchor), joint.length**2
+            label = f"rod at {joint.node!r}"
+            out.add(label, scale * (far - long), *terms, size=scale * (far + long))
     return out
 
 

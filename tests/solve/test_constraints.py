@@ -5,6 +5,8 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
+from ancfsparse.solve.start import check_constraints
+from ancfsparse.system import System
 
 TIGHT = 1e-9
 WEIGHT = np.array([0.0, -0.8 * 9.81])  # of the paper's pendulum: 4000 kg/m3, 1 cm2, 2 m
@@ -207,3 +209,17 @@ def test_nets_whose_nodes_are_all_held_can_be_run():
     for run in runs:
         assert run.energy.drift < 1e-3
         np.testing.assert_allclose(run.q[-1], runs[0].q[-1], rtol=0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("start", [(0.0, 0.0), (1e-9, 0.0), (3.0, 4.0)])
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_a_rod_is_not_broken_by_rounding_wherever_its_node_lies(start, scale):
+    # At the origin nothing but the anchor says how large rounding is.
+    for angle in np.linspace(0.1, 3.0, 20):
+        scene = ancf.Scene()
+        section, material = ancf.Circle(0.02 * scale), ancf.Material(1e8 * scale, 1e3)
+        place = scale * np.array(start)
+        end = place + np.array([scale, 0.0])
+        rod = scene.add_beam("thin", place, end, 2, section, material)
+        scene.rod(rod.start, place + 0.7 * scale * np.array([np.cos(angle), np.sin(angle)]))
+        check_constraints(System(scene))
