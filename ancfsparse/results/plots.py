@@ -228,7 +228,7 @@ def _check_run(trajectory: object) -> None:
 def _check_states(states: ArrayLike, n: int) -> Rows:
     """Return the numbers of saved states as an array of integers."""
     rows = check_reals("states", states, "a list of numbers of saved states")
-    if rows.ndim != 1 or np.any(rows != np.round(rows)):
+    if rows.ndim != 1 or not rows.size or np.any(rows != np.round(rows)):
         raise InputError(f"states must be a list of integers such as [0, 10], got {shown(states)}")
     outside = (rows < -n) | (rows >= n)
     if outside.any():

@@ -25,7 +25,7 @@ from ancfsparse.scene.joints import (
     check_point,
 )
 from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
-from ancfsparse.scene.straight import place
+from ancfsparse.scene.straight import FARTHEST, place
 
 AnyJoint = TypeVar("AnyJoint", Pin, Clamp, Rod, Connect)
 
@@ -128,6 +128,11 @@ class Scene(Contents):
         """
         self._mine("a rod", check_node("a rod", node))
         point = check_vector(f"anchor of the rod at {node!r}", anchor, self.dim, "m")
+        if np.max(np.abs(point)) > FARTHEST:
+            raise InputError(
+                f"anchor of the rod at {node!r} lies beyond {FARTHEST:g} m, at {place(point)}: "
+                "give positions in metres"
+            )
         length = float(np.linalg.norm(node.position - point))
         if length <= SAME_PLACE * node.beam.size:
             raise InputError(

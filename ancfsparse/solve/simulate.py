@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ancfsparse.checks import check_count, check_flag, shown
+from ancfsparse.checks import check_count, check_flag, check_positive, shown
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.nonlinear import Method, Outcome
@@ -154,8 +154,9 @@ def simulate(
     and from that start.  Then it is halved, if that is allowed.  No step is accepted unconverged.
     """
     check_scene(scene)
-    if accuracy is not None and dt is None:
-        dt = as_double("t_end", t_end) / SAVED
+    if accuracy is not None:
+        accuracy = check_positive("accuracy", accuracy, "m")
+        dt = as_double("t_end", t_end) / SAVED if dt is None else dt
     if dt is None:
         raise InputError(
             "simulate needs a time step or an accuracy: say dt=1e-3 [s], or accuracy=1e-4 [m]"

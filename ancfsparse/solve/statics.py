@@ -91,7 +91,8 @@ def solve_static(
     check_scene(scene)
     if check_count("load_steps", load_steps) > MOST_STEPS:
         raise InputError(f"load_steps must be at most {MOST_STEPS}, got {load_steps}")
-    if not FINEST <= check_positive("tolerance", tolerance) <= COARSEST:
+    tolerance = check_positive("tolerance", tolerance)
+    if not FINEST <= tolerance <= COARSEST:
         raise InputError(
             f"tolerance is the share of the loads that may stay unbalanced, from {FINEST:g} to "
             f"{COARSEST:g}, got {tolerance:g}: leave it out, or take 1e-12 for more digits"

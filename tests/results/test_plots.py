@@ -138,6 +138,7 @@ def test_snapshots_check_what_they_are_given(net, change, message):
     [
         (3, 4, r"states must be a list of integers such as \[0, 10\], got 3"),
         ([0.5], 4, "states must be a list of integers"),
+        ([], 4, r"states must be a list of integers such as \[0, 10\], got \[\]"),
         ([99], 4, "the run has saved states 0 to 20, there is no state 99"),
         ([-22], 4, "there is no state -22"),
         (["a"], 4, "states must be a list of numbers of saved states"),

@@ -52,6 +52,7 @@ def test_joints_are_kept_in_order():
         (lambda s, a, b: s.clamp(a.start, "half"), "unknown stretch of a clamp 'half': valid are"),
         (lambda s, a, b: s.rod(a.end, (0, 1, 0)), "anchor of the rod at beam 0 at s = 1 m has 3"),
         (lambda s, a, b: s.rod(a.end, (np.nan, 1)), "anchor .* must be finite"),
+        (lambda s, a, b: s.rod(a.end, (1e300, 1)), r"lies beyond 1e\+150 m, at \(1e\+300, 1\) m"),
         (lambda s, a, b: s.rod(a.end, (1, 0)),
          r"would have zero length: its anchor \(1, 0\) m is the node itself; .* use pin"),
         (lambda s, a, b: s.connect(a.start, b.end),

@@ -1,6 +1,8 @@
 """What cannot be meant is refused with a sentence, before anything is computed."""
 
 import math
+from decimal import Decimal
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -208,6 +210,17 @@ def test_reactions_are_those_of_nodes():
     run = simulate()
     with pytest.raises(ancf.InputError, match=r"a reaction needs a node, but .* lies inside elem"):
         run.reaction(run.system.scene.beams[0].at(0.1))
+
+
+def test_decimals_and_fractions_are_numbers():
+    scene, _ = pendulum("l2t2", 2)
+    options = {"tolerance": Fraction(1, 1000), "max_energy_gain": Decimal("0.01")}
+    one = ancf.simulate(scene, Decimal("0.01"), np.array(1e-3), **options)
+    np.testing.assert_array_equal(one.q, simulate(0.01, 1e-3, tolerance=1e-3).q)
+    ancf.simulate(scene, 0.01, accuracy=Decimal("0.001"))
+    assert ancf.Newmark(Fraction(1, 4)) == ancf.Newmark(0.25)
+    with pytest.raises(ancf.InputError, match="tolerance"):
+        ancf.solve_static(scene, tolerance=Fraction(2))
 
 
 def test_forces_inside_connections_are_not_given():
