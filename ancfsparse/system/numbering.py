@@ -210,15 +210,16 @@ def _hold_still(
 def speeds(scene: Scene, places: Sequence[Places], v: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return how fast coordinates move in a scene, (n_all,) [m/s, 1/s]: what rounding is beside.
 
-    The largest velocity of a node for all positions; for all slopes the largest of theirs, or what
-    an element makes of that velocity.
+    The largest velocity of a node for all positions, or what an element makes of the slopes' rates,
+    since points between the nodes may move where no node does; for all slopes the largest of
+    theirs, or what an element makes of that velocity.
     """
     straight = max(_largest(v[where[:, : scene.dim]]) for where in places)
     turning = max(_largest(v[where[:, scene.dim :]]) for where in places)
     shortest = min(float(beam.lengths.min()) for beam in scene.beams)
     out = np.full(len(v), max(turning, straight / shortest))
     for where in places:
-        out[where[:, : scene.dim]] = straight
+        out[where[:, : scene.dim]] = max(straight, turning * shortest)
     return out
 
 

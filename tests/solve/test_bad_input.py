@@ -190,6 +190,21 @@ def test_a_velocity_at_a_pin_is_refused():
         ancf.simulate(scene, 1.0, 1e-3)
 
 
+@pytest.mark.parametrize("n_elements", [1, 2, 5])
+def test_a_wave_between_pins_is_no_velocity_of_the_pins(n_elements):
+    # Where both nodes of a single element are pinned, no node says how large rounding is.
+    scene = ancf.Scene()
+    section, material = ancf.Circle(0.01), ancf.Material(1e7, 1e3)
+
+    def wave(x):
+        return np.outer(np.sin(3 * np.pi * x[:, 0] / 0.7), (0.0, 2.0))
+
+    rod = scene.add_beam("thin", (0, 0), (0.7, 0), n_elements, section, material, velocity=wave)
+    scene.pin(rod.start)
+    scene.pin(rod.end)
+    assert ancf.simulate(scene, 1e-3, 1e-3).stats.steps == 1
+
+
 @pytest.mark.parametrize("value", [(math.nan, 0.0), (1.0, math.inf), (1.0, 2.0, 3.0), "down"])
 def test_a_load_that_goes_bad_on_the_way_says_when(value):
     scene, rod = pendulum("l2t2", 2)
