@@ -91,11 +91,13 @@ class Balance:
         self._make_pattern()
         self.seed = SparseSeed(self._indptr, self._indices, system.n_free)
         self.mass = system.mass_diagonal
+        self._whole_mass = float(self.mass.sum())
         self._body, self.slopes = self._bodies()
         body_mass = np.bincount(self._body, self.mass, minlength=len(system.scene.beams))
         self._body_mass = np.where(body_mass > 0.0, body_mass, 1.0)
         self._phi_q: Any = None
         self._springs = np.zeros(system.n_multipliers)
+        self._rounded: tuple[Vector, Vector] | None = None  # coordinates, and the rounding there
         self.start = self.state(system.q0, np.zeros(system.n_multipliers), 0.0)
         pushed = self.state(self.start.q, self.start.lam, 1.0)
         self.loads = self.size_of_forces(pushed.r - self.start.r)
@@ -204,7 +206,7 @@ class Balance:
 
     def distance(self, dx: Vector) -> float:
         """Return the size of a correction: the root mean square of the displacement [m]."""
-        return float(np.sqrt(self.mass @ dx**2 / self.mass.sum() * self.system.dim))
+        return float(np.sqrt(self.mass @ dx**2 / self._whole_mass * self.system.dim))
 
     def distances(self, dx: Vector) -> Vector:
         """Return the root mean squares of the displacements of the bodies [m], (n_bodies,)."""
@@ -220,7 +222,10 @@ class Balance:
 
     def rounding(self, state: State, load: float) -> Vector:
         """Return the rounding of every unbalanced force [N, N m]."""
-        return self._rounding(self.stiffness(state, load), state.q, state.lam)
+        if self._rounded is None or self._rounded[0] is not state.q:
+            values = self.stiffness(state, load)
+            self._rounded = state.q, self._rounding(values, state.q, state.lam)
+        return self._rounded[1]
 
     def _rounding(self, values: Vector, q: Vector, lam: Vector | None = None) -> Vector:
         n, size = self.system.n_free, self.system.pattern.n
@@ -243,9 +248,9 @@ class Balance:
     def noise(self, state: State, load: float) -> Vector:
         """Return how far rounding of the forces moves the bodies, by the last factor [m]."""
         rounding = self.rounding(state, load)
-        rounding[np.random.default_rng(0).random(len(rounding)) < 0.5] *= -1.0
+        sign = np.random.default_rng(0).choice([-1.0, 1.0], len(rounding))
         self.stats.solves += 1
-        return self.distances(self.seed.solve(rounding))
+        return self.distances(self.seed.solve(sign * rounding))
 
     def is_balanced(self, state: State, load: float, tolerance: float) -> bool:
         """Whether what is unbalanced is a small share of the loads, or rounding."""

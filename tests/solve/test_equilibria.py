@@ -358,3 +358,36 @@ def test_no_load_is_in_equilibrium_as_it_is():
     equilibrium = ancf.solve_static(scene)
     assert equilibrium.stats.factorizations == 1
     assert (equilibrium.q == System(scene).q0).all()
+
+
+@pytest.mark.parametrize("anchor", [(1.0, 1.0), (0.3, 1.0)])
+def test_rods_and_pins_by_multipliers_hold_their_share_of_the_weight(anchor):
+    # An anchor of ones once more: terms of its equation cancel at coordinates of one.
+    scene = ancf.Scene()
+    section, material = ancf.Circle(0.02), ancf.Material(1e9, 1000.0)
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 6, section, material)
+    scene.pin(rod.start, as_constraint=True)
+    scene.rod(rod.end, anchor)
+    equilibrium = ancf.solve_static(scene)
+    total = equilibrium.reaction(rod.start) + equilibrium.reaction(rod.end)
+    np.testing.assert_allclose(total, [0.0, section.area * 1000.0 * 9.81], atol=1e-8)
+    length = np.linalg.norm(np.subtract(rod.end.position, anchor))
+    hung = np.linalg.norm(equilibrium.position(rod.end) - anchor)
+    assert hung == pytest.approx(length, rel=1e-13)
+    assert equilibrium.stable
+
+
+def test_stress_that_is_there_at_the_start_is_let_go():
+    # A bent line of straight elements, held at one end alone, becomes straight.
+    t = np.linspace(0, np.pi, 21)
+    scene = ancf.Scene((0.0, 0.0))
+    nodes = np.stack([np.cos(t), np.sin(t)], 1)
+    edges = np.stack([np.arange(20), np.arange(1, 21)], 1)
+    section, material = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
+    mesh = scene.add_mesh(nodes, edges, "thin", section, material, smooth=30)
+    scene.clamp(mesh.node(0))
+    equilibrium = ancf.solve_static(scene)
+    before = equilibrium.system.assembly.strain_energy(equilibrium.system.q0)
+    assert equilibrium.elastic_energy < 1e-18 * before
+    along = equilibrium.position(mesh.node(20)) - nodes[0]
+    assert np.linalg.norm(along) == pytest.approx(mesh.length, rel=1e-9)
