@@ -17,7 +17,7 @@ from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.choose import choose
 from ancfsparse.solve.judge import Judge
 from ancfsparse.solve.memory import NOTHING, Memory, check_factor
-from ancfsparse.solve.start import check_constraints, check_energy, regularize, starting_state
+from ancfsparse.solve.start import regularize, starting_state
 from ancfsparse.solve.threads import divide
 from ancfsparse.system import System
 from ancfsparse.system.rotation import frame_of
@@ -66,8 +66,6 @@ def prepare(
     method, why = choose(solver, seed.n, seed.solve_flops, straight=straight)
     scale = integrator.scale * dt**2
     regularize(system, scale)
-    check_energy(system)
-    check_constraints(system)
     start, a = starting_state(system, seed, integrator, dt)
     judge = Judge(system, integrator, method, tolerance)
     noise = 100.0 * EPSILON * judge.force_scale * float(np.max(np.abs(system.q0)))

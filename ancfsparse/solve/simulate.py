@@ -28,6 +28,7 @@ from ancfsparse.solve.memory import check_fits, estimate, give_back
 from ancfsparse.solve.record import Record, check_nodes, check_output
 from ancfsparse.solve.settings import check_gain, check_solver, check_tolerance
 from ancfsparse.solve.setup import prepare, stopped
+from ancfsparse.solve.start import check_constraints, check_energy
 from ancfsparse.solve.threads import check_threads, usable
 from ancfsparse.solve.times import as_double, count_steps
 from ancfsparse.system import System
@@ -187,6 +188,8 @@ def simulate(
     )
     check_fits(needed)
     system = System(scene)
+    check_energy(system)
+    check_constraints(system)
     settings = {
         "dt": dt,
         "accuracy": accuracy,
