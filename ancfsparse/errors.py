@@ -118,12 +118,15 @@ class EnergyGain(StepFailure):
     ----------
     gain, exchanged : float
         Energy above what was given, and the largest energy that had been exchanged between motion,
-        strain, gravity and loads [J].
+        strain, gravity and loads [J]; with `when` the largest kinetic energy of the run.
     limit : float
         Share of it that was allowed.
     time, step, dt, trajectory, advice
         As in `StepFailure`.  The step was not accepted if it took many corrections, since then its
         energy is looked at first; else the states may be some steps past where the gain began.
+    when : int, optional
+        The step after which the motion had that much, if it was found at the end of the run: what
+        the first steps gain cannot be judged before the motion has developed.
     """
 
     def __init__(
@@ -136,21 +139,26 @@ class EnergyGain(StepFailure):
         dt: float,
         trajectory: Any = None,
         advice: str = "Try a smaller dt.",
+        when: int | None = None,
     ) -> None:
         where = "the whole scene"
         super().__init__("it gained energy", time, step, dt, gain, where, trajectory, advice)
-        self.args = (gain, exchanged, limit, time, step, dt, trajectory, advice)
+        self.args = (gain, exchanged, limit, time, step, dt, trajectory, advice, when)
         self.gain = gain
         self.exchanged = exchanged
         self.limit = limit
+        self.when = when
 
     def __str__(self) -> str:
         """Compose the message a reader meets."""
         share = self.gain / self.exchanged if self.exchanged > 0.0 else math.inf
+        had, compared = "would have", "energy exchanged so far"
+        if self.when is not None:
+            had, compared = f"had after step {self.when}", "kinetic energy of the run"
         return (
             f"stopped at step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): the "
-            f"motion would have {self.gain:.3g} J more than it was given, {100 * share:.3g} % of "
-            f"the largest energy exchanged so far (allowed: {100 * self.limit:.3g} %). "
+            f"motion {had} {self.gain:.3g} J more than it was given, {100 * share:.3g} % of "
+            f"the largest {compared} (allowed: {100 * self.limit:.3g} %). "
             f"{self.advice}" + KEPT * (self.trajectory is not None)
         )
 

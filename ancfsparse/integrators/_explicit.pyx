@@ -31,7 +31,8 @@ cdef enum:
     NOT_FINITE = 3
     GAINED_ENERGY = 4
 
-cdef ptrdiff_t WATCH_EVERY = 64  # forces: an energy costs about two of them
+cdef ptrdiff_t LOOK_EVERY = 64  # forces: an energy costs about two of them
+cdef double JUMP_SHARE = 0.5  # of |jump| |motion| that is unsure where a load jumps inside a step
 
 
 cdef class Explicit:
@@ -63,9 +64,11 @@ cdef class Explicit:
     cdef const ancf_system *system
     cdef const ancf_seed *seed
     cdef ancf_watch watch
+    cdef ancf_jumps jumps
     cdef ptrdiff_t n, n_all, stages, padded
+    cdef double dt
     cdef double[::1] drift, kick, dead_load, load, r
-    cdef double[:, ::1] pull, rate
+    cdef double[:, ::1] pull, rate, history
     # Two places for the state, present and next.
     cdef double[:, ::1] q, v
     cdef ptrdiff_t now, first  # place of the present state; row of `rate` of its acceleration
@@ -89,6 +92,12 @@ cdef class Explicit:
         self.dead_load, self.r = np.array(dead_load, dtype=float), np.zeros(width)
         # Never empty, so that a pointer to the first amplitude always exists.
         self.load = np.append(amplitudes, 0.0)
+        self.dt, self.jumps.n = dt, len(amplitudes)
+        self.history = np.zeros((5, len(amplitudes) + 1))
+        self.jumps.rate, self.jumps.bend = &self.history[0, 0], &self.history[1, 0]
+        self.jumps.size, self.jumps.past = &self.history[2, 0], &self.history[3, 0]
+        self.jumps.jump = &self.history[4, 0]
+        np.abs(self.load, out=np.asarray(self.history[2]))
         places, speeds = np.zeros((2, width)), np.zeros((2, width))
         rates = np.zeros((self.stages, self.padded))
         places[:, :self.n_all] = q
@@ -128,7 +137,7 @@ cdef class Explicit:
             Step number k of the run (from 1) is written to row ``k / save_every`` of the outputs.
         """
         cdef ptrdiff_t k, i, j, row, last = self.stages - 1, next
-        cdef ptrdiff_t look = max(1, WATCH_EVERY // last)
+        cdef ptrdiff_t look = max(1, LOOK_EVERY // last)
         cdef const double *load = NULL
         cdef double *acceleration
         cdef bint loaded = amplitudes.shape[1] > 0
@@ -149,9 +158,7 @@ cdef class Explicit:
                     outcome = NOT_FINITE
                     break
                 if loaded:
-                    self.watch.work += self.system.load_work(
-                        self.system.context, &self.q[self.now, 0], &self.load[0],
-                        &self.q[next, 0], load, &self.r[0])
+                    self.add_work(load, next)
                     memcpy(&self.load[0], load, amplitudes.shape[1] * sizeof(double))
                 self.now = next
                 self.first = (self.first + last) % self.stages
@@ -166,8 +173,9 @@ cdef class Explicit:
                         a_out[row, j] = 0.0
                 self.steps += 1
                 if (k + 1) % look == 0 or k + 1 == n_steps:
-                    if ancf_watch_gains(&self.watch, self.system, &self.dead_load[0],
-                                        &self.q[next, 0], &self.v[next, 0], &self.r[0], False):
+                    ancf_watch_measure(&self.watch, self.system, &self.dead_load[0],
+                                       &self.q[next, 0], &self.v[next, 0], &self.r[0])
+                    if ancf_watch_gains(&self.watch, False):
                         outcome = GAINED_ENERGY
                         k += 1
                         break
@@ -177,6 +185,21 @@ cdef class Explicit:
             else:
                 k = n_steps
         return k, outcome
+
+    cdef void add_work(self, const double *load, int next) noexcept nogil:
+        """Add what the loads do in a step, and how much of that is unsure."""
+        cdef const ancf_system *system = self.system
+        cdef const double *q0 = &self.q[self.now, 0]
+        cdef const double *q1 = &self.q[next, 0]
+        cdef double unsure
+        self.watch.work += system.load_work(
+            system.context, q0, &self.load[0], q1, load, &self.r[0])
+        ancf_jumps_find(&self.jumps, &self.load[0], load, self.dt)
+        if self.jumps.any:
+            unsure = JUMP_SHARE * system.load_reach(
+                system.context, q0, q1, self.jumps.jump, &self.r[0])
+            self.watch.unsure += unsure * unsure
+        ancf_jumps_accept(&self.jumps, &self.load[0], load, self.dt)
 
     cdef inline double *stage(self, ptrdiff_t i) noexcept nogil:
         """The rows turn round by one from step to step, so that the last becomes the first."""

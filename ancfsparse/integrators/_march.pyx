@@ -18,6 +18,7 @@ cdef struct Scheme:
     double *b0  # a0 itself where it is the true acceleration
     bint shifted  # whether it is not
     Control control
+    ptrdiff_t evaluated  # residuals so far
     ancf_watch refused  # what the watch saw of the last solution that was refused
 
 
@@ -162,7 +163,7 @@ cdef void correct_part(void *context, ptrdiff_t part) noexcept nogil:
 
 
 cdef void evaluate(Motion *self) noexcept nogil:
-    self.evaluated += 1
+    self.scheme.evaluated += 1
     self.system.residual(self.system.context, self.q, self.v, self.a, self.lam,
                          self.dead_load, self.amplitudes, self.r, self.phi)
 
@@ -182,14 +183,17 @@ cdef void material(void *context, double *values) noexcept nogil:
 cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     """Solve a step and judge it; return an outcome."""
     cdef Control *control = &self.scheme.control
-    cdef ptrdiff_t before = self.evaluated
+    cdef ptrdiff_t before = self.scheme.evaluated
     cdef int outcome = solver.solve(solver.context)
     if outcome != 0:
-        return GAINED_ENERGY if gains_energy(self) else outcome  # the likely cause
+        measure(self)
+        if self.watch.steps >= WATCH_EVERY and ancf_watch_gains(&self.watch, False):
+            return GAINED_ENERGY  # the likely cause
+        return outcome
     if control.seed != NULL and not accurate(
             control, self.system, self.dt, self.a0, self.a, self.r):
         return TOO_INACCURATE
-    if self.evaluated - before >= HARD_STEP and not settle(self, solver):
+    if self.scheme.evaluated - before >= HARD_STEP and not settle(self, solver):
         return WOULD_GAIN
     if control.seed != NULL and follow(control, self.n_all, self.dt):
         return MAY_GROW
@@ -199,20 +203,22 @@ cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
 cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     """Look at the energy of a hard step before it is accepted; whether a solution passes.
 
-    Such a step can have several.  One that gains energy is refused as long as there is another, or
-    as steps can be made shorter.  The new velocity stands in the place of the old one while the
+    Such a step can have several.  One that gains energy is refused as long as there is another that
+    may not, or as steps can be made shorter.  If all of them gain, that of Newton passes unless it
+    gains much, and the next regular look decides.  The new velocity stands in the place of the old one while the
     energy is looked at, which needs no room.
     """
     cdef ancf_watch before = self.watch
-    cdef bint strict
+    cdef bint strict, last = False
     while True:
         if self.system.n_amplitudes > 0:
             add_work(self)
         self.factor = 1.0
         in_parts(self.n_parts, push_part, self)
         strict = solver.doubtful[0]
-        if not ancf_watch_gains(&self.watch, self.system, self.dead_load, self.q, self.v0, self.r,
-                                strict):
+        ancf_watch_measure(&self.watch, self.system, self.dead_load, self.q, self.v0, self.r)
+        if not (ancf_watch_gains_much(&self.watch) if last
+                else ancf_watch_gains(&self.watch, strict)):
             self.ahead = True
             return True
         self.factor = -1.0
@@ -221,7 +227,12 @@ cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
         if strict:
             self.scheme.refused.exchanged = self.watch.kinetic
         self.watch = before
-        if self.scheme.control.seed != NULL or solver.again(solver.context, GAINED_ENERGY) != 0:
+        if last or self.scheme.control.seed != NULL:
+            return False
+        if solver.again(solver.context, GAINED_ENERGY) == 0:
+            continue
+        last = True
+        if self.shortens or solver.again(solver.context, 0) != 0:
             return False
 
 

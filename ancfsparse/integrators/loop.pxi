@@ -29,20 +29,17 @@ cdef enum:
     GAINED_ENERGY = 4
     MAY_GROW = 6
 
-# An energy costs about one residual.  Steps that take many, because they are long, are watched more
-# closely, if the module counts them.
-cdef ptrdiff_t WATCH_EVERY = 16, WATCH_RESIDUALS = 40
-
-
 cdef struct Motion:
     const ancf_system *system
     ptrdiff_t n_free, n_all, m, n_parts
-    ptrdiff_t unwatched, evaluated  # steps and residuals since the last look at the energy
     bint corrected  # whether the iterate is no longer a predictor
     bint ahead  # whether v0 and the work of the loads are already those of the step under way
+    bint shortens  # whether a step that would gain energy may be tried again in shorter ones
     double dt
     double scale  # metres that a unit of new acceleration moves a coordinate by [s2]
+    double jump_share  # of |jump| |motion| that the scheme may give or take where a load jumps
     ancf_watch watch
+    ancf_jumps jumps
     # Last accepted state, and the iterate of the step under way.
     double *q0
     double *v0
@@ -112,6 +109,12 @@ cdef class TimeLoop:
         if motion.system.damped:
             motion.v = kept(own, "v", v)
         motion.amplitudes0 = kept(own, "amplitudes0", amplitudes)
+        motion.jumps.n, motion.jump_share = motion.system.n_amplitudes, integrator.jump_share
+        motion.jumps.rate = kept(own, "rate", 0.0 * amplitudes)
+        motion.jumps.bend = kept(own, "bend", 0.0 * amplitudes)
+        motion.jumps.size = kept(own, "size", abs(amplitudes))
+        motion.jumps.past = kept(own, "past", 0.0 * amplitudes)
+        motion.jumps.jump = kept(own, "jump", 0.0 * amplitudes)
         motion.dead_load = kept(own, "dead_load", dead_load)
         motion.r = kept(own, "r", np.zeros(len(q)))
         motion.phi = kept(own, "phi", np.zeros(len(lam)))
@@ -138,6 +141,10 @@ cdef class TimeLoop:
             self.arrays["b0"] += change_b
         self.arrays["v0"] += change_v
 
+    def may_shorten(self):
+        """Let steps that would gain energy be refused: shorter ones may not."""
+        self.motion.shortens = True
+
     def set_threads(self, ptrdiff_t threads):
         """Set the number of threads for passes over vectors."""
         self.motion.n_parts = threads
@@ -160,14 +167,22 @@ cdef class TimeLoop:
         """Energy above what was given, and the largest energy exchanged, at the last look [J]."""
         return self.motion.watch.gain, self.motion.watch.exchanged
 
-    def gains_energy(self):
-        """Whether the energy is now too far above what was given: the last look of a run."""
-        return bool(gains_energy(&self.motion))
+    @property
+    def largest_gain(self):
+        """Most energy above what was given, what it is compared with [J], and after which step."""
+        cdef const ancf_watch *watch = &self.motion.watch
+        return watch.most, ancf_watch_motion(watch), watch.when
+
+    def gained_energy(self):
+        """Whether the energy was ever too far above what was given: the last look of a run."""
+        measure(&self.motion)
+        ancf_watch_remember(&self.motion.watch)
+        return bool(ancf_watch_gained(&self.motion.watch))
 
     def prepare(self, const double[:, ::1] amplitudes):
         """Set the loads of the next step and put its predictor in place."""
         self.loads = amplitudes
-        set_load(&self.motion, &amplitudes[0, 0] if amplitudes.shape[1] > 0 else NULL)
+        load(&self.motion, &amplitudes[0, 0] if amplitudes.shape[1] > 0 else NULL)
         restart(&self.motion)
 
     def residual(self):
@@ -212,7 +227,7 @@ cdef class TimeLoop:
         self.loads = amplitudes
         with nogil:
             for k in range(n_steps):
-                set_load(motion, &amplitudes[k, 0] if amplitudes.shape[1] > 0 else NULL)
+                load(motion, &amplitudes[k, 0] if amplitudes.shape[1] > 0 else NULL)
                 restart(motion)
                 outcome = solve_step(motion, solver)
                 if outcome != 0 and outcome != MAY_GROW:
@@ -281,10 +296,18 @@ cdef void residual(void *context, double *r) noexcept nogil:
     memcpy(r + self.n_free, self.phi, self.m * sizeof(double))
 
 
+cdef void load(Motion *self, const double *amplitudes) noexcept nogil:
+    """Set the loads of the next step, and find where they jump in it."""
+    set_load(self, amplitudes)
+    if self.system.n_amplitudes > 0:
+        ancf_jumps_find(&self.jumps, self.amplitudes0, amplitudes, self.dt)
+
+
 cdef void accept(Motion *self) noexcept nogil:
     if self.system.n_amplitudes > 0:
         if not self.ahead:
             add_work(self)
+        ancf_jumps_accept(&self.jumps, self.amplitudes0, self.amplitudes, self.dt)
         memcpy(self.amplitudes0, self.amplitudes, self.system.n_amplitudes * sizeof(double))
     in_parts(self.n_parts, accept_part, self)
     self.corrected = False
@@ -292,21 +315,32 @@ cdef void accept(Motion *self) noexcept nogil:
 
 
 cdef void add_work(Motion *self) noexcept nogil:
-    self.watch.work += self.system.load_work(
-        self.system.context, self.q0, self.amplitudes0, self.q, self.amplitudes, self.r)
+    """Add what the loads do in the step under way, and how much of that is unsure."""
+    cdef const ancf_system *system = self.system
+    cdef double unsure
+    self.watch.work += system.load_work(
+        system.context, self.q0, self.amplitudes0, self.q, self.amplitudes, self.r)
+    if self.jumps.any and self.jump_share > 0.0:
+        unsure = self.jump_share * system.load_reach(
+            system.context, self.q0, self.q, self.jumps.jump, self.r)
+        self.watch.unsure += unsure * unsure
 
 
 cdef bint look(Motion *self) noexcept nogil:
-    """Look at the energy now and then, unless that was done before the step was accepted."""
-    cdef bint seen = self.ahead
+    """Look at the energy of some steps; return whether it is a reason to stop.
+
+    Only regular looks are: they come after the same steps whatever solves them.
+    """
+    cdef bint seen = self.ahead  # before the step was accepted
     self.ahead = False
-    self.unwatched += 1
-    if not seen and self.unwatched < WATCH_EVERY and self.evaluated < WATCH_RESIDUALS:
-        return False
-    self.unwatched = self.evaluated = 0
-    return not seen and gains_energy(self)
+    self.watch.steps += 1
+    if not seen:
+        if self.watch.steps < self.watch.due:
+            return False
+        measure(self)
+    ancf_watch_remember(&self.watch)
+    return self.watch.steps % WATCH_EVERY == 0 and ancf_watch_gains(&self.watch, False)
 
 
-cdef bint gains_energy(Motion *self) noexcept nogil:
-    return ancf_watch_gains(&self.watch, self.system, self.dead_load, self.q0, self.v0, self.r,
-                            False)
+cdef void measure(Motion *self) noexcept nogil:
+    ancf_watch_measure(&self.watch, self.system, self.dead_load, self.q0, self.v0, self.r)

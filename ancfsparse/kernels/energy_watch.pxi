@@ -3,9 +3,27 @@ include "solver_abi.pxi"
 
 
 cdef extern from "energy_watch.h":
+    enum:
+        WATCH_EVERY "ANCF_WATCH_EVERY"
     ctypedef struct ancf_watch:
-        double limit, noise, work, exchanged, gain, kinetic
+        double limit, noise, work, unsure, exchanged, gain, beyond, kinetic, most
+        ptrdiff_t steps, due, when
+    ctypedef struct ancf_jumps:
+        ptrdiff_t n
+        double *rate
+        double *bend
+        double *size
+        double *past
+        double *jump
+        bint any
     void ancf_watch_start(ancf_watch *, const ancf_system *, const double *, const double *,
                           const double *, double *) noexcept nogil
-    bint ancf_watch_gains(ancf_watch *, const ancf_system *, const double *, const double *,
-                          const double *, double *, bint) noexcept nogil
+    void ancf_watch_measure(ancf_watch *, const ancf_system *, const double *, const double *,
+                            const double *, double *) noexcept nogil
+    bint ancf_watch_gains(const ancf_watch *, bint) noexcept nogil
+    bint ancf_watch_gains_much(const ancf_watch *) noexcept nogil
+    double ancf_watch_motion(const ancf_watch *) noexcept nogil
+    bint ancf_watch_gained(const ancf_watch *) noexcept nogil
+    void ancf_watch_remember(ancf_watch *) noexcept nogil
+    void ancf_jumps_find(ancf_jumps *, const double *, const double *, double) noexcept nogil
+    void ancf_jumps_accept(ancf_jumps *, const double *, const double *, double) noexcept nogil

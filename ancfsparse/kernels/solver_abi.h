@@ -38,6 +38,10 @@ typedef struct {
     /* Work of the changing loads between two states, by the trapezoidal rule. */
     double (*load_work)(void *context, const double *q0, const double *amplitudes0,
                         const double *q1, const double *amplitudes1, double *scratch);
+    /* Most work that forces of these amplitudes, not negative, could do between two states,
+     * whatever their signs: the sum of |force| |motion| over the coordinates. */
+    double (*load_reach)(void *context, const double *q0, const double *q1,
+                         const double *amplitudes, double *scratch);
     /* The residual between two states with the middle q and the mean velocity v: the elastic force
      * is the discrete gradient DU(q0, q1), everything else is taken at (q, v), phi at q1.  May be
      * NULL, and then nothing that keeps energy can be made of the system. */
@@ -96,7 +100,7 @@ typedef struct {
     void *context;
     int (*solve)(void *context); /* one step; 0 or a reason of nonlinear/outcome.py */
     /* The solution found is refused, for a reason: 0 if there is another one, else the reason or
-     * that of the last attempt */
+     * that of the last attempt.  Without a reason, after all others: back to the one of Newton. */
     int (*again)(void *context, int reason);
     /* Whether the solution was sought because another one was refused, or from another start: it
      * may be one of several. */

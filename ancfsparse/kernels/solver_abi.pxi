@@ -15,6 +15,8 @@ cdef extern from "solver_abi.h":
         void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
         double (*load_work)(void *, const double *, const double *, const double *, const double *,
                             double *) noexcept nogil
+        double (*load_reach)(void *, const double *, const double *, const double *,
+                             double *) noexcept nogil
         void (*residual_between)(void *, const double *, const double *, const double *,
                                  const double *, const double *, const double *, const double *,
                                  const double *, double *, double *) noexcept nogil

@@ -26,7 +26,8 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
     """Try to solve the step in the way of a rung, from the start that belongs to it."""
     cdef const ancf_equations *eq = self.equations
     cdef int outcome
-    record(self, rung, cause)
+    if cause != CONVERGED:
+        record(self, rung, cause)
     self.rung = rung
     self.doubtful = rung >= NEWTON
     self.reseed_due = True
@@ -76,11 +77,14 @@ cdef int solve(void *context) noexcept nogil:
 cdef int again(void *context, int reason) noexcept nogil:
     """Look for another solution of the step: the one of Newton, then the one of another start.
 
-    A step of rough motion can have several; which one an iteration finds is its own affair.
+    A step of rough motion can have several; which one an iteration finds is its own affair.  If no
+    other one is better either, Newton's is what is left: without a reason, it is found once more.
     """
     cdef Loop *self = <Loop *>context
     cdef int used = 0
     tally(self, -1)
+    if reason == CONVERGED:
+        return climb(self, NEWTON, CONVERGED, &used)
     if self.rung < NEWTON and not self.newton:
         reason = climb(self, NEWTON, reason, &used)
         if reason == CONVERGED:

@@ -16,6 +16,7 @@ class Outcome(IntEnum):
     MAY_GROW = 6
     INDEFINITE = 7  # the cause of an event: one of the first three, on a factor with a wrong sign
     WOULD_GAIN = 8  # every solution found of a step gains energy: it was not accepted
+    HAD_GAINED = 9  # found at the end of a run, of some step before
 
     @property
     def sentence(self) -> str:
@@ -25,6 +26,7 @@ class Outcome(IntEnum):
             Outcome.TOO_MANY: "did not converge within the allowed iterations",
             Outcome.DIVERGED: "diverged: the residual grew ten thousandfold",
             Outcome.GAINED_ENERGY: "gained energy that nothing had given",
+            Outcome.HAD_GAINED: "had gained energy that nothing had given",
             Outcome.WOULD_GAIN: "would gain energy that nothing has given",
             Outcome.TOO_INACCURATE: "had a larger error than it may have",
             Outcome.MAY_GROW: "was more accurate than it has to be",

@@ -113,7 +113,7 @@ class FixedSteps:
                     outcome = self._cross(self._halving, outcome)
                 bar.update(stats.steps - bar.n)
         gained = self._halving is not None and outcome == Outcome.CONVERGED
-        return Outcome.GAINED_ENERGY if gained and self._march.gains_energy() else outcome
+        return Outcome.HAD_GAINED if gained and self._march.gained_energy() else outcome
 
     def _advance(self) -> Outcome:
         """Take as many steps as are taken in one go."""

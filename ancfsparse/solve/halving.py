@@ -59,6 +59,8 @@ class Halving:
     ) -> None:
         self._system, self._march, self._iteration = system, march, iteration
         self._integrator, self._judge, self._dt, self._most = integrator, judge, dt, most
+        if most:
+            march.may_shorten()
         self.events: list[Event] = []
         self.short_steps, self.seconds = 0, 0.0
         self.stuck = False

@@ -163,6 +163,10 @@ def stopped(
         gain, exchanged = march.energy_gain
         advice += ON_ALL_THE_SAME
         return EnergyGain(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
+    if outcome == Outcome.HAD_GAINED:
+        gain, motion, when = march.largest_gain
+        advice += ON_ALL_THE_SAME
+        return EnergyGain(gain, motion, max_energy_gain, now, steps, dt, path, advice, when)
     steps, now = steps + 1, now + dt
     if outcome == Outcome.WOULD_GAIN:
         gain, exchanged = march.refused_gain

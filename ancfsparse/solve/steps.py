@@ -166,12 +166,12 @@ class Stepper:
                 self.stats.steps += taken
                 now = times[taken]
             outcome = Outcome(code)
-            if outcome == Outcome.CONVERGED and now >= end and self.march.gains_energy():
-                outcome = Outcome.GAINED_ENERGY
+            if outcome == Outcome.CONVERGED and now >= end and self.march.gained_energy():
+                outcome = Outcome.HAD_GAINED
             if outcome == Outcome.CONVERGED:
                 continue
             hopeless = self.dt < SHORTEST * end and outcome != Outcome.MAY_GROW
-            if outcome == Outcome.GAINED_ENERGY or hopeless:
+            if outcome in (Outcome.GAINED_ENERGY, Outcome.HAD_GAINED) or hopeless:
                 raise stopped(
                     self.system,
                     self.march,

@@ -5,6 +5,7 @@ The rest is what is not an element: loads that follow the motion or the clock, a
 phi = sum of terms ``coefficient * q[i] * q[j]`` (or ``coefficient * q[i]``) plus a constant.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from libc.math cimport fabs
 from libc.stdint cimport int32_t
 from libc.string cimport memset
 
@@ -139,7 +140,8 @@ cdef class Assembly:
         self.interface.residual, self.interface.matrix = residual, matrix
         self.interface.material = material
         self.interface.inertia, self.interface.energies = inertia, energies
-        self.interface.load_work, self.interface.residual_between = load_work, residual_between
+        self.interface.load_work, self.interface.load_reach = load_work, load_reach
+        self.interface.residual_between = residual_between
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
 
     def set_regularization(self, double value):
@@ -199,6 +201,12 @@ cdef class Assembly:
         cdef double[::1] scratch = np.empty(self.flat.n_all)
         return load_work(&self.flat, &q0[0], first(amplitudes0), &q1[0], first(amplitudes1),
                          &scratch[0])
+
+    def load_reach(self, const double[::1] q0, const double[::1] q1,
+                   const double[::1] amplitudes):
+        """Return the most work that loads of any signs could do between two states [J]."""
+        cdef double[::1] scratch = np.empty(self.flat.n_all)
+        return load_reach(&self.flat, &q0[0], &q1[0], first(amplitudes), &scratch[0])
 
     def force(self, const double[::1] q):
         """Return the elastic force ``Q(q)``, shape (n_all,) [N, N m]."""
@@ -412,3 +420,19 @@ cdef double load_work(void *context, const double *q0, const double *amplitudes0
         for i in range(self.n_all):
             work -= 0.5 * scratch[i] * (q1[i] - q0[i])
     return work
+
+
+cdef double load_reach(void *context, const double *q0, const double *q1,
+                       const double *amplitudes, double *scratch) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef ptrdiff_t k, i
+    cdef double reach = 0.0
+    for k in range(self.n_loads):
+        i = self.load_place[k]
+        reach += fabs(self.load_weight[k] * amplitudes[self.load_column[k]] * (q1[i] - q0[i]))
+    if self.moments.n > 0:
+        memset(scratch, 0, self.n_all * sizeof(double))
+        self.moments.add(self.moments.context, q1, amplitudes, scratch)
+        for i in range(self.n_all):
+            reach += fabs(scratch[i] * (q1[i] - q0[i]))
+    return reach

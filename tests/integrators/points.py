@@ -43,6 +43,7 @@ class _Interface(ct.Structure):
         ("inertia", _INERTIA),
         ("energies", _ENERGIES),
         ("load_work", _WORK),
+        ("load_reach", ct.c_void_p),
         ("residual_between", _BETWEEN),
     ]  # fmt: skip
 
@@ -77,7 +78,7 @@ class Point:
         self.interface = _Interface(
             None, 2, 2, self.n_multipliers, len(row), 0, 0,
             _RESIDUAL(self._residual), _MATRIX(self._matrix), _MATERIAL(self._material),
-            _INERTIA(self._inertia), _ENERGIES(self._energies), _WORK(lambda *_: 0.0),
+            _INERTIA(self._inertia), _ENERGIES(self._energies), _WORK(lambda *_: 0.0), None,
             _BETWEEN(self._residual_between),
         )  # fmt: skip
         self.capsule = _new_capsule(ct.addressof(self.interface), b"ancf_system", None)
