@@ -65,7 +65,7 @@ class Implicit:
 
     @property
     def jump_share(self) -> float:
-        """Share of \\|jump\\| \\|motion\\| by which the energy may be off after a jump of a load.
+        """Share of jump times motion by which the energy may be off after a jump of a load.
 
         In a slow vibration the energy differs from the work of the trapezoidal rule by the motion
         in a step times ``(1/2 - alpha_f) (a - b)``, and ``a - b`` is ``(alpha_f - alpha_m) /

@@ -168,6 +168,11 @@ cdef class TimeLoop:
         return self.motion.watch.gain, self.motion.watch.exchanged
 
     @property
+    def unsure_work(self):
+        """Work that jumps of loads may have done, beyond what was counted [J]."""
+        return self.motion.watch.unsure ** 0.5
+
+    @property
     def largest_gain(self):
         """Most energy above what was given, what it is compared with [J], and after which step."""
         cdef const ancf_watch *watch = &self.motion.watch

@@ -97,8 +97,9 @@ def simulate(
         always, and ``"default"`` is 1e-4.
     max_energy_gain : float, optional
         Share of the largest energy exchanged so far between motion, strain, gravity and loads by
-        which the energy may exceed what was given, before the run is stopped [-]; ``inf`` never
-        stops it.
+        which the energy may exceed what was given, before the run is stopped [-]; at its end the
+        share of the largest kinetic energy by which it may have done so in any step that was looked
+        at.  What a jump of a load within a step leaves unsure is allowed.  ``inf`` never stops it.
     max_halvings : int, optional
         How often a step that cannot be solved, or only with a gain of energy, may be halved, to be
         crossed in shorter ones; each is listed in ``stats.events``.  By default such a step ends
@@ -152,7 +153,8 @@ def simulate(
     A step that does not converge is tried again with a new seed, then with Newton, damped and
     whole, then from a start without the last acceleration; these are counted in
     ``stats.recoveries``.  A hard step whose solution would gain energy is solved again by Newton,
-    and from that start.  Then it is halved, if that is allowed.  No step is accepted unconverged.
+    and from that start.  Then it is halved, if that is allowed; if not, Newton's solution is taken,
+    and the next regular look at the energy decides.  No step is accepted unconverged.
     """
     check_scene(scene)
     if accuracy is not None:

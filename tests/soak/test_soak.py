@@ -72,3 +72,9 @@ def test_scenes_in_other_units_are_the_same_scene():
             ratio = b.material.youngs_modulus / a.material.youngs_modulus
             assert ratio == pytest.approx(1e-3 / 1e3 / 4.0)
         assert other.t_end == pytest.approx(2.0 * one.t_end)
+
+
+@pytest.mark.parametrize("seed", [5, 6])
+def test_no_random_run_is_stopped_that_newton_finishes_and_none_gains_unseen(seed):
+    finds = [(index, find) for index in range(60) for find in motions.run(seed, index).finds]
+    assert finds == []
