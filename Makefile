@@ -7,7 +7,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test soak sanitize codegen codegen-check bench-paper bench-kernels bench-time bench-error charts lint format clean
+.PHONY: help setup demo test soak sanitize codegen codegen-check bench-paper bench-kernels bench-time bench-error accuracy charts lint format clean
 
 help: ## Show this list
 	@echo 'make TARGET            (ARGS="..." is handed on to the command behind it)'
@@ -54,6 +54,9 @@ bench-time: .venv/.peers ## Measure seconds against the error of the steps, besi
 
 bench-error: .venv/.peers ## Measure the whole error against its cost, beside peers
 	$(ONE_THREAD) $(BIN)/ancfsparse study total-error --peers $(ARGS)
+
+accuracy: setup ## Measure errors and costs of runs to an accuracy on 100 scenes, e.g. ARGS="0 20"; half an hour
+	$(BIN)/python -m tests.solve.accuracy_sweep $(ARGS)
 
 # First what counts and looks at no clock, last what takes longest; each says that it begins.
 STUDIES := \

@@ -238,16 +238,24 @@ class AccuracyFailure(AncfError, RuntimeError):
     within_reach : float, optional
         Where the rounding of the steps is what is left of the error: an accuracy that is above it
         [m].
+    trajectory : Trajectory, optional
+        The motion with the smallest error so far.
     """
 
     def __init__(
-        self, accuracy: float, error: float, runs: int, within_reach: float | None = None
+        self,
+        accuracy: float,
+        error: float,
+        runs: int,
+        within_reach: float | None = None,
+        trajectory: Any = None,
     ) -> None:
-        super().__init__(accuracy, error, runs, within_reach)
+        super().__init__(accuracy, error, runs, within_reach, trajectory)
         self.accuracy = accuracy
         self.error = error
         self.runs = runs
         self.within_reach = within_reach
+        self.trajectory = trajectory
 
     def __str__(self) -> str:
         """Compose the message a reader meets."""
@@ -257,12 +265,14 @@ class AccuracyFailure(AncfError, RuntimeError):
                 f"with shorter steps, the error is about {self.error:.3g} m, which is the rounding "
                 "of so many steps, and shorter ones add to it. Ask for "
                 f"{self.within_reach:.1g} m or more, or for a shorter time."
+                + KEPT
+                * (self.trajectory is not None)
             )
         return (
             f"accuracy = {self.accuracy:.3g} m was not reached: after {self.runs} runs, each with "
             f"shorter steps, the error is about {self.error:.3g} m and no longer follows the "
             "steps. Ask for less, for a shorter time (a chaotic motion forgets its start), or "
-            "smooth loads that jump."
+            "smooth loads that jump." + KEPT * (self.trajectory is not None)
         )
 
 

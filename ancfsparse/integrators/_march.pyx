@@ -74,6 +74,14 @@ cdef class March(TimeLoop):
         control.constant, control.limit, control.easy = constant, limit, easy
         control.patience = patience
 
+    def jump(self, change_a, amplitudes):
+        """Go on after a jump of the loads: what it changes accelerations by, the loads after it."""
+        self.arrays["a0"] += change_a
+        if "b0" in self.arrays:
+            self.arrays["b0"] += change_a
+        self.arrays["amplitudes0"][: len(amplitudes)] = amplitudes
+        self.motion.corrected = True  # or the next start would believe that a is still a0
+
     @property
     def step_error(self):
         """Estimated error of the last step that was looked at [m]."""

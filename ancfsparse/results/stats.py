@@ -84,7 +84,8 @@ class RunStats:
     rejected_steps : int
         Steps that were solved and taken back because they were not accurate enough.
     runs : int
-        Motions that were marched and compared to reach an accuracy; their counts are added up.
+        Motions that were begun to reach an accuracy, those included that were given up because
+        another method cost less; their counts are added up.
     error : float
         Estimated largest error of the position of a node at the saved times that the steps in time
         cause [m]; not a number where no accuracy was asked for.  In statics the last correction of

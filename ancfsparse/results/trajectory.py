@@ -49,7 +49,7 @@ class Trajectory:
         return (
             f"Trajectory: {len(self.t)} states from t = {self.t[0]:.6g} s to {self.t[-1]:.6g} s, "
             f"{self.q.shape[1]} coordinates, {self.lam.shape[1]} multipliers\n  "
-            + ("" if self.finished else f"unfinished: t_end is {self.settings['t_end']:.6g} s; ")
+            + ("" if self.finished else f"unfinished: {self._aim}; ")
             + (
                 f"{stats.steps} steps"
                 + (f", {stats.short_steps} shorter ones" if stats.short_steps else "")
@@ -63,9 +63,22 @@ class Trajectory:
 
     @property
     def finished(self) -> bool:
-        """Whether the run came to the end it was started for."""
+        """Whether the run came to the end, and to the accuracy, that it was started for."""
+        accuracy = self.settings.get("accuracy")
+        return self._ended and (accuracy is None or self.stats.error <= accuracy)
+
+    @property
+    def _ended(self) -> bool:
         t_end = self.settings.get("t_end")
         return t_end is None or bool(self.t[-1] >= t_end * (1.0 - 1e-9))
+
+    @property
+    def _aim(self) -> str:
+        """Say what the run did not come to."""
+        if self._ended:
+            error = f"the error is about {self.stats.error:.3g} m"
+            return f"accuracy is {self.settings['accuracy']:.3g} m, {error}"
+        return f"t_end is {self.settings['t_end']:.6g} s"
 
     @property
     def multipliers(self) -> Array:

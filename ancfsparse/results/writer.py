@@ -133,8 +133,10 @@ class Writer:
         values = np.frombuffer(text.encode(), np.uint8)
         self._file.create_dataset(name, data=values, fletcher32=True)
 
-    def append(self, t: Array, q: Array, v: Array, a: Array, lam: Array) -> None:
-        """Add rows for the times `t`.
+    def append(
+        self, t: Array, q: Array, v: Array, a: Array, lam: Array, *, begin: int | None = None
+    ) -> None:
+        """Add rows for the times `t`; from a row on, they take the place of all after it.
 
         Raises
         ------
@@ -144,19 +146,20 @@ class Writer:
         kept = [x if self._places is None else x[:, self._places] for x in (q, v, a)]
         tables = dict(zip(("q", "v", "a", "lam", "t"), (*kept, lam, t), strict=True))
         tables = {name: rows for name, rows in tables.items() if name in self._file}
-        rows = self.rows + len(t)
+        begin = self.rows if begin is None else begin
+        rows = begin + len(t)
         try:
             self._reserve(sum(self._growth(self._file[name], rows) for name in tables))
         except OutputFailure:
             if len(t) < 2:
                 raise
-            for half in (slice(0, len(t) // 2), slice(len(t) // 2, None)):
-                self.append(t[half], q[half], v[half], a[half], lam[half])
+            for half in (slice(0, len(t) // 2), slice(len(t) // 2, len(t))):
+                self.append(t[half], q[half], v[half], a[half], lam[half], begin=begin + half.start)
             return
         for name, values in tables.items():
             table = self._file[name]
             table.resize(rows, axis=0)
-            table[self.rows :] = values
+            table[begin:] = values
         self._file.flush()
         self.rows = rows
         if len(t):
@@ -175,7 +178,7 @@ class Writer:
         """Return how many bytes a table will grow by."""
         high, *wide = table.chunks
         across = -(-table.shape[1] // wide[0]) if wide else 1
-        chunks = (-(-rows // high) - -(-self.rows // high)) * across
+        chunks = max(0, -(-rows // high) - -(-self.rows // high)) * across
         return int(chunks * (8 * np.prod(table.chunks) + NOTE))
 
     def _reserve(self, growth: int) -> None:

@@ -102,7 +102,7 @@ def instability(
     outcome: Outcome,
     step: int,
     dt: float,
-    path: Trajectory,
+    path: Trajectory | None = None,
 ) -> Instability:
     """Say why a run was stopped.
 
@@ -114,7 +114,7 @@ def instability(
         ``GAINED_ENERGY`` or ``NOT_FINITE``.
     step : int
         Number of the last step.
-    path : Trajectory
+    path : Trajectory, optional
         The states so far.
     """
     gain, _ = march.energy_gain

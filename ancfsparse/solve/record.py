@@ -41,8 +41,10 @@ class Recorder(Protocol):
 
     rows: int
 
-    def append(self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector) -> None:
-        """Take rows for the times `t`."""
+    def append(
+        self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector, *, begin: int | None = None
+    ) -> None:
+        """Take rows for the times `t`; from a row on, they take the place of all after it."""
         ...
 
     def finish(self, stats: RunStats) -> None:
@@ -69,8 +71,11 @@ class Kept:
         self._stats = RunStats()
         self._tables = [np.empty((rows, *shape)) for shape in ((), *[(width,)] * 3, (m,))]
 
-    def append(self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector) -> None:
-        """Take rows for the times `t`."""
+    def append(
+        self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector, *, begin: int | None = None
+    ) -> None:
+        """Take rows for the times `t`; from a row on, they take the place of all after it."""
+        self.rows = self.rows if begin is None else begin
         kept = [x if self._places is None else x[:, self._places] for x in (q, v, a)]
         for table, rows in zip(self._tables, (t, *kept, lam), strict=True):
             table[self.rows : self.rows + len(t)] = rows

@@ -17,6 +17,7 @@ from ancfsparse.scene import Node, Scene, check_scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.accuracy import check_accuracy, solve_accurately
+from ancfsparse.solve.attempts import Attempts
 from ancfsparse.solve.explicit import (
     check_alone,
     instability,
@@ -50,7 +51,7 @@ def simulate(
     dt: float | None = None,
     *,
     accuracy: float | None = None,
-    integrator: Implicit | Explicit = DEFAULT,
+    integrator: Implicit | Explicit | str = "auto",
     solver: Method | str = "auto",
     tolerance: str | float = "default",
     max_energy_gain: float = 0.01,
@@ -77,14 +78,15 @@ def simulate(
         Time step [s]; with ``accuracy`` the time between saved states, by default 1/200 of t_end.
     accuracy : float, optional
         Largest error of the position of a node at the saved times that the steps in time may cause
-        [m]; the error of the mesh comes on top.  Steps then follow the motion, and whole runs with
-        ever shorter ones are compared until the last is accurate enough; what it reached is
-        ``stats.error``.
-    integrator : Implicit or Explicit, optional
+        [m]; the error of the mesh comes on top.  Whole motions with ever shorter steps are
+        compared, by the method that costs least as counted, until the error of one is small enough;
+        it is estimated in ``stats.error``, and ``stats.solver`` says what was taken.
+    integrator : Implicit, Explicit or "auto", optional
         `Newmark`, `HHT`, `GeneralizedAlpha`, `EnergyMomentum`, `CentralDifference` or
-        `RungeKuttaNystrom`; ``GeneralizedAlpha(0.9)`` by default.  The last two are explicit: they
-        take no solver and no tolerance, joints by numbering, and steps no longer than `stable_step`
-        returns.
+        `RungeKuttaNystrom`.  ``"auto"`` is ``GeneralizedAlpha(0.9)``; with an accuracy it is
+        whichever costs least, explicit ones included where there are neither multipliers nor
+        damping nor a solver that is asked for.  The last two are explicit: they take no solver and
+        no tolerance, joints by numbering, and steps no longer than `stable_step` returns.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
     tolerance : "default", "paper" or float, optional
@@ -145,8 +147,8 @@ def simulate(
         If the motion gains energy that nothing has given it, as the trapezoidal rule lets it where
         steps are large; it carries the trajectory too.
 
-    Runs to an accuracy halve steps and begin anew before they raise the last errors, and then carry
-    no trajectory.
+    Runs to an accuracy shorten steps and begin anew before they raise the last errors.  Whatever
+    ends them carries the best whole motion so far, or what there is of the first.
 
     Notes
     -----
@@ -167,6 +169,9 @@ def simulate(
     t_end, dt = as_double("t_end", t_end), as_double("dt", dt)
     n_steps = count_steps(t_end, dt)
     save_every = min(check_count("save_every", save_every), n_steps)
+    named = integrator if isinstance(integrator, Implicit | Explicit) else None
+    if isinstance(integrator, str) and integrator == "auto":
+        integrator = DEFAULT
     if not isinstance(integrator, Implicit | Explicit):
         raise InputError(
             "integrator must be Newmark(alpha), HHT(alpha), GeneralizedAlpha(rho_inf), "
@@ -183,7 +188,7 @@ def simulate(
     begin = time.perf_counter()
     rows = -(-n_steps // save_every) + 1
     kept = None if save_nodes is None else len(save_nodes)
-    compared = 2 if accuracy is not None else 0
+    compared = 4 if accuracy is not None else 0
     matrices = 2 if isinstance(integrator, EnergyMomentum) else 1
     needed = estimate(
         scene, rows, kept, output is not None, solver, whole_runs=compared, matrices=matrices
@@ -207,14 +212,13 @@ def simulate(
     record = Record(system, rows, save_nodes, output, settings)
     threads = 1 if isinstance(integrator, Explicit) else usable(system, threads)
     if accuracy is not None:
-        implicit = check_accuracy(system, accuracy, tolerance, integrator, solver, max_halvings)
+        check_accuracy(system, accuracy, tolerance, named, solver, max_halvings)
         times = dt * np.append(np.arange(0, n_steps, save_every), n_steps)
-        states, stats = solve_accurately(
-            system, times, accuracy, implicit, solver, max_energy_gain, progress, threads
-        )
         with record.open() as recorder:
-            recorder.append(states.t, states.q, states.v, states.a, states.lam)
-            recorder.finish(stats)
+            attempts = Attempts(recorder, threads)
+            solve_accurately(
+                system, times, accuracy, named, solver, max_energy_gain, progress, attempts
+            )
         return record.trajectory()
     iteration, halving = None, None
     seed: SparseSeed | BlockInverse

@@ -1,71 +1,61 @@
-"""A march whose step follows the motion: grown, cut and tried again by a local error estimate."""
+"""A march whose step follows the motion: grown, cut and tried again by a local error estimate.
+
+What steps it took is a pattern, which another run can take with each step divided.
+"""
 
 from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline, interp1d
 
+from ancfsparse.errors import InputError
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, RunStats
 from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.breaks import Breaks
+from ancfsparse.solve.passage import Passage
+from ancfsparse.solve.price import Price
 from ancfsparse.solve.setup import CAUSES, count, events, prepare, stopped
+from ancfsparse.solve.states import States
+from ancfsparse.solve.times import MOST_STEPS
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
+# Steps of one length in a row, (step [s], how many), for each span of smooth loads.
+Pattern = list[list[tuple[float, int]]]
 
 # Steps change by powers of the root of two, and seldom: the seed of a step serves the next ones.
 RATIO = math.sqrt(2.0)
 # Steps in a row that must be easy before they grow, and steps that are taken in one go at most.
 PATIENCE, CHUNK, COORDINATES = 8, 500, 4_000_000
+# So many steps before the end of a span they are made such that the last one ends there.
+LANDING = 8
 # A step may grow if the larger one would have this share of the error allowed.
 SAFETY = 0.7
+# In the first steps a step may grow by so many powers at once.
+OPENING, MOST_LEVELS = 64, 2
+# Steps that cost more than so many residuals with their corrections are made shorter, and do not
+# grow again for so many; they are looked at after so many.
+HARD, HOLD, LOOK = 5.5, 128, 16
 # Share of a step's error that the iteration may leave.
 ITERATION_SHARE = 0.02
 SHORTEST = 1e-10  # a step, over the length of the run
 MOST_EVENTS = 1000  # that are kept, as where steps have one length
+WHOLE = 1e-9  # rounding of a number of steps, over it
 
 
-@dataclass
-class States:
-    """States at the times asked for.
-
-    Attributes
-    ----------
-    t : (k,) float
-        Times [s].
-    q, v, a : (k, n_all) float
-        Coordinates and their rates, between steps cubic in q, v, a as Hermite says.
-    lam : (k, m) float
-        Multipliers, linear between steps.
-    """
-
-    t: Vector
-    q: Vector
-    v: Vector
-    a: Vector
-    lam: Vector
-
-    def fill(self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector) -> None:
-        """Interpolate the states asked for in (t[0], t[-1]] from accepted steps."""
-        span = slice(*np.searchsorted(self.t, [t[0], t[-1]], side="right"))
-        if span.start == span.stop:
-            return
-        wanted = np.minimum(self.t[span], t[-1])
-        self.q[span] = CubicHermiteSpline(t, q, v)(wanted)
-        self.v[span] = CubicHermiteSpline(t, v, a)(wanted)
-        self.a[span] = interp1d(t, a, axis=0)(wanted)
-        self.lam[span] = interp1d(t, lam, axis=0)(wanted)
+class OverBudget(Exception):
+    """A run has cost what it may."""
 
 
 class Stepper:
-    """One run with a local error per step.
+    """One run with a local error per step, or with the steps of another run, divided.
 
     Parameters
     ----------
@@ -83,11 +73,23 @@ class Stepper:
         Times asked for, the first one 0 [s].
     max_energy_gain, threads
         As in `simulate`.
+    breaks : Breaks, optional
+        Times that steps end at because the loads jump or kink there.
+    watch : callable, optional
+        Is given the states whenever there are more of them.
+    pattern : list, optional
+        Steps to take, with no regard to their error.
+    left : float, optional
+        Error that the iteration of a step may leave [m]; by default a small share of its own.
+    budget : float, optional
+        Cost, as `Price` models it, at which the run ends with `OverBudget`.
 
     Attributes
     ----------
-    left : float
-        Error that the iteration of a step may leave, a small share of the step's own [m].
+    pattern : list
+        The steps that were taken.
+    price : Price
+        Of an evaluation, a solution, a factor.
     """
 
     def __init__(
@@ -100,129 +102,249 @@ class Stepper:
         t: Vector,
         max_energy_gain: float,
         threads: int = 1,
+        *,
+        breaks: Breaks | None = None,
+        watch: Callable[[States], None] | None = None,
+        pattern: Pattern | None = None,
+        left: float | None = None,
+        budget: float = math.inf,
     ) -> None:
         begin = time.perf_counter()
         self.system, self.integrator = system, integrator
-        self.local_error, self.dt, self.max_energy_gain = local_error, dt, max_energy_gain
+        self.local_error, self.max_energy_gain = local_error, max_energy_gain
+        self.dt = dt if pattern is None else pattern[0][0][0]
+        self._given, self.pattern = pattern, list[list[tuple[float, int]]]()
+        self._breaks, self._watch, self._budget = breaks, watch, budget
         self.seed: SparseSeed
         self.march, self.iteration, self.seed, self.judge, why, a = prepare(
-            system, dt, integrator, solver, "default", max_energy_gain, threads
+            system, self.dt, integrator, solver, "default", max_energy_gain, threads
         )
-        self.left = ITERATION_SHARE * local_error
-        self.iteration.set_tolerance(self.judge.at(dt, self.left))
-        mass = system.mass_diagonal
-        places = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
-        total = mass[places[places < system.n_free]].sum()
+        self.price = Price.of(system, integrator, self.seed)
+        self.left = ITERATION_SHARE * local_error if left is None else left
+        self.iteration.set_tolerance(self.judge.at(self.dt, self.left))
         error = abs(integrator.velocity_constant)  # the position's is the same, 1/12 + shift^2 / 4
-        self.march.control(
-            self.seed, mass / total, error, local_error, SAFETY * local_error / RATIO**3, PATIENCE
-        )
+        limit, easy = local_error, SAFETY * local_error / RATIO**3
+        if pattern is not None:
+            limit, easy = math.inf, -1.0
+        self.march.control(self.seed, _weights(system), error, limit, easy, PATIENCE)
         q, _, _, lam = self.march.state
-        n, m = system.n_all, system.n_multipliers
-        self.states = States(t, *(np.empty((len(t), width)) for width in (n, n, n, m)))
-        self.states.q[0], self.states.v[0], self.states.a[0] = q, system.v0, a
-        self.states.lam[0] = lam
-        self._extra = 0  # factors of the changes of steps
+        self.states = States.empty(t, system.n_all, system.n_multipliers)
+        self.states.begin(q, system.v0, a, lam)
+        self._passage = Passage(system, integrator, self.march, self.seed)
+        # Steps and cost when steps were last found hard or not; until when they must not grow.
+        self._mark, self._hold = (0, 0.0), 0
         self.stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
+        chunk = max(1, min(CHUNK, COORDINATES // system.n_all))
+        widths = (*(system.n_all,) * 3, system.n_multipliers)
+        self._buffer = [np.empty((chunk + 1, width)) for width in widths]
 
     def run(self) -> States:
-        """March past the last time asked for.
+        """March through all times asked for.
 
         Raises
         ------
         StepFailure, EnergyGain
             Without a trajectory.
+        OverBudget
+            If the run has cost what it may.
         """
+        t_end = float(self.states.t[-1])
+        spans = [(0.0, t_end)] if self._breaks is None else self._breaks.spans(t_end)
         try:
-            self._run()
+            now = 0.0
+            for k, (begin, end) in enumerate(spans):
+                upto = t_end if k + 1 == len(spans) else spans[k + 1][0]
+                self.pattern.append([])
+                if self._given is None:
+                    self._follow(now, upto, begin, end)
+                else:
+                    self._repeat(self._given[k], now, upto, begin, end)
+                now = upto
+                if k + 1 < len(spans):
+                    self._passage.jump(self.dt, end, now)
+                    self._go_on(self.dt)
+            if self.march.gained_energy():
+                raise self._stopped(Outcome.HAD_GAINED, now)
         finally:
-            count(self.stats, self.iteration)
-            self.stats.factorizations += self._extra
-            self.stats.solves += self._extra
+            self._count()
         return self.states
 
-    def _run(self) -> None:
-        now, end = 0.0, float(self.states.t[-1])
-        n, m = self.system.n_all, self.system.n_multipliers
-        chunk = max(1, min(CHUNK, COORDINATES // n))
-        buffer = [np.empty((chunk + 1, width)) for width in (n, n, n, m)]
-        while now < end:
-            wanted = min(chunk, math.ceil((end - now) / self.dt))
-            times = now + self.dt * np.arange(wanted + 1.0, dtype=np.float64)
-            for table, start in zip(buffer, self.march.state, strict=True):
-                table[0] = start
-            # Loads may not be defined past the end, where the last step may reach.
-            amplitudes = self.system.loads.amplitudes(np.minimum(times[1:], end))
-            self.iteration.step, before = self.stats.steps, now - self.stats.steps * self.dt
-            clock = time.perf_counter()
-            taken, code = self.march.advance(self.iteration, wanted, amplitudes, 1, 0, *buffer)
-            self.stats.march_seconds += time.perf_counter() - clock
-            if self.seed.error is not None:
-                raise self.seed.error
-            self.note(events(self.iteration.take_events(), before, self.dt))
-            if taken:
-                rows = slice(0, taken + 1)
-                self.states.fill(times[rows], *(table[rows] for table in buffer))
-                self.stats.steps += taken
-                now = times[taken]
-            outcome = Outcome(code)
-            if outcome == Outcome.CONVERGED and now >= end and self.march.gained_energy():
-                outcome = Outcome.HAD_GAINED
+    def _count(self) -> None:
+        count(self.stats, self.iteration)
+        self.stats.factorizations += self._passage.factors
+        self.stats.solves += self._passage.factors
+
+    def _follow(self, now: float, upto: float, begin: float, end: float) -> None:
+        """Take steps of the error allowed through a span of smooth loads."""
+        cruise = self.dt
+        while now < upto:
+            if (upto - now) / self.dt > MOST_STEPS:
+                raise InputError(
+                    f"a run to t_end = {self.states.t[-1]:g} s would take more than "
+                    f"{MOST_STEPS:.0e} steps of {self.dt:.2g} s: ask for a shorter time"
+                )
+            n = math.ceil((upto - now) / self.dt * (1.0 - WHOLE))
+            if n <= LANDING:
+                if abs(n * self.dt - (upto - now)) > WHOLE * (upto - now):
+                    cruise = max(cruise, self.dt)
+                    self._change((upto - now) / n, now)
+                wanted = n
+            else:
+                wanted, cruise = n - LANDING, self.dt
+            now, outcome = self._advance(now, min(wanted, LOOK), n, upto, begin, end)
+            if outcome in (Outcome.CONVERGED, Outcome.MAY_GROW) and n > LANDING and self._hard():
+                self._change(self.dt / RATIO, now)
+                continue
             if outcome == Outcome.CONVERGED:
                 continue
-            hopeless = self.dt < SHORTEST * end and outcome != Outcome.MAY_GROW
+            hopeless = self.dt < SHORTEST * self.states.t[-1] and outcome != Outcome.MAY_GROW
             if outcome in (Outcome.GAINED_ENERGY, Outcome.HAD_GAINED) or hopeless:
-                raise stopped(
-                    self.system,
-                    self.march,
-                    self.iteration,
-                    outcome,
-                    self.stats.steps,
-                    now,
-                    self.dt,
-                    self.max_energy_gain,
-                    None,
-                )
-            dt = self._next(outcome)
+                raise self._stopped(outcome, now)
+            if outcome == Outcome.MAY_GROW and upto - now < LANDING * self.dt * RATIO:
+                continue
+            dt = self._grown() if outcome == Outcome.MAY_GROW else self._shorter(outcome)
+            if dt == self.dt:
+                continue
             if outcome not in (Outcome.MAY_GROW, Outcome.TOO_INACCURATE):
                 what, step = f"step of {dt:.3g} s", self.stats.steps + 1
                 rate = self.iteration.contraction
                 self.note([Event(step, now + self.dt, what, CAUSES[outcome], rate)])
             self._change(dt, now)
+            cruise = dt
+        if cruise != self.dt and upto < self.states.t[-1]:
+            self._change(cruise, now)
+
+    def _repeat(
+        self, rows: list[tuple[float, int]], now: float, upto: float, begin: float, end: float
+    ) -> None:
+        """Take the steps given through a span of smooth loads."""
+        for k, (dt, steps) in enumerate(rows):
+            if dt != self.dt:
+                self._change(dt, now)
+            last = now + steps * dt if k + 1 < len(rows) else upto
+            while steps:
+                taken = self.stats.steps
+                now, outcome = self._advance(now, steps, steps, last, begin, end)
+                steps -= self.stats.steps - taken
+                if outcome != Outcome.CONVERGED:
+                    raise self._stopped(outcome, now)
+
+    def _advance(
+        self, now: float, wanted: int, left: int, upto: float, begin: float, end: float
+    ) -> tuple[float, Outcome]:
+        """Take steps, of those that are left to a time; return the time after them.
+
+        Loads are evaluated between the begin and the end of their span alone.
+        """
+        wanted = min(wanted, len(self._buffer[0]) - 1)
+        times = now + self.dt * np.arange(wanted + 1.0, dtype=np.float64)
+        if wanted == left:
+            times[-1] = upto
+        for table, start in zip(self._buffer, self.march.state, strict=True):
+            table[0] = start
+        amplitudes = self.system.loads.amplitudes(np.clip(times[1:], begin, end))
+        self.iteration.step, before = self.stats.steps, now - self.stats.steps * self.dt
+        clock = time.perf_counter()
+        taken, code = self.march.advance(self.iteration, wanted, amplitudes, 1, 0, *self._buffer)
+        self.stats.march_seconds += time.perf_counter() - clock
+        if self.seed.error is not None:
+            raise self.seed.error
+        self.note(events(self.iteration.take_events(), before, self.dt))
+        if taken:
+            rows = slice(0, taken + 1)
+            self.states.fill(times[rows], *(table[rows] for table in self._buffer))
+            self.stats.steps += taken
+            mine = self.pattern[-1]
+            if mine and mine[-1][0] == self.dt:
+                mine[-1] = (self.dt, mine[-1][1] + taken)
+            else:
+                mine.append((self.dt, taken))
+            if self._watch is not None:
+                self._watch(self.states)
+        self._count_budget()
+        return float(times[taken]), Outcome(code)
+
+    def _count_budget(self) -> None:
+        if self._budget < math.inf:
+            self._count()
+            if self.price.of_run(self.stats) > self._budget:
+                raise OverBudget
 
     def note(self, found: list[Event]) -> None:
         """List events, the first thousand."""
         self.stats.events += found[: MOST_EVENTS - len(self.stats.events)]
 
-    def _next(self, outcome: Outcome) -> float:
-        """Return the step to go on with."""
-        if outcome == Outcome.MAY_GROW:
-            return self.dt * RATIO
+    def _stopped(self, outcome: Outcome, now: float) -> Exception:
+        return stopped(
+            self.system,
+            self.march,
+            self.iteration,
+            outcome,
+            self.stats.steps,
+            now,
+            self.dt,
+            self.max_energy_gain,
+            None,
+        )
+
+    def _grown(self) -> float:
+        """Return the step after easy ones: longer, unless such steps were hard to solve."""
+        if self.stats.steps < self._hold:
+            return self.dt
+        levels = 1
+        if self.stats.rejected_steps == 0 and self.stats.steps < OPENING:
+            levels = max(1, min(MOST_LEVELS, self._levels()))
+        return self.dt * RATIO**levels
+
+    def _hard(self) -> bool:
+        """Whether the last steps cost so much that more and shorter ones cost no more."""
+        self._count()
+        spent, steps = self.price.of_run(self.stats), self.stats.steps
+        if steps - self._mark[0] < PATIENCE:
+            return False
+        each = (spent - self._mark[1]) / (steps - self._mark[0])
+        self._mark = (steps, spent)
+        if each < HARD * (self.price.residual + self.price.solve):
+            return False
+        self._hold = steps + HOLD
+        return True
+
+    def _levels(self) -> int:
+        """Return by how many roots of two the step may change for the error of the last one."""
+        error = max(self.march.step_error, np.finfo(float).tiny)
+        ratio = (SAFETY * self.local_error / error) ** (1.0 / 3.0)
+        return math.floor(math.log(ratio, RATIO))
+
+    def _shorter(self, outcome: Outcome) -> float:
+        """Return the step to try again with."""
         if outcome == Outcome.TOO_INACCURATE:
             self.stats.rejected_steps += 1
-            ratio = (SAFETY * self.local_error / self.march.step_error) ** (1.0 / 3.0)
-            return self.dt * RATIO ** max(-6, min(-1, math.floor(math.log(ratio, RATIO))))
+            return self.dt * RATIO ** max(-6, min(-1, self._levels()))
         return self.dt / 2.0
 
     def _change(self, dt: float, now: float) -> None:
-        """Change the step, with what keeps multipliers of second order."""
-        jerk = self.march.jerk
-        change_v = np.zeros(self.system.n_all)
-        if self.system.n_multipliers:
-            q, _, _, lam = self.march.state
-            phi_q, n = self.system.constraints.jacobian(q), self.system.n_free
-            rate = self.integrator.velocity_constant * (dt**2 - self.dt**2) * (phi_q @ jerk)
-            # Across the constraints as they are now, not as they were when the seed was made; and
-            # spread by the stiffness: by the mass alone it would shake the nodes that are held.
-            scale, damping = self.integrator.scale * dt**2, self.integrator.damping_scale * dt
-            loads = self.system.loads.amplitudes(np.array([now]))[0]
-            self.seed.factor(
-                self.system.assembly.matrix(1.0, scale, q, lam, loads, damping_factor=damping)
-            )
-            self._extra += 1
-            change_v[:n] = self.seed.solve(np.concatenate([np.zeros(n), rate]))[:n]
-        change_b = self.integrator.shift * (dt - self.dt) * jerk
-        self.march.change_step(dt, self.integrator, change_b, change_v)
+        self._passage.change(self.dt, dt, now)
+        self._go_on(dt)
+
+    def _go_on(self, dt: float) -> None:
+        """Take up steps of a length after the factor was used for something else."""
         self.iteration.set_tolerance(self.judge.at(dt, self.left))
         self.iteration.mark_stale()
         self.dt = dt
+
+
+def divided(pattern: Pattern, by: int) -> Pattern:
+    """Return a pattern with each step divided."""
+    return [[(dt / by, n * by) for dt, n in rows] for rows in pattern]
+
+
+def _weights(system: System) -> Vector:
+    """Return weights of the squares of coordinates that make a mean over the mass, (n_free,)."""
+    mass = system.mass_diagonal
+    places = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
+    total = float(mass[places[places < system.n_free]].sum())
+    if total == 0.0:  # all nodes are held: the mass between them moves by the slopes alone
+        along = np.zeros(system.n_all)
+        along[places[:: system.dim]] = 1.0
+        total = float(along @ system.assembly.inertia(along))
+    return np.asarray(mass / total)

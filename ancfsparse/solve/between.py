@@ -1,0 +1,83 @@
+"""States between steps, by polynomials through the states at their ends."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import lru_cache
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+
+def cubic(s: Vector, h: Vector, q0: Vector, q1: Vector, v0: Vector, v1: Vector) -> Vector:
+    """Return the cubic with these values and rates at the ends of a step, a share `s` into it."""
+    r = 1.0 - s
+    return (1.0 + 2.0 * s) * r**2 * q0 + (1.0 + 2.0 * r) * s**2 * q1 + h * s * r * (r * v0 - s * v1)
+
+
+def smooth(
+    s: Vector, k: NDArray[np.intp], h: float, q: Vector, v: Vector, a: Vector
+) -> tuple[Vector, Vector]:
+    """Return places and velocities in equal steps that resolve all vibrations.
+
+    The polynomial takes places, velocities and accelerations at up to four ends of steps: near the
+    limit of stability a step is almost half a vibration, and two ends do not tell how it goes on.
+
+    Parameters
+    ----------
+    s : (j,) float
+        Shares of steps.
+    k : (j,) int
+        Numbers of the ends before.
+    h : float
+        Step [s].
+    q, v, a : (n_ends, n) float
+        At the ends of the steps; two or more.
+    """
+    points = min(4, len(q))
+    first = np.clip(k - (points - 1) // 2, 0, len(q) - points)
+    x = s + (k - first) - 0.5 * (points - 1)  # from the middle of those ends
+    inverse = _inverse(points)
+    powers = np.arange(3.0 * points)
+    basis = x[:, None] ** powers
+    rates = powers[1:] * x[:, None] ** powers[:-1]
+    weights, speeds = basis @ inverse, rates @ inverse[1:]
+    centre = q[k]
+    place, speed = centre.copy(), np.zeros_like(centre)
+    for j in range(points):
+        # What differs from the state before, so that weights are not rounded beside the whole.
+        terms = (q[first + j] - centre, h * v[first + j], h**2 * a[first + j])
+        for i, term in enumerate(terms):
+            place += weights[:, i * points + j, None] * term
+            speed += speeds[:, i * points + j, None] * term
+    return place, speed / h
+
+
+@lru_cache(maxsize=4)
+def _inverse(points: int) -> Vector:
+    """Return coefficients, lowest power first, from values and two rates at equal distances."""
+    nodes = [Fraction(2 * j + 1 - points, 2) for j in range(points)]
+    size = 3 * points
+    rows = [
+        [
+            prod(range(p - d + 1, p + 1)) * x ** (p - d) if p >= d else Fraction(0)
+            for p in range(size)
+        ]
+        for d in range(3)
+        for x in nodes
+    ]
+    # Gauss and Jordan, exactly: in doubles a third of the digits would be lost.
+    table = [[Fraction(y) for y in row] + [Fraction(i == j) for j in range(size)]
+             for i, row in enumerate(rows)]  # fmt: skip
+    for i in range(size):
+        pivot = next(j for j in range(i, size) if table[j][i] != 0)
+        table[i], table[pivot] = table[pivot], table[i]
+        table[i] = [y / table[i][i] for y in table[i]]
+        for j in range(size):
+            if j != i and table[j][i] != 0:
+                factor = table[j][i]
+                table[j] = [y - factor * z for y, z in zip(table[j], table[i], strict=True)]
+    return np.array([[float(y) for y in row[size:]] for row in table])

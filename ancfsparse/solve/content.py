@@ -1,0 +1,90 @@
+"""What the error of a run is made of, and what it would be with other steps or another method.
+
+Smooth motions and unresolved waves differ in what shorter steps do to their error: of the first it
+falls with a power of the step, of the second only once the step resolves them.  Where two runs part
+by more in velocity than in place, it is waves.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from ancfsparse.integrators.nystrom import Tableau
+from ancfsparse.solve.states import States
+from ancfsparse.system import System
+
+
+@dataclass(frozen=True)
+class Content:
+    """A vibration that stands for the error: how large it is, how fast, and how long it lasts.
+
+    Attributes
+    ----------
+    amplitude : float
+        Of the vibration [m].
+    omega : float
+        Its angular frequency [rad/s].
+    time : float
+        In which its phase is lost, step by step [s].
+    lost : float
+        What the finer run loses of the phase [rad]; beyond 1 the runs say nothing of each other.
+    """
+
+    amplitude: float
+    omega: float
+    time: float
+    lost: float
+
+    @classmethod
+    def of(cls, apart: float, omega: float, time: float, coarse: float, fine: float) -> Content:
+        """Find the vibration that parts two runs by a distance [m].
+
+        They lose these shares of its phase (`phase_lost`).
+        """
+        most, least = (min(1.0, each * omega * time) for each in (coarse, fine))
+        share = max(most - least, 0.5 * most)
+        return cls(apart / share if share > 0.0 else math.inf, omega, time, fine * omega * time)
+
+    def error(self, lost: float) -> float:
+        """Return the error of a run that loses a share of the phase [m]."""
+        return self.amplitude * min(1.0, lost * self.omega * self.time)
+
+
+def frequency(system: System, one: States, other: States, resolved: bool = False) -> float:
+    """Return the angular frequency of what tells two runs apart [rad/s].
+
+    It is speed over place; or, where the steps of both resolve all vibrations, the root of
+    acceleration over place, which has more of the fast ones.
+    """
+    where = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
+    names = ("q", "a") if resolved else ("q", "v")
+    tables = [(getattr(one, name), getattr(other, name)) for name in names]
+    below, above = (
+        max(float(np.max(np.abs(a[where] - b[where]))) for a, b in zip(*pair, strict=True))
+        for pair in tables
+    )
+    ratio = above / below if below > 0.0 else 0.0
+    return math.sqrt(ratio) if resolved else ratio
+
+
+def phase_lost(tableau: Tableau, z: float) -> float:
+    """Return the share of its phase, or of its size, that a vibration of `z` radian a step loses.
+
+    Beyond the interval of stability nothing is left.
+    """
+    return _lost(tableau, z) if 0.0 < z < tableau.interval else float(z > 0.0)
+
+
+@lru_cache(maxsize=256)
+def _lost(tableau: Tableau, z: float) -> float:
+    values = np.linalg.eigvals(tableau.transfer(z))
+    return float(np.max(np.abs(values[np.argmax(values.imag)] - np.exp(1j * z)))) / z
+
+
+def phase_lost_implicitly(z: float) -> float:
+    """Return that of the trapezoidal rule, which takes 2 atan(z / 2) for `z`."""
+    return 1.0 - 2.0 * math.atan(0.5 * z) / z if z > 0.0 else 0.0

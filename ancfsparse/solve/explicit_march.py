@@ -1,0 +1,197 @@
+"""Whole motions by explicit integrators, in equal steps between the breaks of the loads."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import Instability
+from ancfsparse.integrators.explicit import Explicit, make_explicit
+from ancfsparse.integrators.march import Start
+from ancfsparse.nonlinear import Outcome
+from ancfsparse.nonlinear.iteration import EPSILON
+from ancfsparse.results import RunStats
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds.blocks import BlockInverse
+from ancfsparse.solve.breaks import Breaks
+from ancfsparse.solve.explicit import cheapest_inverse, count_forces, instability
+from ancfsparse.solve.stability import fastest_vibration, start_load
+from ancfsparse.solve.start import check_energy
+from ancfsparse.solve.states import States
+from ancfsparse.system import System
+
+Vector = NDArray[np.float64]
+
+# Share of the stable step at the start that is taken: beams that are stretched vibrate faster.
+MARGIN = 0.95
+# By how much the fastest vibration is taken to have grown, at least, where a run became unstable.
+FASTER, MOST_UNSTABLE = 1.1, 5
+# Steps that are taken in one go at most, and coordinates of all of them.
+CHUNK, COORDINATES = 2000, 4_000_000
+
+
+class ExplicitMarch:
+    """What whole motions of one scene have in common.
+
+    Parameters
+    ----------
+    system, t, max_energy_gain
+        As `solve_accurately` takes them; without multipliers and damping.
+    breaks : Breaks
+        Where loads jump or kink.
+    watch : callable
+        Is given the states of a motion whenever there are more of them.
+
+    Attributes
+    ----------
+    omega : float
+        Fastest vibration that steps must resolve [rad/s]; before the set-up, what it has at least.
+    force_cost : float
+        Modelled cost of an evaluation of the forces.
+    failure : Instability
+        Why it is given up, None if it is not.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        t: Vector,
+        max_energy_gain: float,
+        breaks: Breaks,
+        watch: Callable[[States], None],
+    ) -> None:
+        self._system, self._t, self._max_energy_gain = system, t, max_energy_gain
+        self._watch = watch
+        self._breaks, self._spans = breaks, breaks.spans(float(t[-1]))
+        self._seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+        self._mass: SparseSeed | BlockInverse | None = None
+        self.omega = _slowest_fast(system)
+        self.force_cost = 0.1 * system.operations("force") + 0.5 * self._seed.solve_flops
+        size = float(np.max(np.abs(system.q0)))
+        self._noise = 100.0 * EPSILON * system.force_scale(system.q0) * size
+        self._unstable = 0
+        self.failure: Instability | None = None
+
+    @property
+    def is_set_up(self) -> bool:
+        """Whether the fastest vibration is known."""
+        return self._mass is not None
+
+    def set_up(self) -> None:
+        """Invert the mass matrix and find the fastest vibration.
+
+        Raises
+        ------
+        InputError
+            If the start leaves the range of floating-point numbers.
+        """
+        check_energy(self._system)
+        self._seed.factor(self._system.assembly.mass)
+        self._mass = cheapest_inverse(self._system, self._seed)
+        load = start_load(self._system)
+        self.omega = fastest_vibration(self._system, self._seed, self._system.q0, load)
+
+    def step(self, integrator: Explicit, finer: float) -> float:
+        """Return a step that is so much shorter than the stable one [s]."""
+        return MARGIN * integrator.tableau.interval / (self.omega * finer)
+
+    def cost(self, integrator: Explicit, finer: float) -> float:
+        """Return the modelled cost of a motion in such steps."""
+        steps = float(self._t[-1]) / self.step(integrator, finer) + len(self._spans)
+        return steps * integrator.tableau.forces * self.force_cost
+
+    def run(self, integrator: Explicit, finer: float, stats: RunStats) -> States | None:
+        """March through all times asked for; no states if the motion became unstable on the way.
+
+        Then the next run knows of a faster vibration.
+        """
+        assert self._mass is not None
+        system = self._system
+        h = self.step(integrator, finer)
+        states = States.empty(self._t, system.n_all, 0)
+        q, v, now = system.q0, system.v0, 0.0
+        for (begin, end), last in zip(self._spans, [*self._breaks.after, self._t[-1]], strict=True):
+            load = system.loads.amplitudes(np.array([begin]))[0]
+            none = np.zeros(system.n_all)
+            force, _ = system.assembly.residual(q, v, none, np.zeros(0), system.dead_load, load)
+            a = np.zeros(system.n_all)
+            a[: system.n_free] = -self._mass.solve(force[: system.n_free])
+            if not states.rows:
+                states.begin(q, v, a, np.zeros(0))
+            n = math.ceil((last - now) / h)
+            dt = (last - now) / n
+            march = make_explicit(
+                system,
+                dt,
+                integrator,
+                Start(q, v, a, a, np.zeros(0), load),
+                self._mass,
+                self._max_energy_gain,
+                self._noise,
+            )
+            span = (now, float(last), n)
+            outcome = self._march(march, integrator, span, begin, end, states, stats)
+            q, v, *_ = march.state
+            if outcome != Outcome.CONVERGED:
+                count_forces(stats, integrator)
+                self._unstable += 1
+                if self._unstable == MOST_UNSTABLE:
+                    self.failure = instability(
+                        system, march, self._mass, integrator, outcome, stats.steps, dt
+                    )
+                omega = 0.0
+                if outcome != Outcome.NOT_FINITE:
+                    omega = fastest_vibration(system, self._mass, q, load)
+                self.omega = max(omega, FASTER * self.omega)
+                return None
+            now = last
+        count_forces(stats, integrator)
+        return states
+
+    def _march(
+        self,
+        march: Any,
+        integrator: Explicit,
+        span: tuple[float, float, int],
+        begin: float,
+        end: float,
+        states: States,
+        stats: RunStats,
+    ) -> Outcome:
+        """March from one time to another in so many steps.
+
+        Loads are evaluated from the begin to the end of the time in which they are smooth alone.
+        """
+        start, stop, steps = span
+        n, nodes = self._system.n_all, integrator.tableau.c[1:]
+        chunk = max(1, min(CHUNK, COORDINATES // n, steps))
+        buffer = [np.zeros((chunk + 1, n)) for _ in range(3)] + [np.zeros((chunk + 1, 0))]
+        for first in range(0, steps, chunk):
+            numbers = np.arange(first, min(first + chunk, steps) + 1, dtype=np.float64)
+            mine = np.where(numbers < steps, start + numbers * ((stop - start) / steps), stop)
+            for table, row in zip(buffer, march.state, strict=True):
+                table[0] = row
+            when = mine[:-1, None] + np.diff(mine)[:, None] * nodes
+            amplitudes = self._system.loads.amplitudes(np.clip(when.ravel(), begin, end))
+            clock = time.perf_counter()
+            taken, code = march.advance(None, len(mine) - 1, amplitudes, 1, 0, *buffer)
+            stats.march_seconds += time.perf_counter() - clock
+            stats.steps += taken
+            if taken:
+                rows = slice(0, taken + 1)
+                states.fill(mine[rows], *(table[rows] for table in buffer), resolved=True)
+                self._watch(states)
+            if code:
+                return Outcome(code)
+        return Outcome.CONVERGED
+
+
+def _slowest_fast(system: System) -> float:
+    """Return what the fastest vibration has at least, from the diagonals alone [rad/s]."""
+    stiffness = system.stiffness_diagonal(system.q0) / system.mass_diagonal
+    return math.sqrt(max(float(np.max(stiffness)), np.finfo(float).tiny))

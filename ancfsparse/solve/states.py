@@ -1,0 +1,100 @@
+"""States of a motion at the times asked for, taken from its steps, and how far two differ."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.solve import between
+from ancfsparse.system import System
+
+Vector = NDArray[np.float64]
+
+
+@dataclass
+class States:
+    """States at the times asked for.
+
+    Attributes
+    ----------
+    t : (k,) float
+        Times [s].
+    q, v, a : (k, n_all) float
+        Coordinates and their rates.
+    lam : (k, m) float
+        Multipliers.
+    rows : int
+        How many of them are there by now.
+    """
+
+    t: Vector
+    q: Vector
+    v: Vector
+    a: Vector
+    lam: Vector
+    rows: int = field(default=0)
+
+    @classmethod
+    def empty(cls, t: Vector, n: int, m: int) -> States:
+        """Return room for states with so many coordinates and multipliers."""
+        q, v, a, lam = (np.empty((len(t), width)) for width in (n, n, n, m))
+        return cls(t, q, v, a, lam)
+
+    def begin(self, q: Vector, v: Vector, a: Vector, lam: Vector) -> None:
+        """Take the first state."""
+        for table, row in zip((self.q, self.v, self.a, self.lam), (q, v, a, lam), strict=True):
+            table[0] = row
+        self.rows = 1
+
+    def fill(
+        self,
+        t: Vector,
+        q: Vector,
+        v: Vector,
+        a: Vector,
+        lam: Vector,
+        *,
+        resolved: bool = False,
+    ) -> None:
+        """Interpolate the states asked for in (t[0], t[-1]] from accepted steps.
+
+        Coordinates and velocities are cubic between steps, as Hermite says; accelerations and
+        multipliers are linear.  Of equal steps that resolve all vibrations, coordinates and
+        velocities are polynomials through several steps.
+        """
+        span = slice(self.rows, int(np.searchsorted(self.t, t[-1], side="right")))
+        if span.start >= span.stop:
+            return
+        k = np.clip(np.searchsorted(t, self.t[span], side="left") - 1, 0, len(t) - 2)
+        h = t[k + 1] - t[k]
+        share = np.clip((self.t[span] - t[k]) / h, 0.0, 1.0)
+        s, ends = share[:, None], (q[k], q[k + 1], v[k], v[k + 1], a[k], a[k + 1])
+        if resolved:
+            step = float(t[-1] - t[0]) / (len(t) - 1)
+            self.q[span], self.v[span] = between.smooth(share, k, step, q, v, a)
+        else:
+            self.q[span] = between.cubic(s, h[:, None], *ends[:4])
+            self.v[span] = between.cubic(s, h[:, None], *ends[2:])
+        self.a[span] = (1.0 - s) * a[k] + s * a[k + 1]
+        self.lam[span] = (1.0 - s) * lam[k] + s * lam[k + 1]
+        self.rows = span.stop
+
+    def extrapolated(self, coarse: States, weight: float) -> States:
+        """Return these states and so many times what they are off from those of another run."""
+        pairs = ((self.q, coarse.q), (self.v, coarse.v), (self.a, coarse.a), (self.lam, coarse.lam))
+        q, v, a, lam = (x + weight * (x - y) for x, y in pairs)
+        return States(self.t, q, v, a, lam, self.rows)
+
+
+def distance(system: System, one: States, other: States) -> float:
+    """Return the largest distance of a node from itself in another motion [m]."""
+    largest = 0.0
+    for places in system.places:
+        where = places[:, : system.dim]
+        for a, b in zip(one.q, other.q, strict=True):
+            apart = a[where] - b[where]
+            largest = max(largest, float(np.max(np.sum(apart**2, axis=1))))
+    return math.sqrt(largest)

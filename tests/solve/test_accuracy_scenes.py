@@ -1,0 +1,37 @@
+"""Runs to an accuracy on scenes drawn at random; `make accuracy` tries all hundred of them."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from tests.solve.accuracy_scenes import SAVED, distance, make, positions, reference
+
+# Without multipliers: their references take longest.
+SEEDS = [0, 2, 5, 6, 8, 9, 10, 14, 20, 22]
+
+
+@pytest.fixture(scope="module")
+def shares():
+    """Error and estimate over the accuracy, for each scene and accuracy."""
+    out = {}
+    for seed in SEEDS:
+        case = make(seed)
+        exact, uncertain = reference(case)
+        for accuracy in (1e-3, 1e-5, 1e-7):
+            assert uncertain < 0.05 * accuracy
+            run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=accuracy)
+            error = distance(positions(run.system, run.q), exact)
+            out[seed, accuracy] = error / accuracy, run.stats.error / accuracy
+    return out
+
+
+def test_the_error_is_at_most_what_was_asked_for_in_nine_of_ten(shares):
+    errors = np.array([error for error, _ in shares.values()])
+    assert np.max(errors) < 2.0
+    assert np.mean(errors <= 1.0) >= 0.9
+
+
+def test_the_estimate_is_honest(shares):
+    for error, estimate in shares.values():
+        assert estimate <= 1.0
+        assert error < max(4.0 * estimate, 0.1)
