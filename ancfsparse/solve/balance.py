@@ -72,6 +72,8 @@ class Balance:
         Whether the stiffness comes from the elements alone.
     conservative : bool
         Whether the loads have a potential, as all have but moments in space.
+    span : float
+        Largest coordinate of the reference shape [m].
     start : State
         The reference shape without loads.
     loads : float
@@ -102,11 +104,12 @@ class Balance:
         pushed = self.state(self.start.q, self.start.lam, 1.0)
         self.loads = self.size_of_forces(pushed.r - self.start.r)
         self._stress_at_start = self.size_of_forces(self.start.r)
-        diagonal = self.stiffness(self.start, 0.0)[system.pattern.indptr[: system.n_free]]
-        diagonal[self.slopes] = 0.0
-        span = float(np.max(np.abs(system.q0)))
+        self.span = float(np.max(np.abs(system.q0)))
+        largest = np.full(system.n_free, self.span)
+        largest[self.slopes] = 1.0
+        largest *= self.stiffness(self.start, 0.0)[system.pattern.indptr[: system.n_free]]
         # Far above the rounding of forces, which only then need be looked at one by one.
-        self._most_rounding = 64.0 * ROUNDING * EPSILON * span * self.size_of_forces(diagonal)
+        self._most_rounding = 64.0 * ROUNDING * EPSILON * self.size_of_forces(largest)
 
     def _make_pattern(self) -> None:
         """Take the coordinates out of the pattern of the system, and add what springs couple."""
@@ -240,7 +243,7 @@ class Balance:
 
     def lost_in_rounding(self) -> bool:
         """Whether forces may round by more than the loads, however the scene is turned."""
-        q = np.full(self.system.n_all, float(np.max(np.abs(self.start.q))))
+        q = np.full(self.system.n_all, self.span)
         q[self.slopes] = 1.0
         rounding = self.size_of_forces(self._rounding(self.stiffness(self.start, 0.0), q))
         return rounding > self.loads + self._stress_at_start

@@ -114,6 +114,8 @@ def find(
         share = _share(balance, dx)
         arrived = (exact or k == 0) and share == 1.0 and _is_small(balance, state, dx, tolerance)
         error = balance.distances(dx)
+        # Coordinates cannot take any less.
+        least = share == 1.0 and bool(np.all(error <= EPSILON * balance.span))
         if closing and not arrived:
             noise = balance.noise(state, load)
             arrived, error = bool(np.all(error <= noise)), noise
@@ -121,14 +123,14 @@ def find(
         balance.stats.iterations += 1
         if not np.isfinite(state.r).all():
             raise NotFoundError("a correction left the range of numbers", state, load)
-        if arrived and balance.is_balanced(state, load, tolerance):
+        if arrived and (least or balance.is_balanced(state, load, tolerance)):
             return Found(state, negative, float(error.max()))
         sizes.append(size)
         if len(sizes) > PATIENCE and size > 0.9 * min(sizes[: -PATIENCE // 2]):
             raise NotFoundError("corrections do not become smaller", state, load)
         if share == 1.0 and (len(sizes) == 1 or size < CONTRACTION * sizes[-2]):
             state = _chords(balance, state, dx, load, tolerance)
-        closing = balance.is_balanced(state, load, tolerance)
+        closing = least or balance.is_balanced(state, load, tolerance)
     raise NotFoundError(f"no convergence with {MOST_FACTORS} factors", state, load)
 
 
@@ -146,7 +148,7 @@ def _is_small(balance: Balance, state: State, dx: Vector, tolerance: float) -> b
     """Whether a correction is small beside what each body has moved: its square is left."""
     system = balance.system
     moved = balance.distances(state.q[: system.n_free] - system.q0[: system.n_free])
-    rounding = 64.0 * EPSILON * float(np.max(np.abs(system.q0)))
+    rounding = 64.0 * EPSILON * balance.span
     return bool(np.all(balance.distances(dx) <= tolerance ** (2.0 / 3.0) * moved + rounding))
 
 
@@ -191,7 +193,7 @@ def settle(balance: Balance, state: State, load: float, tolerance: float) -> Fou
     """
     tangent = Tangent(balance)
     factors = balance.stats.factorizations + MOST_SETTLING
-    shift, span = 0.0, float(np.max(np.abs(balance.system.q0)))
+    shift = 0.0
     while balance.stats.factorizations < factors:
         values = tangent.extrapolated(state, load)
         push = balance.distance(state.r / balance.mass)  # an acceleration [m/s2]
@@ -201,7 +203,7 @@ def settle(balance: Balance, state: State, load: float, tolerance: float) -> Fou
             share = _share(balance, dx)
             if definite and share > 0.25:
                 break
-            shift = 4.0 * shift if shift > 0.0 else 1e-3 * push / span
+            shift = 4.0 * shift if shift > 0.0 else 1e-3 * push / balance.span
             if balance.stats.factorizations >= factors or not math.isfinite(shift):
                 raise NotFoundError("the scene does not come to rest", state, load)
         state = balance.moved(state, share * dx, share * dlam, load)

@@ -133,12 +133,16 @@ def check_held(system: System) -> None:
 
 
 def _solve(balance: Balance, load_steps: int, tolerance: float) -> Found:
-    """Go by large load steps, then downhill, then by short load steps."""
+    """Go by large load steps, then downhill, then by short load steps.
+
+    An unstable equilibrium that large steps have led to serves where no other is found.
+    """
     start, stats = balance.start, balance.stats
+    kept: Found | None = None
     try:
-        found = _follow(balance, start, load_steps, tolerance)
-        if found.negative == 0 or not balance.conservative:
-            return found
+        kept = _follow(balance, start, load_steps, tolerance)
+        if kept.negative == 0 or not balance.conservative:
+            return kept
     except NotFoundError as lost:
         if balance.lost_in_rounding():
             raise _failure(balance, lost, lost.reason, FEWER) from None
@@ -147,7 +151,7 @@ def _solve(balance: Balance, load_steps: int, tolerance: float) -> Found:
                 return _settled(balance, balance.state(start.q, start.lam, 1.0), tolerance)
             except NotFoundError:
                 pass
-    stats.steps = 0
+    taken, stats.steps = stats.steps, 0
     load_steps = max(CAREFUL, load_steps)
     try:
         return _follow(balance, start, load_steps, tolerance, patient=True)
@@ -156,8 +160,11 @@ def _solve(balance: Balance, load_steps: int, tolerance: float) -> Found:
             whole = balance.state(lost.state.q, lost.state.lam, 1.0)
             return _settled(balance, whole, tolerance)
         except NotFoundError as last:
-            reason = f"{last.reason}; load steps reached {100 * lost.reached:.3g} %"
-            raise _failure(balance, last, reason) from None
+            if kept is None:
+                reason = f"{last.reason}; load steps reached {100 * lost.reached:.3g} %"
+                raise _failure(balance, last, reason) from None
+    stats.steps = taken
+    return kept
 
 
 def _settled(balance: Balance, state: State, tolerance: float) -> Found:

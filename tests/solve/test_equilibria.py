@@ -9,6 +9,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import chain, roll_up
+from ancfsparse.solve.relax import NotFoundError
 from ancfsparse.system import System
 
 SIZES = [1e-9, 1e-6, 1.0, 1e4, 1e9]
@@ -112,6 +113,40 @@ def test_a_light_thread_beside_a_heavy_beam_is_solved_as_by_itself():
     rod = thread(scene)
     found = ancf.solve_static(scene).position(rod.node(4))
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("far", [0.0, 1e3])
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_where_slopes_alone_can_move_rounding_is_known_too(size, far):
+    # Steel and so light that its forces are near their rounding.
+    scene = ancf.Scene()
+    section, material = ancf.Circle(6e-3 * size), ancf.Material(7.5e10 * size, 600.0)
+    start = np.array([far, -far]) * size
+    rod = scene.add_beam("thick", start, start + np.array([size, 0.0]), 1, section, material)
+    scene.pin(rod.start)
+    scene.pin(rod.end)
+    equilibrium = ancf.solve_static(scene)
+    assert equilibrium.stable
+    assert equilibrium.stats.factorizations <= 8
+    sag = -equilibrium.displacement(rod.at(0.5 * size))[1] / size
+    # Ends turn by w L^3 / (24 E I), and a cubic then sags by a quarter of that times L; less for
+    # the tension.
+    bending = 7.5e10 * np.pi * 6e-3**4 / 64
+    expected = 600.0 * 9.81 * np.pi * 6e-3**2 / 4 / (96 * bending)
+    assert sag == pytest.approx(expected, rel=0.03)
+
+
+def test_an_unstable_equilibrium_serves_where_no_other_is_found(monkeypatch):
+    def lost(_balance, state, load, _tolerance):
+        raise NotFoundError("it does not come to rest", state, load)
+
+    monkeypatch.setattr("ancfsparse.solve.statics.settle", lost)
+    monkeypatch.setattr("ancfsparse.solve.statics.SHORTEST", 1.0)
+    scene, _ = column(1.5, 1e-3)
+    with pytest.warns(ancf.UnstableEquilibrium):
+        equilibrium = ancf.solve_static(scene)
+    assert equilibrium.stats.steps == 1
+    assert unbalanced(equilibrium) < 1e-8
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
