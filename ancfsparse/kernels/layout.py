@@ -137,7 +137,14 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
     block_base = np.concatenate([base, fill])
     flat = block_base.reshape(n_blocks, lanes * base.shape[1])
     first, set_of = _distinct(flat)
-    derived = kind.prepare(flat[first].reshape(len(first) * lanes, base.shape[1]))
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        derived = kind.prepare(flat[first].reshape(len(first) * lanes, base.shape[1]))
+    if not np.isfinite(derived).all():
+        raise InputError(
+            f"{n} elements of lengths {base[:, length].min():g} to {base[:, length].max():g} m "
+            "have parameters beyond the range of floating-point numbers: check the units of "
+            "positions, section and material"
+        )
     sets = derived.reshape(len(first), lanes, derived.shape[1])
     gather, out = _blocks(places, lanes), _blocks(scatter, lanes)
     chained = _chained(gather)

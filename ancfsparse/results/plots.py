@@ -195,6 +195,8 @@ def differences(
             "curves must be given by name, such as {'davidon': run.position(rod.end)}, got "
             f"{shown(curves)}"
         )
+    if not isinstance(against, str):
+        raise InputError(f"against must be a text for the axis, got {shown(against)}")
     if instants.ndim != 1 or base.ndim != 2 or len(base) != len(instants):
         raise InputError(
             "times must have shape (k,) and the reference (k, dim), got shapes "

@@ -168,3 +168,8 @@ def test_lines_check_what_they_are_given(net, states, per_element, message):
 def test_differences_check_what_they_are_given(t, curves, reference, message):
     with pytest.raises(InputError, match=message):
         differences(t, curves, reference)
+
+
+def test_the_name_of_a_reference_is_a_text():
+    with pytest.raises(InputError, match="against must be a text for the axis, got 3"):
+        differences([0.0], {"a": [[0, 0]]}, [[0, 0]], against=3)

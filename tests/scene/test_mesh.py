@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene import Clamp, Material, Rectangle, Scene
+from ancfsparse.scene import Circle, Clamp, Material, Rectangle, Scene
+from ancfsparse.solve import simulate
 
 SQUARE, RUBBER = Rectangle(0.01, 0.01), Material(1e8, 4000.0, 0.3)
 CROSS = [(0, 0), (1, 0), (2, 0), (1, 1), (1, -1)]
@@ -200,3 +201,10 @@ def test_a_large_mesh_is_made_without_a_loop_over_elements():
     assert time.process_time() - begin < 5.0
     assert mesh.n_elements == 2 * 300 * 299
     assert mesh.n_lines == 600
+
+
+def test_a_length_whose_powers_are_no_numbers():
+    scene = Scene()
+    scene.add_mesh([(0, 0), (1e120, 0)], [(0, 1)], "thin", Circle(0.01), Material(1e8, 1e3))
+    with pytest.raises(InputError, match="parameters beyond the range of floating-point numbers"):
+        simulate(scene, 1e-3, 1e-3)
