@@ -2,7 +2,8 @@
 """Residual, matrix and energy of a flattened system: clears, lets the elements add, adds the rest.
 
 The rest is what is not an element: loads that follow the motion or the clock, and constraints
-phi = sum of terms ``coefficient * q[i] * q[j]`` (or ``coefficient * q[i]``) plus a constant.
+phi = sum of terms ``coefficient * (q[i] - about) * (q[j] - about)`` (or ``coefficient * q[i]``)
+plus a constant.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.math cimport fabs
@@ -71,6 +72,7 @@ cdef struct Flat:
     const int32_t *slot_ij
     const int32_t *slot_diagonal
     const double *coefficient
+    const double *about
     const double *offset
     double regularization
     # Loads that change with time: force[place] += weight * amplitude[column].
@@ -125,6 +127,7 @@ cdef class Assembly:
         flat.slot_ij = integers(constraints["slot_ij"])
         flat.slot_diagonal = integers(constraints["diagonal"])
         flat.coefficient = reals(constraints["coefficient"])
+        flat.about = reals(constraints["about"])
         flat.offset = reals(constraints["offset"])
         flat.load_place, flat.load_column = integers(loads["place"]), integers(loads["column"])
         flat.load_weight = reals(loads["weight"])
@@ -297,7 +300,7 @@ cdef void add_the_rest(const Flat *self, const double *q, const double *v, const
                        const double *amplitudes, double *r) noexcept nogil:
     """Forces of damping, of loads that change and of constraints."""
     cdef ptrdiff_t k, i, j
-    cdef double c
+    cdef double c, a
     if self.elements.damped:
         add_damping(self, q, v, r)
     for k in range(self.n_loads):
@@ -305,21 +308,23 @@ cdef void add_the_rest(const Flat *self, const double *q, const double *v, const
     if self.moments.n > 0:
         self.moments.add(self.moments.context, q, amplitudes, r)
     for k in range(self.n_terms):
-        i, j, c = self.term_i[k], self.term_j[k], self.coefficient[k]
+        i, j, c, a = self.term_i[k], self.term_j[k], self.coefficient[k], self.about[k]
         if j < 0:
             r[i] += c * lam[self.term_row[k]]
         else:
-            r[i] += c * q[j] * lam[self.term_row[k]]
-            r[j] += c * q[i] * lam[self.term_row[k]]
+            r[i] += c * (q[j] - a) * lam[self.term_row[k]]
+            r[j] += c * (q[i] - a) * lam[self.term_row[k]]
 
 
 cdef void set_constraints(const Flat *self, const double *q, double *phi) noexcept nogil:
     cdef ptrdiff_t k, i, j
+    cdef double a
     for k in range(self.n_multipliers):
         phi[k] = self.offset[k]
     for k in range(self.n_terms):
-        i, j = self.term_i[k], self.term_j[k]
-        phi[self.term_row[k]] += self.coefficient[k] * (q[i] if j < 0 else q[i] * q[j])
+        i, j, a = self.term_i[k], self.term_j[k], self.about[k]
+        phi[self.term_row[k]] += self.coefficient[k] * (
+            q[i] if j < 0 else (q[i] - a) * (q[j] - a))
 
 
 cdef void matrix(void *context, double mass_factor, double stiffness_factor, double damping_factor,
@@ -382,14 +387,14 @@ cdef void add_masses(const Flat *self, double mass_factor, double unit, const do
 cdef void add_constraint_rows(const Flat *self, const double *q, double *values) noexcept nogil:
     """Add phi_q and the small negative diagonal below it."""
     cdef ptrdiff_t k, i, j
-    cdef double c
+    cdef double c, a
     for k in range(self.n_terms):
-        i, j, c = self.term_i[k], self.term_j[k], self.coefficient[k]
+        i, j, c, a = self.term_i[k], self.term_j[k], self.coefficient[k], self.about[k]
         if j < 0:
             values[self.slot_i[k]] += c
         else:
-            values[self.slot_i[k]] += c * q[j]
-            values[self.slot_j[k]] += c * q[i]
+            values[self.slot_i[k]] += c * (q[j] - a)
+            values[self.slot_j[k]] += c * (q[i] - a)
     for k in range(self.n_multipliers):
         values[self.slot_diagonal[k]] -= self.regularization
 

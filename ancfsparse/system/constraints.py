@@ -1,4 +1,4 @@
-"""Holonomic constraints as sums of terms ``c q_i q_j`` and ``c q_i``, one row for each equation.
+"""Holonomic constraints as sums of terms ``c (q_i - a) (q_j - a)`` and ``c q_i``, a row for each.
 
 Quadratic terms reach further than they seem: rigid rods, rigid bodies in natural coordinates and
 nearly all joints between them are of this form, and its second derivative is constant.
@@ -6,7 +6,7 @@ nearly all joints between them are of this form, and its second derivative is co
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -30,6 +30,9 @@ class Constraints:
         Equation of each term and the places it multiplies; ``j = LINEAR`` in a linear term.
     coefficient : list of float
         Its factor [1 or 1/m].
+    about : list of float
+        What both places of a quadratic term are counted from [m]: the square of a short way far
+        from the origin would be lost in the squares of long ones.
     offset : list of float
         Constant of each equation [m].
     offset_size : list of float
@@ -42,19 +45,26 @@ class Constraints:
     i: list[int] = field(default_factory=list)
     j: list[int] = field(default_factory=list)
     coefficient: list[float] = field(default_factory=list)
+    about: list[float] = field(default_factory=list)
     offset: list[float] = field(default_factory=list)
     offset_size: list[float] = field(default_factory=list)
     labels: list[str] = field(default_factory=list)
 
     def add(
-        self, label: str, offset: float, *terms: tuple[float, int, int], size: float = 0.0
+        self,
+        label: str,
+        offset: float,
+        *terms: tuple[float, int, int],
+        about: Sequence[float] = (),
+        size: float = 0.0,
     ) -> None:
         """Add the equation ``offset + sum of terms = 0``, the offset from terms of a size [m]."""
-        for coefficient, i, j in terms:
+        for (coefficient, i, j), a in zip(terms, about or [0.0] * len(terms), strict=True):
             self.row.append(len(self.offset))
             self.i.append(int(i))
             self.j.append(int(j))
             self.coefficient.append(float(coefficient))
+            self.about.append(float(a))
         self.offset.append(float(offset))
         self.offset_size.append(max(size, abs(self.offset[-1])))
         self.labels.append(label)
@@ -67,18 +77,20 @@ class Constraints:
     def sizes(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the sum of the magnitudes of the terms of each equation, shape (m,) [m]."""
         i, j = np.array(self.i, dtype=np.int64), np.array(self.j, dtype=np.int64)
-        terms = np.abs(self.coefficient) * np.abs(q[i]) * np.where(j == LINEAR, 1.0, np.abs(q[j]))
+        a = np.array(self.about)
+        terms = np.abs(self.coefficient) * (np.abs(q[i]) + np.abs(a))
+        terms *= np.where(j == LINEAR, 1.0, np.abs(q[j] - a))
         return np.array(self.offset_size) + np.bincount(self.row, terms, minlength=len(self.offset))
 
     def jacobian(self, q: NDArray[np.float64]) -> sp.csr_array:
         """Return phi_q, sparse (m, n_all) [1]."""
         row, i, j = (np.array(x, dtype=np.int64) for x in (self.row, self.i, self.j))
-        c = np.array(self.coefficient)
+        c, a = np.array(self.coefficient), np.array(self.about)
         linear = j == LINEAR
-        by_i = np.where(linear, c, c * q[j])
+        by_i = np.where(linear, c, c * (q[j] - a))
         rows = np.concatenate([row, row[~linear]])
         columns = np.concatenate([i, j[~linear]])
-        values = np.concatenate([by_i, (c * q[i])[~linear]])
+        values = np.concatenate([by_i, (c * (q[i] - a))[~linear]])
         return sp.csr_array((values, (rows, columns)), shape=(len(self.offset), len(q)))
 
     def curvature(self, v: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -119,13 +131,13 @@ def constraints_of(
             _clamp(out, joint, places(joint.node))
         elif isinstance(joint, Rod):
             # (|r - p|^2 - l^2) / (2 l): in metres, with a gradient of length one.
-            scale = 0.5 / joint.length
-            terms = []
-            for d, i in enumerate(places(joint.node)[0, : scene.dim]):
-                terms += [(scale, i, i), (-2.0 * scale * joint.anchor[d], i, LINEAR)]
-            far, long = float(joint.anchor @ joint.anchor), joint.length**2
-            label = f"rod at {joint.node!r}"
-            out.add(label, scale * (far - long), *terms, size=scale * (far + long))
+            along = places(joint.node)[0, : scene.dim]
+            out.add(
+                f"rod at {joint.node!r}",
+                -0.5 * joint.length,
+                *((0.5 / joint.length, i, i) for i in along),
+                about=joint.anchor.tolist(),
+            )
     return out
 
 

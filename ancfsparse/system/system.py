@@ -330,6 +330,7 @@ class System:
             "slot_j": pairs[:, 3].copy(),
             "slot_ij": pairs[:, 4].copy(),
             "coefficient": np.array(c.coefficient, dtype=float),
+            "about": np.array(c.about, dtype=float),
             "offset": np.array(c.offset, dtype=float),
             "diagonal": self.pattern.slots(ends[:, None])[:, 0].copy(),
         }

@@ -1,5 +1,7 @@
 """Joints by multipliers hold what they should, with the forces they should."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -223,3 +225,39 @@ def test_a_rod_is_not_broken_by_rounding_wherever_its_node_lies(start, scale):
         rod = scene.add_beam("thin", place, end, 2, section, material)
         scene.rod(rod.start, place + 0.7 * scale * np.array([np.cos(angle), np.sin(angle)]))
         check_constraints(System(scene))
+
+
+def test_a_rod_far_from_the_origin_is_as_exact_as_one_near_it():
+    # In squares of 10 km the length of a metre would be lost below 1e-8 m.
+    far = 1e4
+    scene = ancf.Scene((0.0, -9.81))
+    beam = scene.add_beam(
+        "thin", (0, 0), (far, 0), 2, ancf.Rectangle(0.01, 0.01), ancf.Material(2.1e11, 7850.0)
+    )
+    scene.pin(beam.start)
+    scene.rod(beam.end, (far, 1.0))
+    system = System(scene)
+    q, rest = system.q0.copy(), np.zeros(system.n_all)
+    places = system.point(beam.end)[0][:, 0]
+    q[places] += (3e-4, -7e-4)
+    _, phi = system.assembly.residual(q, rest, rest, np.zeros(1), system.dead_load, np.zeros(0))
+    x, y = (Fraction(float(value)) for value in q[places])
+    exact = ((x - Fraction(far)) ** 2 + (y - 1) ** 2 - 1) / 2
+    assert abs(phi[0] - float(exact)) < 1e-15
+    row = system.constraints.jacobian(q).toarray()[0]
+    assert row[places] == pytest.approx([3e-4, -1.0007], rel=1e-8)
+
+
+@pytest.mark.parametrize("solver", [ancf.Newton(), "auto"], ids=str)
+def test_a_steel_chain_of_ten_thousand_hangs_on_a_rod(solver):
+    # Newton failed at step 6, and others took many corrections: the rod was all rounding.
+    scene = ancf.Scene((0.0, -9.81))
+    section, steel = ancf.Rectangle(0.01, 0.01), ancf.Material(2.1e11, 7850.0)
+    chain = scene.add_beam("thin", (0, 0), (2000, 0), 10_000, section, steel)
+    scene.pin(chain.start)
+    scene.rod(chain.end, (2000, 1))
+    run = ancf.simulate(scene, 0.015, 5e-4, solver=solver, save_nodes=[chain.end])
+    assert run.stats.recoveries == 0
+    assert run.stats.iterations_per_step < 3.0
+    lengths = np.linalg.norm(run.position(chain.end) - (2000, 1), axis=1)
+    np.testing.assert_allclose(lengths, 1.0, rtol=0, atol=1e-9)
