@@ -16,7 +16,9 @@ from ancfsparse.system import System
 
 REFERENCES = tomllib.loads(
     (Path(__file__).parents[1] / "references" / "statics.toml").read_text(encoding="utf-8")
-)["section"]
+)
+PRINCETON = REFERENCES["princeton"]
+REFERENCES = REFERENCES["section"]
 STEEL = ancf.Material(2.07e11, 7850.0, 0.3)
 SQUARE = ancf.Rectangle(0.1, 0.1)
 STRAINS = ("consistent", "nodal")
@@ -102,6 +104,23 @@ def test_large_bending_tends_to_the_continuum(bend, section_strain):
         errors.append(np.abs(equilibrium.position(rod.end) - continuum(bend)).max())
     assert errors[0] > 3.5 * errors[1] > 12 * errors[2]  # second order
     assert errors[2] < (3e-5 if bend is pushed else 2e-3)
+
+
+@pytest.mark.parametrize("load", [key for key in PRINCETON if key.startswith("load")])
+def test_bending_and_twist_in_space_are_those_of_the_princeton_beam(load):
+    force, degrees, *expected = PRINCETON[load]
+    height, width = 12.3777e-3, 3.2024e-3
+    about_y, about_z = height * width**3 / 12, width * height**3 / 12
+    section = ancf.Section(height * width, about_y, about_z, 0.198 * (about_y + about_z))
+    scene = ancf.Scene((0.0, 0.0, 0.0))
+    options = {"curvature": "section", "section_strain": "nodal"}
+    material = ancf.Material(71.7e9, 2700.0, 0.31)
+    rod = scene.add_beam("thick", (0, 0, 0), (0.508, 0, 0), 64, section, material, **options)
+    scene.clamp(rod.start)
+    angle = np.radians(degrees)
+    scene.point_force(rod.end, (0.0, -force * np.cos(angle), -force * np.sin(angle)))
+    found = -ancf.solve_static(scene).displacement(rod.end)[1:]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=PRINCETON["tolerance"])
 
 
 @pytest.mark.parametrize("section_strain", STRAINS)
