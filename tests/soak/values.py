@@ -32,7 +32,7 @@ VALUES = {
     "'auto'": lambda: "auto",
     "'full'": lambda: "full",
     "NUL": lambda: "a\0b",
-    "a long text": lambda: "x" * 5000,
+    "a long text": lambda: "x" * 300,
     "bytes": lambda: b"1",
     "0": lambda: 0,
     "-1": lambda: -1,
