@@ -180,8 +180,9 @@ def pendulum(
     tolerance: Annotated[
         str | None,
         typer.Option(
-            help="'paper': residual below 1e-6. 'default' or a number: error that a step may "
-            "leave in the accelerations [m/s2] [default: paper; default with --accuracy]."
+            help="'paper': residual below 1e-6. 'default': a small share of what a step changes. "
+            "A number: error that it may leave in the accelerations [m/s2] "
+            "[default: paper; default with --accuracy]."
         ),
     ] = None,
     nu: Annotated[

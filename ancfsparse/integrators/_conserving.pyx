@@ -55,13 +55,19 @@ cdef void set_load(Motion *self, const double *amplitudes) noexcept nogil:
 
 cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef Motion *self = <Motion *>context
-    cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
-    cdef double dt = self.dt, half
-    for i in range(begin, end):
-        half = 0.5 * dt * (self.v0[i] + 0.5 * dt * self.a0[i])
-        self.scheme.middle[i] = self.q0[i] + half
-        self.q[i] = self.q0[i] + 2.0 * half
-        self.a[i] = self.a0[i]
+    cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), stop, i
+    cdef ptrdiff_t piece = begin
+    cdef double dt = self.dt, half, total = 0.0
+    while piece < end:
+        stop = min(piece + PIECE, end)
+        for i in range(piece, stop):
+            half = 0.5 * dt * (self.v0[i] + 0.5 * dt * self.a0[i])
+            self.scheme.middle[i] = self.q0[i] + half
+            self.q[i] = self.q0[i] + 2.0 * half
+            self.a[i] = self.a0[i]
+        total += way(self, piece, stop)
+        piece = stop
+    self.squares[part] = total
     if self.system.damped:
         for i in range(begin, end):
             self.v[i] = self.v0[i] + 0.5 * dt * self.a0[i]
@@ -99,7 +105,7 @@ cdef void correct_part(void *context, ptrdiff_t part) noexcept nogil:
     if self.system.damped:
         for i in range(begin, end):
             self.v[i] += of_v * s[i]
-    self.squares[part] = factor * factor * dot(s + begin, s + begin, end - begin)
+    self.squares[part] = factor * factor * weighed(self, s + begin, begin, end)
 
 
 cdef void evaluate(Motion *self) noexcept nogil:

@@ -29,7 +29,6 @@ cdef enum:
     TOO_INACCURATE = 5
     WOULD_GAIN = 8
 
-cdef ptrdiff_t PIECE = 512  # of vectors that are passed over more than once
 # A step that took this many residuals alone is looked at by itself, before it is accepted.
 cdef ptrdiff_t HARD_STEP = 5
 
@@ -121,8 +120,15 @@ cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef double dt = self.dt, v_a = w.v_a + w.v_new
     cdef const double *b0 = self.scheme.b0
     cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
-    for i in range(begin, end):
-        self.q[i] = self.q0[i] + dt * self.v0[i] + w.q_b * b0[i] + w.q_a * self.a0[i]
+    cdef ptrdiff_t piece = begin, stop
+    cdef double total = 0.0
+    while piece < end:
+        stop = min(piece + PIECE, end)
+        for i in range(piece, stop):
+            self.q[i] = self.q0[i] + dt * self.v0[i] + w.q_b * b0[i] + w.q_a * self.a0[i]
+        total += way(self, piece, stop)
+        piece = stop
+    self.squares[part] = total
     if self.corrected:
         for i in range(begin, end):
             self.a[i] = self.a0[i]
@@ -165,7 +171,7 @@ cdef void correct_part(void *context, ptrdiff_t part) noexcept nogil:
         if self.system.damped:
             for i in range(begin, stop):
                 self.v[i] += of_v * s[i]
-        total += dot(s + begin, s + begin, stop - begin)
+        total += weighed(self, s + begin, begin, stop)
         begin = stop
     self.squares[part] = factor * factor * total
 

@@ -9,6 +9,7 @@ The dynamic rows are multiplied by ``scale`` and the multipliers divided by it, 
 step, ``[M + scale K, phi_q^T; phi_q, 0]``, does not degrade as dt goes to zero.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from libc.math cimport sqrt
 from libc.string cimport memcpy
 
 import numpy as np
@@ -22,12 +23,18 @@ cdef extern from "parallel.h":
 
 cdef extern from "vectors.h":
     double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
+    double weigh "vec_weigh" (const double *, const double *, ptrdiff_t) noexcept nogil
+    double weigh_apart "vec_weigh_apart" (
+        const double *, const double *, const double *, ptrdiff_t) noexcept nogil
     void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
 
 
 cdef enum:
     GAINED_ENERGY = 4
     MAY_GROW = 6
+
+cdef ptrdiff_t PIECE = 512  # of vectors that are passed over more than once
+
 
 cdef struct Motion:
     const ancf_system *system
@@ -57,6 +64,7 @@ cdef struct Motion:
     const double *s  # the correction under way, its factor, and the squares of each part
     double factor
     double *squares
+    ancf_equations *interface
     Scheme scheme
 
 
@@ -88,6 +96,7 @@ cdef class TimeLoop:
     cdef ancf_equations interface
     cdef Motion motion
     cdef object owner, loads  # the loads are pointed into until the next ones come
+    cdef const double[::1] mass
     cdef dict arrays
     cdef readonly object capsule
     cdef readonly ptrdiff_t steps  # accepted so far
@@ -120,7 +129,8 @@ cdef class TimeLoop:
         motion.phi = kept(own, "phi", np.zeros(len(lam)))
         self.set_threads(1)
         set_weights(motion, dt, integrator)
-        self.interface.context = motion
+        motion.interface, self.interface.context = &self.interface, motion
+        self.interface.mass_total = motion.n_free
         self.interface.n, self.interface.n_coordinates = motion.n_free + motion.m, motion.n_free
         self.interface.n_values = motion.system.n_values
         self.interface.restart, self.interface.coast = restart, coast
@@ -144,6 +154,11 @@ cdef class TimeLoop:
     def may_shorten(self):
         """Let steps that would gain energy be refused: shorter ones may not."""
         self.motion.shortens = True
+
+    def weigh(self, const double[::1] mass, double total):
+        """Measure motions and corrections by mass: that of each coordinate, and of all places."""
+        self.mass = mass
+        self.interface.mass, self.interface.mass_total = &mass[0], total
 
     def set_threads(self, ptrdiff_t threads):
         """Set the number of threads for passes over vectors."""
@@ -276,22 +291,43 @@ cdef void restart(void *context) noexcept nogil:
     """The predictor: the acceleration and the multipliers of the last step (equation 4)."""
     cdef Motion *self = <Motion *>context
     in_parts(self.n_parts, restart_part, self)
+    self.interface.moved = sqrt(sum_of_squares(self) / self.interface.mass_total)
     memcpy(self.lam, self.lam0, self.m * sizeof(double))
     self.corrected = False
+
+
+cdef inline double weighed(const Motion *self, const double *x, ptrdiff_t begin,
+                           ptrdiff_t end) noexcept nogil:
+    """Sum of mass x^2 over a range of free coordinates; ``x`` begins with the range."""
+    if self.interface.mass == NULL:
+        return dot(x, x, end - begin)
+    return weigh(self.interface.mass + begin, x, end - begin)
+
+
+cdef inline double way(const Motion *self, ptrdiff_t begin, ptrdiff_t end) noexcept nogil:
+    """Sum of mass (q - q0)^2 over a range of free coordinates, if there are masses."""
+    if self.interface.mass == NULL:
+        return 0.0
+    return weigh_apart(self.interface.mass + begin, self.q + begin, self.q0 + begin, end - begin)
+
+
+cdef inline double sum_of_squares(const Motion *self) noexcept nogil:
+    cdef double total = 0.0
+    cdef ptrdiff_t i
+    for i in range(self.n_parts):
+        total += self.squares[i]
+    return total
 
 
 cdef double correct(void *context, double factor, const double *s) noexcept nogil:
     """Equation 10; where no force depends on it, the velocity follows when the step is accepted."""
     cdef Motion *self = <Motion *>context
     cdef ptrdiff_t i
-    cdef double total = 0.0
     self.s, self.factor, self.corrected = s, factor, True
     in_parts(self.n_parts, correct_part, self)
     for i in range(self.m):
         self.lam[i] += factor / self.scale * s[self.n_free + i]
-    for i in range(self.n_parts):
-        total += self.squares[i]
-    return total
+    return sum_of_squares(self)
 
 
 cdef void residual(void *context, double *r) noexcept nogil:

@@ -67,13 +67,18 @@ typedef struct {
     ptrdiff_t n, n_coordinates, n_values; /* unknowns; coordinates among them come first */
     void (*restart)(void *context); /* x back to the predictor */
     void (*coast)(void *context);   /* x to another start, without the last acceleration; may be NULL */
-    /* x += factor s; the sum of the squares of factor s over the coordinates */
+    /* x += factor s; the sum over the coordinates of mass (factor s)^2 */
     double (*correct)(void *context, double factor, const double *s);
     void (*residual)(void *context, double *r);    /* scaled residual at x */
     void (*matrix)(void *context, double *values); /* scaled iteration matrix at x */
     /* A positive definite neighbour of it, for seeds where it is indefinite; NULL if there is none */
     void (*material)(void *context, double *values);
     const double *q; /* all coordinates at x, fixed ones last; NULL if nothing turns with them */
+    /* Lengths of vectors: sqrt(sum mass x^2 / mass_total) of coordinates and, of a residual by what
+     * mass alone would make of it, sqrt(sum r^2 / mass / mass_total).  NULL for a mass of one. */
+    const double *mass;
+    double mass_total;
+    double moved; /* length of the way from the last state to the predictor */
 } ancf_equations;
 
 typedef struct {

@@ -38,6 +38,8 @@ cdef extern from "solver_abi.h":
         void (*matrix)(void *, double *) noexcept nogil
         void (*material)(void *, double *) noexcept nogil
         const double *q
+        const double *mass
+        double mass_total, moved
 
     ctypedef struct ancf_frame:
         void *context

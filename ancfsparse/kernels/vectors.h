@@ -40,6 +40,47 @@ static inline double vec_dot(const double *x, const double *y, ptrdiff_t n)
     return vec_total(t0 + t1) + rest;
 }
 
+/* Sum of w x^2. */
+static inline double vec_weigh(const double *w, const double *x, ptrdiff_t n)
+{
+    vec total = {0};
+    double rest = 0.0;
+    ptrdiff_t i = 0;
+    for (; i + ANCF_LANES <= n; i += ANCF_LANES)
+        total += vec_load(w + i) * vec_load(x + i) * vec_load(x + i);
+    for (; i < n; ++i)
+        rest += w[i] * x[i] * x[i];
+    return vec_total(total) + rest;
+}
+
+/* Sum of w (x - y)^2. */
+static inline double vec_weigh_apart(const double *w, const double *x, const double *y, ptrdiff_t n)
+{
+    vec total = {0}, apart;
+    double rest = 0.0;
+    ptrdiff_t i = 0;
+    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
+        apart = vec_load(x + i) - vec_load(y + i);
+        total += vec_load(w + i) * apart * apart;
+    }
+    for (; i < n; ++i)
+        rest += w[i] * (x[i] - y[i]) * (x[i] - y[i]);
+    return vec_total(total) + rest;
+}
+
+/* Sum of x^2 / w. */
+static inline double vec_weigh_dual(const double *w, const double *x, ptrdiff_t n)
+{
+    vec total = {0};
+    double rest = 0.0;
+    ptrdiff_t i = 0;
+    for (; i + ANCF_LANES <= n; i += ANCF_LANES)
+        total += vec_load(x + i) * vec_load(x + i) / vec_load(w + i);
+    for (; i < n; ++i)
+        rest += x[i] * x[i] / w[i];
+    return vec_total(total) + rest;
+}
+
 typedef struct {
     ptrdiff_t n_parts, n;
     double a, b;
@@ -73,6 +114,13 @@ static void vec_dot_part(void *context, ptrdiff_t part)
     pass->out[part] = vec_dot(pass->x + i, pass->y + i, vec_begin(pass, part + 1) - i);
 }
 
+static void vec_weigh_dual_part(void *context, ptrdiff_t part)
+{
+    const vec_pass *pass = context;
+    ptrdiff_t i = vec_begin(pass, part);
+    pass->out[part] = vec_weigh_dual(pass->x + i, pass->y + i, vec_begin(pass, part + 1) - i);
+}
+
 static void vec_scale_part(void *context, ptrdiff_t part)
 {
     const vec_pass *pass = context;
@@ -86,17 +134,29 @@ static void vec_sum_part(void *context, ptrdiff_t part)
                   vec_begin(pass, part + 1));
 }
 
-/* x . y */
-static inline double vec_dot_parts(ptrdiff_t n_parts, const double *x, const double *y, ptrdiff_t n)
+static inline double vec_total_of_parts(ptrdiff_t n_parts, void (*part_of)(void *, ptrdiff_t),
+                                        const double *x, const double *y, ptrdiff_t n)
 {
-    if (n_parts == 1)
-        return vec_dot(x, y, n);
     double sum[ANCF_MOST_PARTS], total = 0.0;
     vec_pass pass = {.n_parts = n_parts, .n = n, .x = x, .y = y, .out = sum};
-    ancf_in_parts(n_parts, vec_dot_part, &pass);
+    ancf_in_parts(n_parts, part_of, &pass);
     for (ptrdiff_t part = 0; part < n_parts; ++part)
         total += sum[part];
     return total;
+}
+
+/* x . y */
+static inline double vec_dot_parts(ptrdiff_t n_parts, const double *x, const double *y, ptrdiff_t n)
+{
+    return n_parts == 1 ? vec_dot(x, y, n) : vec_total_of_parts(n_parts, vec_dot_part, x, y, n);
+}
+
+/* Sum of x^2 / w. */
+static inline double vec_weigh_dual_parts(ptrdiff_t n_parts, const double *w, const double *x,
+                                          ptrdiff_t n)
+{
+    return n_parts == 1 ? vec_weigh_dual(w, x, n)
+                        : vec_total_of_parts(n_parts, vec_weigh_dual_part, w, x, n);
 }
 
 /* out = a x */

@@ -24,6 +24,7 @@ cdef struct DenseData:
     double *w
     double *product
     double *unit
+    const double *weights  # inner product of Broyden's update, NULL for the plain one
 
 
 cdef class Dense:
@@ -31,18 +32,27 @@ cdef class Dense:
 
     Columns are stored one after another, padded to whole cache lines.  The terms of the newest pair
     wait until the next product, so that a correction passes over the matrix once.
+
+    Parameters
+    ----------
+    seed : object with a ``capsule`` "ancf_seed"
+    rule : str
+        Name of the update.
+    weights : (n,) float, optional
+        Inner product for Broyden's update; without it the plain one.
     """
 
     cdef ancf_inverse interface
     cdef DenseData data
-    cdef object owner, columns, terms, work
+    cdef object owner, columns, terms, work, weights
     cdef readonly object capsule
 
-    def __cinit__(self, seed, str rule):
+    def __cinit__(self, seed, str rule, weights=None):
         cdef DenseData *data = &self.data
         cdef double[:, ::1] columns
         cdef double[:, :, ::1] terms
         cdef double[:, ::1] work
+        cdef double[::1] weights_view
         self.owner = seed
         data.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         data.rule = RULES[rule]
@@ -53,6 +63,9 @@ cdef class Dense:
         columns, terms, work = self.columns, self.terms, self.work
         data.columns, data.a, data.w = &columns[0, 0], &terms[0, 0, 0], &terms[1, 0, 0]
         data.product, data.unit = &work[0, 0], &work[1, 0]
+        if weights is not None:
+            self.weights = weights_view = np.array(weights, dtype=float)
+            data.weights = &weights_view[0]
         self.interface.context, self.interface.n = data, data.n
         self.interface.reseed, self.interface.forget = dense_reseed, dense_forget
         self.interface.apply, self.interface.learn = dense_apply, dense_learn
@@ -190,17 +203,22 @@ cdef int dense_learn(void *context, const double *s, const double *y, const doub
     cdef ptrdiff_t n = self.n, i, j
     cdef int terms, k
     cdef double delta, factor, ss
+    cdef const double *weighed = s  # D s
     dense_apply(context, r_new, z)
     terms = pair_terms(self.rule, 1, n, s, y, z, self.smallest_y, self.a, self.w, self.padded)
     if terms == 0:
         return 0
-    if self.rule == BROYDEN:  # equation 13: u (H^T s)^T / (s.h)
-        ss = dot(s, s, n)
-        delta = ss + dot(s, z, n)
+    if self.rule == BROYDEN:  # equation 13: u (H^T D s)^T / (s.D h), in the paper D = 1
+        if self.weights != NULL:
+            for i in range(n):
+                self.product[i] = self.weights[i] * s[i]
+            weighed = self.product
+        ss = dot(weighed, s, n)
+        delta = ss + dot(weighed, z, n)
         if not fabs(delta) >= SMALLEST_BROYDEN * ss:
             return 0
         for j in range(n):
-            self.w[j] = dot(self.columns + j * self.padded, s, n) / delta
+            self.w[j] = dot(self.columns + j * self.padded, weighed, n) / delta
     for k in range(terms):
         factor = dot(self.w + k * self.padded, r_new, n)
         for i in range(n):

@@ -4,6 +4,7 @@
 It sees equations as a few functions (restart, correct, residual, matrix) and knows no mechanics.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from libc.math cimport INFINITY
 from libc.stdlib cimport calloc, free
 
 import numpy as np
@@ -23,17 +24,18 @@ cdef class Iteration:
     cdef object owners, arrays
     cdef readonly object capsule
 
-    def __cinit__(self, equations, seed, inverse, frame, const int64_t[::1] column_start, *,
+    def __cinit__(self, equations, seed, inverse, frame, *,
                   bint rotating, bint compares_frames, bint newton,
                   bint learns, bint carry, bint polishes, bint economical, bint rounds,
                   bint by_correction, int max_iterations, double force_tolerance,
                   double constraint_tolerance, double correction_tolerance, double noise,
                   double cost_iteration, double cost_rotation, double cost_seed,
-                  double patience, const double[::1] softest=None):
+                  double patience, bint sure=False, double share=INFINITY,
+                  double work=INFINITY, double floor=0.0):
         cdef Loop *loop = &self.loop
         cdef double[:, ::1] vectors
         cdef double[::1] values
-        self.owners = (equations, seed, inverse, frame, column_start, softest)
+        self.owners = (equations, seed, inverse, frame)
         loop.equations = <const ancf_equations *>PyCapsule_GetPointer(
             equations.capsule, "ancf_equations")
         loop.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
@@ -47,7 +49,8 @@ cdef class Iteration:
         loop.rounds = rounds and loop.seed.round_to_single != NULL
         loop.newton, loop.learns, loop.carry, loop.polishes = newton, learns, carry, polishes
         loop.economical = economical
-        loop.by_correction, loop.max_iterations = by_correction, max_iterations
+        loop.by_correction, loop.max_iterations, loop.sure = by_correction, max_iterations, sure
+        loop.share, loop.work, loop.floor = share, work, floor
         loop.force_tolerance, loop.constraint_tolerance = force_tolerance, constraint_tolerance
         loop.correction_tolerance, loop.noise = correction_tolerance, noise
         loop.cost_iteration, loop.cost_seed = cost_iteration, cost_seed
@@ -58,15 +61,11 @@ cdef class Iteration:
         loop.rate = SLOW
         loop.timed = loop.n >= TIMED_FROM
         # The pair and the product are done with whenever a matrix is assembled: they share its room.
-        self.arrays = np.zeros((3, loop.n)), np.zeros(max(loop.equations.n_values + 1, 3 * loop.n))
+        self.arrays = np.zeros((2, loop.n)), np.zeros(max(loop.equations.n_values + 1, 3 * loop.n))
         vectors, values = self.arrays
-        loop.r, loop.r_new, loop.diagonal = &vectors[0, 0], &vectors[1, 0], &vectors[2, 0]
+        loop.r, loop.r_new = &vectors[0, 0], &vectors[1, 0]
         loop.s, loop.y, loop.z = &values[0], &values[loop.n], &values[2 * loop.n]
-        loop.values, loop.column_start = &values[0], &column_start[0]
-        if softest is not None:
-            if len(softest) < loop.equations.n_coordinates:
-                raise ValueError("softest needs a number for each coordinate")
-            loop.softest = &softest[0]
+        loop.values = &values[0]
         self.interface.context, self.interface.solve, self.interface.again = loop, solve, again
         self.interface.doubtful = &loop.doubtful
         self.capsule = PyCapsule_New(&self.interface, "ancf_nonlinear", NULL)
@@ -137,6 +136,8 @@ cdef class Iteration:
         self.loop.correction_tolerance = tolerance.correction
         self.loop.constraint_tolerance = tolerance.constraint
         self.loop.force_tolerance, self.loop.noise = tolerance.force, tolerance.noise
+        self.loop.share, self.loop.work = tolerance.share, tolerance.work
+        self.loop.floor, self.loop.sure = tolerance.floor, tolerance.sure
 
     @property
     def step(self):

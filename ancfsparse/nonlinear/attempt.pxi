@@ -4,7 +4,8 @@ from libc.math cimport NAN, fmin, isfinite
 
 cdef double GROWTH = 1e4  # residual beside the predictor's: past this an attempt is given up
 cdef double STALE = 1.2  # a contraction that was not measured again is trusted less in each step
-cdef double BELIEF = 2.0  # times the tolerance: residual over diagonal that a small correction may leave
+cdef double TRUST = 0.1  # what a correction whose residual is not looked at surely leaves of it
+cdef double SHAKY = 10.0  # times the bound: what rounding may leave where corrections are rounding
 
 
 cdef bint residual_is_small(Loop *self, const double *r) noexcept nogil:
@@ -13,26 +14,15 @@ cdef bint residual_is_small(Loop *self, const double *r) noexcept nogil:
             and all_below(r + nq, self.n - nq, self.constraint_tolerance))
 
 
-cdef bint residual_agrees(const Loop *self, const double *r) noexcept nogil:
-    """Whether a small correction can be believed: an inverse that learned may be nearly singular.
+cdef inline double bound_of(const Loop *self, double change) noexcept nogil:
+    """What a step may leave [m], from its first correction, which is what it changes.
 
-    The residual over the diagonal of the last matrix is a correction that owes nothing to learning.
-    But a stiff bar is stiff in all coordinates and soft across itself: where the least that the
-    matrix can have is known, the mass, the geometric mean of both takes the place of the diagonal,
-    unless what is left is rounding.
+    The error of the integrator in the step is a fixed share of that change; and what is left does
+    work along the way.
     """
-    cdef ptrdiff_t nq = self.equations.n_coordinates, i
-    cdef double weak = 0.0, strong = 0.0, noise = BELIEF * self.noise
-    cdef double bound = BELIEF * self.correction_tolerance
-    for i in range(nq):
-        weak += (r[i] / self.diagonal[i]) * (r[i] / self.diagonal[i])
-    if self.softest != NULL:
-        for i in range(nq):
-            strong += r[i] * r[i] / fabs(self.diagonal[i] * self.softest[i])
-    else:
-        strong = weak
-    return ((strong <= bound * bound * nq or weak <= noise * noise * nq)
-            and all_below(r + nq, self.n - nq, self.constraint_tolerance))
+    cdef double way = self.equations.moved + change
+    return fmax(self.floor, fmin(self.correction_tolerance,
+                                 fmin(self.share * change, self.work * way)))
 
 
 cdef void finish(Loop *self, double size) noexcept nogil:
@@ -40,17 +30,15 @@ cdef void finish(Loop *self, double size) noexcept nogil:
 
     This costs no residual.  Davidon's inverse may be far off in a direction it has not seen, so its
     correction would need a residual to be believed; nor is one believed that is longer than the last.
-    Judged by the correction, one on a sparse seed would cost more than it gives.
     """
     cdef ptrdiff_t n = self.n
-    cdef bint polishes = self.polishes and (self.carry or not self.by_correction)
     if self.carry:
         scaled(self.parts, self.s, -1.0, self.z, n)
         combined(self.parts, self.y, 1.0, self.r_new, -1.0, self.r, n)
         learn(self, self.r_new)
-    elif polishes:
+    elif self.polishes:
         multiply(self, self.r_new)
-    if polishes and rms(self, self.z, self.equations.n_coordinates) <= size:
+    if self.polishes and length(self, self.z) <= size:
         self.equations.correct(self.equations.context, -1.0, self.z)
         self.counts.last_corrections += 1
 
@@ -65,11 +53,15 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
     cdef double *swap
     cdef ptrdiff_t n = self.n
     cdef int it, halvings
-    cdef bint small, learns = not newton and self.learns
-    cdef double size, last_size = 0.0, norm, norm_new, start, theta, last_theta = 0.0, remaining
+    cdef bint done, small, learns = not newton and self.learns
+    # Whether the residual is looked at after every correction, or what it will be is foreseen.
+    cdef bint looks = (learns or damped or self.sure or n > eq.n_coordinates
+                       or not self.by_correction)
+    cdef double size, last_size = 0.0, norm, last_norm = 0.0, norm_new, start, bound = 0.0, left
+    cdef double theta, last_theta = 0.0, remaining
     self.contraction = NAN
     evaluate(self, self.r)
-    norm = start = rms(self, self.r, n)
+    norm = start = unbalance(self, self.r)
     if not isfinite(norm):
         return NOT_FINITE
     if residual_is_small(self, self.r) and not self.by_correction:
@@ -80,21 +72,25 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         start_from_seed(self)
     multiply(self, self.r)
     for it in range(self.max_iterations):
-        size = sqrt(eq.correct(eq.context, -1.0, z) / eq.n_coordinates)
+        size = sqrt(eq.correct(eq.context, -1.0, z) / eq.mass_total)
         used[0] += 1
         self.counts.iterations += 1
-        if last_size > 0.0:
-            self.rate = fmin(fmax(0.3 * self.rate, size / last_size), 0.99)
-        last_size = size
-        small = self.by_correction and (
-            self.rate / (1.0 - self.rate) * size <= self.correction_tolerance
-            or size <= self.noise)
-        if small and it == 0:
-            self.rate = fmin(STALE * self.rate, SLOW)
-        if small and not learns and not damped and n == eq.n_coordinates:
+        if it == 0:
+            bound = bound_of(self, size if eq.mass == NULL else fmin(size, norm))
+        else:
+            theta = size / last_size
+            if not newton:
+                theta = fmax(theta, norm / last_norm)
+            self.rate = fmin(fmax(0.3 * self.rate, theta), 0.99)
+        last_size, last_norm = size, norm
+        left = self.rate / (1.0 - self.rate) * (size if newton else fmax(size, norm))
+        small = self.by_correction and (left <= bound or size <= self.noise)
+        if small and not looks:
+            if it == 0:
+                self.rate = fmin(STALE * self.rate, SLOW)
             return CONVERGED
         evaluate(self, self.r_new)
-        norm_new = rms(self, self.r_new, n)
+        norm_new = unbalance(self, self.r_new)
         if damped:
             # Halve a step that makes the residual larger; the last try is kept whatever it does.
             halvings = 0
@@ -102,19 +98,28 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                 halvings += 1
                 eq.correct(eq.context, 0.5**halvings, z)
                 evaluate(self, self.r_new)
-                norm_new = rms(self, self.r_new, n)
+                norm_new = unbalance(self, self.r_new)
         if not isfinite(norm_new):
             return NOT_FINITE
-        if residual_agrees(self, self.r_new) if small else (
-                not self.by_correction and residual_is_small(self, self.r_new)):
-            if not newton and size > self.noise:
+        theta = norm_new / norm
+        done = False
+        if not self.by_correction:
+            done = residual_is_small(self, self.r_new)
+        elif looks:
+            left = norm_new
+            if self.polishes and not self.carry and not self.sure and theta < 0.5:
+                left *= fmax(theta / (1.0 - theta), TRUST)  # by the last correction, see finish
+            # An inverse that is singular by accident makes any correction small.
+            done = ((left <= bound or (size <= self.noise and norm_new <= SHAKY * bound))
+                    and all_below(self.r_new + eq.n_coordinates, n - eq.n_coordinates,
+                                  fmax(self.constraint_tolerance, bound)))
+        if done:
+            if (self.by_correction or not newton) and size > self.noise:
                 finish(self, size)
             return CONVERGED
-        if small:
-            self.rate = SLOW
         if norm_new > GROWTH * start and it > 0 and not damped:
             return DIVERGED
-        theta = self.contraction = norm_new / norm
+        self.contraction = theta
         if learns:
             scaled(self.parts, self.s, -1.0, z, n)
             combined(self.parts, self.y, 1.0, self.r_new, -1.0, self.r, n)
@@ -128,7 +133,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
             continue
         if economical and (it > 0 or theta > 0.7):
             if self.by_correction:
-                remaining = size / self.correction_tolerance
+                remaining = norm / bound
             else:
                 remaining = largest(self.r, eq.n_coordinates) / self.force_tolerance
             if remaining > 1.0 and waiting_costs_more(

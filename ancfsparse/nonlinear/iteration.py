@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -37,13 +38,21 @@ class Tolerance:
     Attributes
     ----------
     by_correction : bool
-        Judge the correction (default) or the residual (the paper's way).
+        Judge what is left by its length (default), or the largest entry of the residual (the
+        paper's way).
     force, constraint : float
-        Bounds on the scaled residual: beta dt^2 times newtons, and metres.
+        Bounds on the entries of the scaled residual: beta dt^2 times newtons, and metres.
     correction : float
-        Bound on the estimated error of the coordinates that remains after a correction, rms [m].
+        Bound on the length of what is left after a correction [m].
     noise : float
-        Corrections below this are rounding.
+        Corrections shorter than this are rounding [m].
+    share, work : float
+        Bounds on what is left over the first correction of the step, and over the way that the step
+        moves the scene [-].
+    floor : float
+        Rounding of the residual [m]: no bound is below it.
+    sure : bool
+        Whether what is left is always looked at, and not foreseen by the contraction.
     """
 
     by_correction: bool
@@ -51,48 +60,49 @@ class Tolerance:
     constraint: float
     correction: float
     noise: float
+    share: float = math.inf
+    work: float = math.inf
+    floor: float = 0.0
+    sure: bool = False
 
 
 def tolerance_of(
-    wish: str | float,
+    asked: str | float,
     scale: float,
+    *,
     force_scale: float,
-    size: float,
-    mass: float | None = None,
-    usual: float = 1e-3,
+    place: float,
+    noise: float,
+    floor: float,
+    share: float,
+    work: float,
+    sure: bool,
 ) -> Tolerance:
-    """Translate what a person says into bounds.
+    """Translate what a person asks for into bounds.
 
     Parameters
     ----------
-    wish : "default", "paper" or float
+    asked : "default", "paper" or float
         ``"paper"``: max|r| < 1e-6 N (N m on slopes) and max|phi| < 1e-6 m, unscaled.  A number: the
         error of the accelerations that a step may leave [m/s2].
     scale : float
         beta dt^2 [s2].
     force_scale : float
         Size of the terms that cancel in the residual [N]; rounding puts a floor under ``"paper"``.
-    size : float
-        Largest coordinate [m].
-    mass : float, optional
-        With it a number bounds what is unbalanced of the forces, over this mass [kg], and not the
-        correction.  Where the mass rules that is the same; in stiff directions, where an error of
-        position too small to matter holds a large force, it asks for more.
-    usual : float, optional
-        What ``"default"`` is [m/s2].
+    place : float
+        Rounding of a position [m].
+    noise, floor, share, work, sure
+        As in `Tolerance`; ``share`` and ``work`` are what ``"default"`` means.
     """
-    floor = 4.0 * EPSILON * force_scale
-    noise = EPSILON * size
-    if wish == "paper":
-        return Tolerance(False, scale * max(1e-6, floor), 1e-6, 0.0, noise)
-    if isinstance(wish, str) and wish != "default":
-        raise InputError(f"tolerance must be 'default', 'paper' or a number in m/s2, got {wish!r}")
-    a_tol = usual if wish == "default" else check_positive("tolerance", wish, "m/s2")
-    bound = scale * a_tol
-    if mass is not None:
-        force = scale * max(mass * a_tol, floor)
-        return Tolerance(False, force, max(bound, 4.0 * noise), 0.0, noise)
-    return Tolerance(True, scale * floor, max(bound, 4.0 * noise), bound, noise)
+    if asked == "paper":
+        force = scale * max(1e-6, 4.0 * EPSILON * force_scale)
+        return Tolerance(False, force, 1e-6, 0.0, noise)
+    if isinstance(asked, str) and asked != "default":
+        raise InputError(f"tolerance must be 'default', 'paper' or a number in m/s2, got {asked!r}")
+    bound = math.inf
+    if asked != "default":
+        bound, share, work = scale * check_positive("tolerance", asked, "m/s2"), math.inf, math.inf
+    return Tolerance(True, 0.0, 4.0 * place, bound, noise, share, work, floor, sure)
 
 
 @dataclass(frozen=True)
@@ -123,7 +133,7 @@ class Costs:
 
 
 def make_inverse(
-    method: Method, seed: SparseSeed, weights: NDArray[np.float64], smallest_y: float
+    method: Method, seed: SparseSeed, weights: NDArray[np.float64] | None, smallest_y: float
 ) -> Any:
     """Build the compiled inverse of a method on a seed.
 
@@ -133,9 +143,9 @@ def make_inverse(
         The person's choice.
     seed : SparseSeed
         Factor of the iteration matrix.
-    weights : (n,) float
-        Inner product for limited-memory Broyden: the diagonal of the mass matrix, zero on
-        multipliers.
+    weights : (n,) float or None
+        Inner product for Broyden's update: the diagonal of the mass matrix, zero on multipliers.
+        None is the plain one of the paper, whose pairs depend on the units.
     smallest_y : float
         Differences of residuals below this are rounding, and their pairs are skipped.
     """
@@ -145,7 +155,7 @@ def make_inverse(
                 f"memory='full' would keep a dense inverse of {seed.n} x {seed.n} numbers, "
                 f"{8 * seed.n**2 / 1e9:.3g} GB: use QuasiNewton({method.update!r}, memory=10)"
             )
-        inverse = compiled("dense").Dense(seed, method.update)
+        inverse = compiled("dense").Dense(seed, method.update, weights)
     elif isinstance(method, QuasiNewton):
         inverse = compiled("limited").Limited(seed, method.update, int(method.memory), weights)
     else:
@@ -158,12 +168,10 @@ def make_iteration(
     equations: Equations,
     seed: SparseSeed,
     inverse: Any,
-    column_start: NDArray[np.int64],
     method: Method,
     tolerance: Tolerance,
     costs: Costs,
     frame: Any = None,
-    softest: NDArray[np.float64] | None = None,
     reach: NDArray[np.float64] | float = 1e-6,
 ) -> Any:
     """Build the compiled loop; a finite-difference seed is taken at the present iterate.
@@ -172,15 +180,10 @@ def make_iteration(
     ----------
     equations, seed, inverse
         What is solved, and with what.
-    column_start : (n,) int64
-        Where the diagonal entries stand among the values of the matrix.
     method, tolerance, costs
         How it is solved.
     frame : compiled object with a ``capsule`` "ancf_frame", optional
         Rotations of the body, needed unless `methods.seed_frame_of` says fixed.
-    softest : (n,) float, optional
-        What the diagonal of the matrix would be if nothing were stiff, for example that of the mass
-        matrix; with it residuals say more about the error that they leave.
     reach : float or (n,) float, optional
         By how much unknowns are moved for a finite-difference seed, see `finite_difference`.
 
@@ -199,7 +202,6 @@ def make_iteration(
         seed,
         compiled("corotated").Corotated(inverse, frame) if turns else inverse,
         frame if turns else None,
-        column_start,
         rotating=wish == "rotating",
         compares_frames=wish == "auto",
         newton=isinstance(method, Newton),
@@ -219,7 +221,10 @@ def make_iteration(
         cost_seed=costs.seed,
         # Iterations are whole numbers and a mean is not; and pairs are lost with their seed.
         patience=1.0 if isinstance(method, QuasiNewton) else 0.15,
-        softest=softest,
+        sure=tolerance.sure,
+        share=tolerance.share,
+        work=tolerance.work,
+        floor=tolerance.floor,
     )
     if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
         try:

@@ -47,7 +47,6 @@ cdef void renew_seed(Loop *self, bint newton, double unfinished) noexcept nogil:
         start = clock(self)
         self.equations.material(self.equations.context, self.values)
         self.seconds.tangent += clock(self) - start
-        keep_diagonal(self)
         self.indefinite = not factor(self)
         self.counts.material_seeds += not self.indefinite
     if self.compares_frames and self.seeded and not newton:

@@ -1,6 +1,5 @@
 """What the nonlinear loop knows, and its passes over vectors, matrix and factor; text for `_iteration`."""
 from libc.math cimport fabs, fmax, sqrt
-from libc.stdint cimport int64_t
 
 
 cdef extern from "<time.h>":
@@ -12,6 +11,9 @@ cdef extern from "<time.h>":
     int CLOCK_MONOTONIC
 
 cdef extern from "vectors.h":
+    double weigh "vec_weigh" (const double *, const double *, ptrdiff_t) noexcept nogil
+    double weigh_dual "vec_weigh_dual_parts" (
+        ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
     double dot "vec_dot_parts" (ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
     void scaled "vec_scale_parts" (
         ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
@@ -67,9 +69,10 @@ cdef struct Loop:
     const ancf_inverse *inverse
     const ancf_frame *frame  # NULL if seeds do not turn
     ptrdiff_t n, parts
-    bint newton, learns, carry, polishes, economical, by_correction
+    bint newton, learns, carry, polishes, economical, by_correction, sure
     int max_iterations
     double force_tolerance, constraint_tolerance, correction_tolerance, noise
+    double share, work, floor
     double cost_iteration, cost_rotation, cost_seed
     double patience  # iterations above the mean that a step may take before a new seed is due
     bint seeded, reseed_due, indefinite
@@ -92,9 +95,6 @@ cdef struct Loop:
     double *y
     double *z
     double *values
-    double *diagonal  # of the last matrix that was factored
-    const double *softest  # what the matrix has at least in each coordinate, NULL if not known
-    const int64_t *column_start
     Counts counts
     bint timed
     Seconds seconds
@@ -148,21 +148,28 @@ cdef double largest(const double *x, ptrdiff_t n) noexcept nogil:
     return m
 
 
-cdef inline double rms(const Loop *self, const double *x, ptrdiff_t n) noexcept nogil:
-    return sqrt(dot(self.parts, x, x, n) / n)
+cdef inline double length(const Loop *self, const double *x) noexcept nogil:
+    """Of a correction [m]: root of the mean square of places, weighed by mass as slopes are."""
+    cdef const ancf_equations *eq = self.equations
+    if eq.mass == NULL:
+        return sqrt(dot(self.parts, x, x, eq.n_coordinates) / eq.n_coordinates)
+    return sqrt(weigh(eq.mass, x, eq.n_coordinates) / eq.mass_total)
+
+
+cdef inline double unbalance(const Loop *self, const double *r) noexcept nogil:
+    """Size of a residual [m]: what mass alone would make of it, and what constraints are off."""
+    cdef const ancf_equations *eq = self.equations
+    cdef ptrdiff_t nq = eq.n_coordinates, m = self.n - nq
+    if eq.mass == NULL:
+        return sqrt(dot(self.parts, r, r, self.n) / self.n)
+    return sqrt(weigh_dual(self.parts, eq.mass, r, nq) / eq.mass_total
+                + (dot(1, r + nq, r + nq, m) / nq if m else 0.0))
 
 
 cdef void assemble(Loop *self) noexcept nogil:
     cdef double start = clock(self)
     self.equations.matrix(self.equations.context, self.values)
     self.seconds.tangent += clock(self) - start
-    keep_diagonal(self)
-
-
-cdef void keep_diagonal(Loop *self) noexcept nogil:
-    cdef ptrdiff_t i
-    for i in range(self.n):  # each column starts with its diagonal
-        self.diagonal[i] = self.values[self.column_start[i]]
 
 
 cdef void hold(Loop *self) noexcept nogil:

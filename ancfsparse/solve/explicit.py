@@ -70,7 +70,7 @@ def prepare_explicit(
     a, lam = initial_acceleration(system, seed)
     start = Start(system.q0, system.v0, a, a, lam, start_load(system))
     mass = cheapest_inverse(system, seed)
-    noise = 100.0 * EPSILON * system.force_scale(system.q0) * float(np.max(np.abs(system.q0)))
+    noise = 100.0 * EPSILON * system.energy_scale(system.q0)
     march = make_explicit(system, dt, integrator, start, mass, max_energy_gain, noise)
     why = (
         f"{integrator!r}: forces evaluated {integrator.tableau.forces} times per step, dt is "

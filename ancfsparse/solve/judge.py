@@ -1,4 +1,4 @@
-"""When a step counts as solved: how far the motion may be off, or forces out of balance."""
+"""When a step counts as solved: how far the motion may be off, without a scale of its own."""
 
 from __future__ import annotations
 
@@ -8,29 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.integrators import EnergyMomentum, Implicit
-from ancfsparse.nonlinear import Method, Newton, QuasiNewton
 from ancfsparse.nonlinear.iteration import EPSILON, Tolerance, tolerance_of
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
 
-# Stiffness over mass of a node, times beta dt^2, from which a body is stiff for the step.  A seed
-# that is a little old turns corrections along a stiff bar into some across it, where the bar moves:
-# the more the stiffer it is, and always the same way, so that what is left of them does work.  The
-# second is for steps whose last residual is evaluated anyway: to judge it takes no other.
-STIFF, STIFF_IF_KNOWN = 10.0, 2.0
-
-# Error of the accelerations that a step may leave [m/s2], also of one that must keep energy.
-USUAL, KEEPING = 1e-3, 1e-4
+# What a step may leave, over its first correction: that is beta dt^2 times the change of the
+# accelerations, about three times the error of the integrator in the step.
+SHARE = 5e-4
+# And over the way that the step moves the scene, because it does work along that way: in each step
+# at most twice this share of the kinetic energy.  Numerical damping takes what such work puts into
+# short waves; without it less must be left, and least by an integrator that keeps energy.
+DAMPED, UNDAMPED, KEEPING = 4e-7, 1e-7, 1e-8
 
 
 class Judge:
     """Bounds on what the iteration of a step leaves.
 
-    Corrections are judged, which saves a residual; or forces, with an integrator that keeps energy
-    and where a step is long for a stiff body.  Newton's next error is the square of the last, and
-    an inverse that outlives its step corrects once more by the last residual: both leave too little
-    to do work that shows, and go on being judged by corrections.
+    Motions, corrections and residuals are measured by mass, in metres, so that slopes and positions
+    can be added up in any units: a correction s as the root of ``s.M s / mass``, a residual as what
+    mass alone would make of it.  Along stiff bars that is far more than its correction, and stiff
+    forces do work.
 
     Parameters
     ----------
@@ -38,40 +36,33 @@ class Judge:
         What moves.
     integrator : Implicit
         How.
-    method : Method
-        How steps are solved.
     tolerance : "default", "paper" or float
         As in `simulate`.
 
     Attributes
     ----------
-    force_scale : float
-        Size of the terms that cancel in the residual [N].
+    mass : (n_free,) float
+        Diagonal of the mass matrix [kg, kg m2].
+    total : float
+        Mass of the scene [kg].
+    energy : float
+        Size of the terms that cancel in the strain energy [J].
     """
 
-    def __init__(
-        self, system: System, integrator: Implicit, method: Method, tolerance: str | float
-    ) -> None:
+    def __init__(self, system: System, integrator: Implicit, tolerance: str | float) -> None:
         self._integrator, self._tolerance = integrator, tolerance
-        self._keeps = isinstance(integrator, EnergyMomentum)
-        lasting = isinstance(method, QuasiNewton) and (method.memory == "full" or method.carry)
-        if isinstance(method, Newton) or lasting:
-            self._limit = math.inf
-        elif isinstance(method, QuasiNewton) or system.n_multipliers:
-            self._limit = STIFF_IF_KNOWN
-        else:
-            self._limit = STIFF
-        self._size = rounding(system) / EPSILON
-        diagonal = system.stiffness_diagonal(system.q0)
-        self.force_scale = float(np.max(np.abs(diagonal), initial=0.0) * np.max(np.abs(system.q0)))
-        self._stiffest = stiffest(system, diagonal)
+        self.mass, self.total = system.mass_diagonal, system.mass
+        diagonal = np.abs(system.stiffness_diagonal(system.q0))
+        q0, n = system.q0, system.n_free
+        self.energy = float(np.max(diagonal * q0[:n] ** 2))
+        self._stiffest = float(np.max(diagonal))
+        self._force_scale = self._stiffest * float(np.max(np.abs(q0)))
+        # A force K_ij q_j is at most sqrt(K_ii) sqrt(K_jj) |q_j|, and rounded like it.
+        self._forces = math.sqrt(self.energy * float(np.sum(diagonal / self.mass)) / self.total)
+        self._size = math.sqrt(float(self.mass @ q0[:n] ** 2) / self.total)
         places = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
-        free = places[places < system.n_free]
-        if len(free):
-            self._mass = float(np.mean(system.mass_diagonal[free]))
-        else:  # where slopes alone can move: what they weigh at the distance of an element
-            lengths = np.concatenate([body.lengths for body in system.scene.beams])
-            self._mass = float(np.mean(system.mass_diagonal) / np.mean(lengths))
+        self._farthest = float(np.max(np.abs(q0[places])))
+        self._several = 4.0 if system.n_multipliers else 1.0  # constraints sum several squares
 
     def at(self, dt: float, error: float | None = None) -> Tolerance:
         """Return the bounds for steps of a length.
@@ -84,33 +75,21 @@ class Judge:
             Error of the coordinates that a step may leave [m], in the place of the tolerance.
         """
         scale = self._integrator.scale * dt**2
-        wish = self._tolerance if error is None else error / scale
-        stiff = scale * self._stiffest > self._limit
+        keeps = isinstance(self._integrator, EnergyMomentum)
+        work = KEEPING if keeps else UNDAMPED if self._integrator.gamma == 0.5 else DAMPED
         return tolerance_of(
-            wish,
+            self._tolerance if error is None else error / scale,
             scale,
-            self.force_scale,
-            self._size,
-            self._mass if self._keeps or stiff else None,
-            KEEPING if self._keeps else USUAL,
+            force_scale=self._force_scale,
+            place=self._several * EPSILON * self._farthest,
+            noise=self._several * EPSILON * self._size,
+            floor=EPSILON * scale * self._forces,
+            share=SHARE,
+            work=work,
+            sure=keeps,
         )
 
-
-def stiffest(system: System, diagonal: Vector) -> float:
-    """Return the largest stiffness over mass of the place of a node [1/s2], however it is turned.
-
-    Slopes do not count: the section of a thick beam is far stiffer than the beam, and at rest.
-    """
-    stiffness, mass = np.zeros((2, system.n_all))
-    stiffness[: system.n_free], mass[: system.n_free] = diagonal, system.mass_diagonal
-    most = 0.0
-    for places in system.places:
-        where = places[:, : system.dim]
-        k, m = stiffness[where].sum(axis=1), mass[where].sum(axis=1)
-        most = max(most, float(np.max(k[m > 0.0] / m[m > 0.0], initial=0.0)))
-    return most
-
-
-def rounding(system: System) -> float:
-    """Size of the smallest correction that means anything [m]: constraints sum several squares."""
-    return (4.0 if system.n_multipliers else 1.0) * EPSILON * float(np.max(np.abs(system.q0)))
+    def smallest_change(self, dt: float) -> float:
+        """Return the difference of two scaled residuals that is only rounding [kg m]."""
+        scale = self._integrator.scale * dt**2
+        return 100.0 * EPSILON * scale * math.sqrt(self.energy * self._stiffest)

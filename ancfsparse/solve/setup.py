@@ -67,25 +67,24 @@ def prepare(
     scale = integrator.scale * dt**2
     regularize(system, scale)
     start, a = starting_state(system, seed, integrator, dt)
-    judge = Judge(system, integrator, method, tolerance)
-    noise = 100.0 * EPSILON * judge.force_scale * float(np.max(np.abs(system.q0)))
+    judge = Judge(system, integrator, tolerance)
+    noise = 100.0 * EPSILON * judge.energy
     march = make_march(system, dt, integrator, start, max_energy_gain, noise)
+    march.weigh(judge.mass, judge.total)
     march.prepare(system.loads.amplitudes(np.array([dt])))
-    weights = np.concatenate([system.mass_diagonal, np.zeros(system.n_multipliers)])
+    weights = np.concatenate([judge.mass, np.zeros(system.n_multipliers)])
+    papers = tolerance == "paper" and isinstance(method, QuasiNewton) and method.memory == "full"
     by_differences = isinstance(method, QuasiNewton) and method.seed == "finite-difference"
     frame = None if seed_frame_of(method) == "fixed" else frame_of(system)
-    inverse = make_inverse(method, seed, weights, 100.0 * EPSILON * scale * judge.force_scale)
+    inverse = make_inverse(method, seed, None if papers else weights, judge.smallest_change(dt))
     iteration = make_iteration(
         march,
         seed,
         inverse,
-        system.pattern.indptr,
         method,
         judge.at(dt),
         costs(system, integrator, seed, frame),
         frame,
-        # Where the tangent is all that is known and nothing binds, corrections need no belief.
-        weights if isinstance(method, QuasiNewton) or system.n_multipliers else None,
         difference_steps(system) if by_differences else SMALL,
     )
     divide(system, threads, march, iteration, inverse)

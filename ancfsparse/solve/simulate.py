@@ -90,13 +90,15 @@ def simulate(
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
     tolerance : "default", "paper" or float, optional
-        ``"paper"``: max|r| < 1e-6 N and max|phi| < 1e-6 m; for long stiff chains the rounding of
-        the forces is a floor under the first.  A number [m/s2]: the error in the accelerations that
-        the iteration of a step may leave, as estimated from its corrections, usually right within
-        a factor of 10, and never below rounding, about 1e-15 |q| / dt^2;
-        ``"default"`` is 1e-3.  Where steps are long for a stiff body it bounds what is unbalanced
-        of the forces, over the mean mass of a node, since that does work; with `EnergyMomentum`
-        always, and ``"default"`` is 1e-4.
+        What the iteration of a step may leave.  ``"default"``: a two-thousandth of what the step
+        changes in the accelerations, which is less than a hundredth of the integrator's own error,
+        and no more than what does work of a millionth of the kinetic energy; with
+        `EnergyMomentum` of a fiftieth of that.  It has no scale: any units, stiffness and gravity
+        are treated alike.  A number [m/s2]: what is unbalanced of the forces over the masses, root
+        mean square over the scene, as estimated from the contraction, usually right within a
+        factor of 10.  Neither goes below rounding, about 1e-16 |q| / dt^2.  ``"paper"``:
+        max|r| < 1e-6 N and max|phi| < 1e-6 m; for long stiff chains the rounding of the forces is a
+        floor under the first.
     max_energy_gain : float, optional
         Share of the largest energy exchanged so far between motion, strain, gravity and loads by
         which the energy may exceed what was given, before the run is stopped [-]; at its end the

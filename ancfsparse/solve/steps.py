@@ -44,7 +44,7 @@ OPENING, MOST_LEVELS = 64, 2
 # grow again for so many; they are looked at after so many.
 HARD, HOLD, LOOK = 5.5, 128, 16
 # Share of a step's error that the iteration may leave.
-ITERATION_SHARE = 0.02
+ITERATION_SHARE = 0.03
 SHORTEST = 1e-10  # a step, over the length of the run
 MOST_EVENTS = 1000  # that are kept, as where steps have one length
 WHOLE = 1e-9  # rounding of a number of steps, over it

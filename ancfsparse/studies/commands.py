@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ancfsparse.checks import check_count, check_positive
+from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.studies import (
     error_budget_report,
@@ -18,6 +18,7 @@ from ancfsparse.studies import (
     stability_findings,
     stability_report,
     total_error_report,
+    units,
     work_precision_report,
 )
 from ancfsparse.studies.error_budget import error_budget as run_error_budget
@@ -179,6 +180,21 @@ def stability(
         fill_page(page, "stability", text, written[-2])
         text = stability_findings.solver_table(result)
         fill_page(page, "stability-solvers", text, written[-1])
+
+
+@study.command("units")
+def units_command(
+    scene: Annotated[list[str] | None, typer.Option(help="Only this scene; repeatable.")] = None,
+    output: OutputOption = Path("results"),
+) -> None:
+    """Run the same scenes in seven systems of units, under 1e-6 to 1e4 m/s2; a minute."""
+    check_targets(output, None)
+    for name in scene or ():
+        check_choice("--scene", name, tuple(units.SCENES))
+    runs = units.units(tuple(scene or units.SCENES), progress=True)
+    typer.echo(units.as_text(runs))
+    written = units.write(runs, output)
+    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
 
 
 @study.command("long-runs")

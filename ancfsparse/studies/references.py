@@ -19,7 +19,7 @@ from ancfsparse.system import System
 RTOL, ATOL = 1e-10, 1e-11
 
 # Acceleration error that a step of the marches below may leave [m/s2].
-TOLERANCE = 1e-6
+TOLERANCE = 1e-7
 
 
 @dataclass(frozen=True)

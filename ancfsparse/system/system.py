@@ -227,11 +227,23 @@ class System:
         diagonal = self.stiffness_diagonal(q)
         return float(np.max(np.abs(diagonal), initial=0.0) * np.max(np.abs(q)))
 
+    def energy_scale(self, q: Vector) -> float:
+        """Return the size of the terms that cancel in the strain energy [J]: max |K_ii| q_i^2."""
+        return float(np.max(np.abs(self.stiffness_diagonal(q)) * q[: self.n_free] ** 2))
+
     def stiffness_diagonal(self, q: Vector) -> Vector:
         """Return the diagonal of the stiffness over the free coordinates, (n_free,) [N/m, N m]."""
         lam, amplitudes = np.zeros(self.n_multipliers), self.loads.amplitudes(np.zeros(1))[0]
         values = self.assembly.matrix(0.0, 1.0, q, lam, amplitudes)
         return np.asarray(values[self.pattern.indptr[: self.n_free]])
+
+    @property
+    def mass(self) -> float:
+        """Mass of the scene [kg]."""
+        uniform = np.zeros(self.n_all)
+        for places in self.places:
+            uniform[places[:, 0]] = 1.0
+        return float(uniform @ self.assembly.inertia(uniform))
 
     @property
     def mass_diagonal(self) -> Vector:

@@ -33,6 +33,9 @@ class _Interface(ct.Structure):
         ("matrix", _PASS),
         ("material", _PASS),
         ("q", ct.c_void_p),
+        ("mass", ct.c_void_p),
+        ("mass_total", ct.c_double),
+        ("moved", ct.c_double),
     ]
 
 
@@ -100,6 +103,7 @@ class Equations:
             _DO(restart), _DO() if coast is None else _DO(fly), _CORRECT(correct),
             _PASS(write_residual), _PASS(write_matrix),
             _PASS() if material is None else _PASS(write_material), None,
+            None, self.n_coordinates, 0.0,
         )  # fmt: skip
         self.capsule = _new_capsule(ct.addressof(self.interface), _NAME, None)
         self.seed = SparseSeed(self.indptr, self.row.astype(np.int32), self.n_coordinates)
@@ -132,7 +136,7 @@ class Equations:
         if inverse is None:
             inverse = compiled("limited").Limited(self.seed, "broyden", 0)
         return compiled("iteration").Iteration(
-            self, self.seed, inverse, None, self.indptr, **(settings | options)
+            self, self.seed, inverse, None, **(settings | options)
         )
 
     def dense(self, rule):

@@ -28,8 +28,12 @@ def residuals(run):
 
 
 def worst_acceleration_error(run, dt):
-    """What one more Newton correction would change in the accelerations, rms, worst step [m/s2]."""
+    """What one more Newton correction would change in the accelerations, worst step [m/s2].
+
+    Weighed by mass, as slopes and positions can be added up.
+    """
     system, scale = run.system, 0.25 * dt**2
+    weights = system.mass_diagonal / system.mass
     pattern = system.pattern
     column = np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))
     r, phi = residuals(run)
@@ -40,7 +44,7 @@ def worst_acceleration_error(run, dt):
         matrix = np.zeros((pattern.n, pattern.n))
         matrix[pattern.indices, column] = matrix[column, pattern.indices] = values
         correction = np.linalg.solve(matrix, np.concatenate([scale * r[k], phi[k]]))
-        worst = max(worst, np.sqrt(np.mean((correction[: system.n_free] / scale) ** 2)))
+        worst = max(worst, np.sqrt(weights @ (correction[: system.n_free] / scale) ** 2))
     return worst
 
 

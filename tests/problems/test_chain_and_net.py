@@ -45,7 +45,7 @@ def test_motion_does_not_grow_with_the_size():
 
 def test_motion_needs_more_iterations():
     def iterations(scene):
-        return simulate(scene, 0.005, 5e-4, solver="auto").stats.iterations_per_step
+        return simulate(scene, 0.02, 5e-4, solver="auto").stats.iterations_per_step
 
     for make, size in ((chain, 100), (net, 8)):
         rest, smooth, rough = (iterations(make(size, motion).scene) for motion in MOTIONS)

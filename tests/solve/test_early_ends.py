@@ -61,7 +61,7 @@ def test_a_load_that_fails_late_leaves_everything_before(tmp_path, kind, to_file
     assert caught.value.time == pytest.approx(0.4901)
     run = caught.value.trajectory
     assert run.stats.steps == 4900
-    assert run.stats.iterations > 4900
+    assert run.stats.iterations >= 4900
     assert not run.finished
     whole = ancf.simulate(pendulum((0.0, 1.0))[0], 0.49, 1e-4)
     np.testing.assert_allclose(run.t, whole.t, rtol=1e-15)

@@ -51,12 +51,12 @@ def test_states_are_saved_at_the_same_times():
 
 def test_too_few_halvings_end_the_run_too():
     with pytest.raises(ancf.StepFailure) as caught:
-        run(8e-3, 1)
+        run(1.6e-2, 1)
     path = caught.value.trajectory
     assert len(path.t) == caught.value.step
     # A state from inside a step is none of the run.
     with pytest.raises(ancf.StepFailure) as caught:
-        run(8e-3, 1, save_every=1000)
+        run(1.6e-2, 1, save_every=1000)
     np.testing.assert_array_equal(caught.value.trajectory.t, [0.0])
     with pytest.raises(ancf.InputError, match="max_halvings"):
         run(8e-3, -1)

@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.nonlinear.iteration import EPSILON
-from ancfsparse.problems import chain, net, pendulum
-from ancfsparse.solve.judge import Judge, stiffest
-from ancfsparse.system import System
+from ancfsparse.problems import pendulum
 
 DAMPED = ancf.GeneralizedAlpha(0.8)
 STEEL = 2.1e11
@@ -40,7 +37,7 @@ def test_steel_under_a_damped_scheme_loses_what_exact_steps_lose(dt, hung):
     assert energy[-1] == pytest.approx(exact[-1], rel=0.05, abs=1e-6)
     assert energy.max() < 1e-6
     assert stats.recoveries == 0
-    assert stats.iterations < 3.6 * stats.steps
+    assert stats.residual_evaluations < 4.8 * stats.steps
 
 
 @pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.GeneralizedAlpha(0.5),
@@ -78,85 +75,39 @@ def test_runs_to_an_accuracy_gain_nothing_either():
     assert (energy.total - energy.total[0]).max() < 1e-5 * energy.kinetic.max()
 
 
+@pytest.mark.parametrize(("youngs_modulus", "dt"), [(3e9, 1e-3), (1e10, 5e-4), (1e10, 2e-3)])
+@pytest.mark.parametrize("hung", [False, True])
+def test_what_is_left_does_no_work_at_any_stiffness(youngs_modulus, dt, hung):
+    # No stiffness is a threshold: with corrections alone judged the first of these gains 3e-4.
+    energy, stats = gained(falling(youngs_modulus, hung), 30.0, dt)
+    exact, _ = gained(falling(youngs_modulus, hung), 30.0, dt, tolerance=1e-7)
+    assert energy[-1] == pytest.approx(exact[-1], rel=0.05, abs=3e-6)
+    assert energy.max() < 2e-6
+    assert stats.residual_evaluations < 3.2 * stats.steps
+
+
 @pytest.mark.parametrize("hung", [False, True])
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
 def test_a_number_bounds_the_forces_of_stiff_bodies(tolerance, hung):
+    # As accelerations that mass alone would make of them.  Some of it is foreseen.
     run = ancf.simulate(falling(STEEL, hung), 1.0, 2e-3, integrator=DAMPED, tolerance=tolerance)
     system = run.system
-    free = np.arange(system.n_free)
-    worst = max(
-        np.abs(system.assembly.residual(q, v, a, lam, system.dead_load, np.zeros(0))[0][free]).max()
+    n = system.n_free
+    left = [
+        np.sqrt(np.sum(r[:n] ** 2 / system.mass_diagonal) / system.mass)
         for q, v, a, lam in zip(run.q[1:], run.v[1:], run.a[1:], run.lam[1:], strict=True)
-    )
-    places = system.places[0][:, :2]
-    mass = system.mass_diagonal[places[places < system.n_free]].mean()
-    # One more correction may follow the judgement.
-    assert worst <= 1.1 * tolerance * mass + 8.0 * EPSILON * system.force_scale(system.q0)
-
-
-def judged_by_forces(scene, dt, method, integrator=DAMPED, tolerance="default"):
-    return not Judge(System(scene), integrator, method, tolerance).at(dt).by_correction
-
-
-SAVING, LEARNING = ancf.ModifiedNewton(), ancf.QuasiNewton("broyden", 10)
-
-
-@pytest.mark.parametrize("dt", [1e-4, 5e-4, 2e-3])
-def test_soft_bodies_save_the_last_residual(dt):
-    soft = [falling(1e8, False), falling(1e8, True), falling(1e8, False, "thick"),
-            chain(50).scene, chain(50, "rough").scene, net(6).scene]  # fmt: skip
-    for scene in soft:
-        assert not judged_by_forces(scene, dt, SAVING)
-        assert not judged_by_forces(scene, dt, LEARNING)
-
-
-def test_who_is_judged_by_forces():
-    stiff = falling(STEEL, False)
-    assert judged_by_forces(stiff, 5e-4, SAVING)
-    assert judged_by_forces(stiff, 5e-4, LEARNING)
-    assert not judged_by_forces(stiff, 5e-5, SAVING)  # a step that follows the waves
-    # Their last error is squared, or corrected once more.
-    exact = (ancf.Newton(), ancf.QuasiNewton("bfgs"), ancf.QuasiNewton("bfgs", 10, carry=True))
-    assert not any(judged_by_forces(stiff, 5e-4, method) for method in exact)
-    # Energy is to be kept, whatever the method and the stiffness.
-    for method in (*exact, SAVING):
-        assert judged_by_forces(falling(1e8, False), 5e-4, method, ancf.EnergyMomentum())
-    # Where the last residual is evaluated anyway, sooner.
-    assert not judged_by_forces(falling(1e10, False), 5e-4, SAVING)
-    assert judged_by_forces(falling(1e10, True), 5e-4, SAVING)
-    assert judged_by_forces(falling(1e10, False), 5e-4, LEARNING)
-
-
-@pytest.mark.parametrize("element", ["l2t2", "thin", "thick"])
-def test_how_stiff_a_body_is_does_not_depend_on_how_it_lies(element):
-    values = []
-    for angle in (0.0, 0.4, 0.5 * math.pi):
-        dim = 3 if element == "thick" else 2
-        scene = ancf.Scene((0.0,) * dim)
-        end = (2.0 * math.cos(angle), 2.0 * math.sin(angle), 0.0)[:dim]
-        scene.add_beam(element, (0.0,) * dim, end, 10, CABLE, ancf.Material(1e8, 4000.0, 0.3))
-        system = System(scene)
-        values.append(stiffest(system, system.stiffness_diagonal(system.q0)))
-    np.testing.assert_allclose(values, values[0], rtol=1e-9)
-
-
-def test_slopes_and_what_is_held_do_not_count():
-    thin, thick = (System(pendulum(element).scene) for element in ("thin", "thick"))
-    values = [stiffest(s, s.stiffness_diagonal(s.q0)) for s in (thin, thick)]
-    # EA / l over rho A l, for a mean of the directions and elements that share their nodes.
-    waves = 1e8 / 4000.0 / 0.2**2
-    assert all(0.3 * waves < value < 3.0 * waves for value in values)
+        for r in [system.assembly.residual(q, v, a, lam, system.dead_load, np.zeros(0))[0]]
+    ]
+    assert np.quantile(left, 0.9) <= 2.0 * tolerance
+    assert max(left) <= 10.0 * tolerance
 
 
 def test_shorter_steps_across_a_hard_one_are_judged_in_their_own_way():
-    # Soft for a step of 0.6 ms, stiff for the whole one: both are crossed.
     dt, method = 5e-3, ancf.ModifiedNewton(max_iterations=3)
     scene, rod = pendulum("thin", youngs_modulus=1e9)
     scene.point_force(rod.end, lambda t: (0.0, 40.0 * math.sin(9.0 * t)))
-    assert judged_by_forces(scene, dt, method)
-    assert not judged_by_forces(scene, dt / 8, method)
     run = ancf.simulate(scene, 0.5, dt, integrator=DAMPED, solver=method, max_halvings=6)
     crossed = [event.rung for event in run.stats.events if "steps of" in event.rung]
     assert any(f"of {dt / 8:.3g} s" in each or f"of {dt / 16:.3g} s" in each for each in crossed)
     exact = ancf.simulate(scene, 0.5, 2.5e-4, integrator=DAMPED, save_every=20)
-    assert np.abs(run.position(rod.end) - exact.position(rod.end)).max() < 0.05
+    assert np.abs(run.position(rod.end) - exact.position(rod.end)).max() < 0.1
