@@ -61,7 +61,9 @@ class Judge:
         self._forces = math.sqrt(self.energy * float(np.sum(diagonal / self.mass)) / self.total)
         self._size = math.sqrt(float(self.mass @ q0[:n] ** 2) / self.total)
         places = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
-        self._farthest = float(np.max(np.abs(q0[places])))
+        terms = system.constraints.sizes(q0)  # of constraints, which are rounded like them
+        self._largest = float(np.max(np.abs(np.concatenate([q0[places], terms]))))
+        self._terms = float(np.linalg.norm(terms)) / math.sqrt(n)
         self._several = 4.0 if system.n_multipliers else 1.0  # constraints sum several squares
 
     def at(self, dt: float, error: float | None = None) -> Tolerance:
@@ -81,9 +83,9 @@ class Judge:
             self._tolerance if error is None else error / scale,
             scale,
             force_scale=self._force_scale,
-            place=self._several * EPSILON * self._farthest,
+            place=self._several * EPSILON * self._largest,
             noise=self._several * EPSILON * self._size,
-            floor=EPSILON * scale * self._forces,
+            floor=EPSILON * math.hypot(scale * self._forces, self._terms),
             share=SHARE,
             work=work,
             sure=keeps,

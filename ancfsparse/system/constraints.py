@@ -142,14 +142,18 @@ def constraints_of(
 
 
 def _clamp(out: Constraints, joint: Clamp, places: NDArray[np.int32]) -> None:
-    """Hold the directions of slopes that are not along a coordinate axis: e.r_x = 0 across it."""
+    """Hold the directions of slopes that are not along a coordinate axis: e.r_x = 0 across it.
+
+    The slope counts by the way that it moves at the distance of an element: in metres.
+    """
     beam, dim = joint.node.beam, joint.node.beam.dim
     if joint.stretch == "fixed":
         return
+    length = float(np.mean(beam.lengths))
     for row, place in enumerate(places, beam.rows_of(joint.node.index).start):
         axes = beam.axes_of(row)
         if along_axis(axes[0]) is not None:
             continue
         for k, across in enumerate(axes[1:]):
-            terms = [(across[d], place[dim + d], LINEAR) for d in range(dim)]
+            terms = [(length * across[d], place[dim + d], LINEAR) for d in range(dim)]
             out.add(f"clamp at {joint.node!r}, direction {k + 1}", 0.0, *terms)

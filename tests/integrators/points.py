@@ -91,6 +91,7 @@ class Point:
         self.constraints = SimpleNamespace(
             jacobian=lambda q: sp.csr_array(self.gradient(q)),
             linear=radius is None,
+            sizes=lambda q: np.abs(self.gradient(q)) @ np.abs(q),
             curvature=lambda v: np.array([v @ v / radius] if radius else []),
         )
 

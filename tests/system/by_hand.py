@@ -265,7 +265,8 @@ class ByHand:
                 oblique = np.sum(np.abs(axes[0]) > 1e-12) > 1
                 if oblique and joint.stretch == "free":
                     slope = self._vector(joint.node, q, 1)[0]
-                    out += [each @ slope for each in axes[1:]]
+                    length = np.mean(joint.node.beam.lengths)
+                    out += [length * each @ slope for each in axes[1:]]
         return np.array(out)
 
     def phi_q(self, q, step=1e-6):
