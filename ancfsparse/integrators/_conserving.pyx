@@ -106,6 +106,7 @@ cdef void correct_part(void *context, ptrdiff_t part) noexcept nogil:
         for i in range(begin, end):
             self.v[i] += of_v * s[i]
     self.squares[part] = factor * factor * weighed(self, s + begin, begin, end)
+    self.ways[part] = way(self, begin, end)
 
 
 cdef void evaluate(Motion *self) noexcept nogil:

@@ -64,6 +64,7 @@ cdef struct Motion:
     const double *s  # the correction under way, its factor, and the squares of each part
     double factor
     double *squares
+    double *ways  # squares of the way of each part, kept up to date by a scheme that keeps energy
     ancf_equations *interface
     Scheme scheme
 
@@ -164,6 +165,7 @@ cdef class TimeLoop:
         """Set the number of threads for passes over vectors."""
         self.motion.n_parts = threads
         self.motion.squares = kept(self.arrays, "squares", np.zeros(threads))
+        self.motion.ways = kept(self.arrays, "ways", np.full(threads, np.nan))
 
     @property
     def state(self):
@@ -291,7 +293,7 @@ cdef void restart(void *context) noexcept nogil:
     """The predictor: the acceleration and the multipliers of the last step (equation 4)."""
     cdef Motion *self = <Motion *>context
     in_parts(self.n_parts, restart_part, self)
-    self.interface.moved = sqrt(sum_of_squares(self) / self.interface.mass_total)
+    self.interface.moved = sqrt(total(self, self.squares) / self.interface.mass_total)
     memcpy(self.lam, self.lam0, self.m * sizeof(double))
     self.corrected = False
 
@@ -311,12 +313,12 @@ cdef inline double way(const Motion *self, ptrdiff_t begin, ptrdiff_t end) noexc
     return weigh_apart(self.interface.mass + begin, self.q + begin, self.q0 + begin, end - begin)
 
 
-cdef inline double sum_of_squares(const Motion *self) noexcept nogil:
-    cdef double total = 0.0
+cdef inline double total(const Motion *self, const double *parts) noexcept nogil:
+    cdef double out = 0.0
     cdef ptrdiff_t i
     for i in range(self.n_parts):
-        total += self.squares[i]
-    return total
+        out += parts[i]
+    return out
 
 
 cdef double correct(void *context, double factor, const double *s) noexcept nogil:
@@ -327,7 +329,9 @@ cdef double correct(void *context, double factor, const double *s) noexcept nogi
     in_parts(self.n_parts, correct_part, self)
     for i in range(self.m):
         self.lam[i] += factor / self.scale * s[self.n_free + i]
-    return sum_of_squares(self)
+    if self.ways[0] == self.ways[0]:
+        self.interface.moved = sqrt(total(self, self.ways) / self.interface.mass_total)
+    return total(self, self.squares)
 
 
 cdef void residual(void *context, double *r) noexcept nogil:

@@ -78,7 +78,8 @@ typedef struct {
      * mass alone would make of it, sqrt(sum r^2 / mass / mass_total).  NULL for a mass of one. */
     const double *mass;
     double mass_total;
-    double moved; /* length of the way from the last state to the predictor */
+    double moved; /* length of the way from the last state: to the predictor, or to x where the
+                   * scheme keeps it up to date */
 } ancf_equations;
 
 typedef struct {

@@ -57,7 +57,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
     # Whether the residual is looked at after every correction, or what it will be is foreseen.
     cdef bint looks = (learns or damped or self.sure or n > eq.n_coordinates
                        or not self.by_correction)
-    cdef double size, last_size = 0.0, norm, last_norm = 0.0, norm_new, start, bound = 0.0, left
+    cdef double size, last_size = 0.0, norm, last_norm = 0.0, norm_new, start, bound = 0.0, allowed, left
     cdef double theta, last_theta = 0.0, remaining
     self.contraction = NAN
     evaluate(self, self.r)
@@ -107,10 +107,13 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
             done = residual_is_small(self, self.r_new)
         elif looks:
             left = norm_new
+            allowed = bound
+            if self.sure:  # a first correction may lead far away, and the way is known by now
+                allowed = fmax(self.floor, fmin(bound, self.work * eq.moved))
             if self.polishes and not self.carry and not self.sure and theta < 0.5:
                 left *= fmax(theta / (1.0 - theta), TRUST)  # by the last correction, see finish
             # An inverse that is singular by accident makes any correction small.
-            done = ((left <= bound or (size <= self.noise and norm_new <= SHAKY * bound))
+            done = ((left <= allowed or (size <= self.noise and norm_new <= SHAKY * allowed))
                     and all_below(self.r_new + eq.n_coordinates, n - eq.n_coordinates,
                                   fmax(self.constraint_tolerance, bound)))
         if done:
