@@ -7,7 +7,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test soak sanitize codegen codegen-check bench-paper bench-kernels bench-time bench-error accuracy charts lint format clean
+.PHONY: help setup peers demo test soak sanitize codegen codegen-check bench-paper bench-kernels bench-time bench-error accuracy charts lint format clean
 
 help: ## Show this list
 	@echo 'make TARGET            (ARGS="..." is handed on to the command behind it)'
@@ -21,8 +21,11 @@ setup: .venv/.installed ## Install what is missing: system packages, .venv, the 
 	@touch $@
 
 .venv/.peers: .venv/.installed
-	$(BIN)/python -m pip --disable-pip-version-check --quiet install --no-build-isolation -e '.[peers]'
+	@PYTHON="$(PYTHON)" tools/setup.sh peers
 	@touch $@
+
+peers: .venv/.peers ## Install what the studies run beside ours: Exudyn, SUNDIALS, PyElastica
+	@:
 
 demo: setup ## Reproduce the paper's table 1 and figures 1 and 2
 	$(ONE_THREAD) $(BIN)/ancfsparse table1 $(ARGS)

@@ -1,10 +1,17 @@
 #!/usr/bin/env bash
 # Install what is missing to build and run ancfsparse: system packages (apt), .venv, the package itself.
-# Usage: tools/setup.sh        PYTHON=python3.12 tools/setup.sh chooses another interpreter
+# Usage: tools/setup.sh           PYTHON=python3.12 tools/setup.sh chooses another interpreter
+#        tools/setup.sh peers     the programs too that the studies run beside ours
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 venv=.venv
+packages=(libsuitesparse-dev libopenblas-dev) # without OpenBLAS, CHOLMOD runs on reference BLAS
+extras=dev
+if [ "${1:-}" = peers ]; then
+  packages+=(libsundials-dev)
+  extras=dev,peers
+fi
 
 say() { printf 'setup: %s\n' "$*" >&2; }
 stop() { say "$*"; exit 1; }
@@ -32,7 +39,7 @@ stop_without_python() {
 
 missing_packages() {
   local package
-  for package in libsuitesparse-dev libopenblas-dev; do # without OpenBLAS, CHOLMOD runs on reference BLAS
+  for package in "${packages[@]}"; do
     [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || echo "$package"
   done
   command -v cc >/dev/null || echo build-essential
@@ -105,5 +112,5 @@ print(*project["build-system"]["requires"], *project["project"]["dependencies"],
 PYTHON
 pip install -r "$venv/requirements.txt"
 say "building ancfsparse"
-pip install --no-build-isolation -e '.[dev]'
+pip install --no-build-isolation -e ".[$extras]"
 say "done"

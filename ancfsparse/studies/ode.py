@@ -37,6 +37,14 @@ class FirstOrder:
     ----------
     y0 : (2 n_free,) float
         The state at t = 0 [m, m/s].
+    system : System
+        The system.
+    mass : SparseSeed
+        The factor of its mass matrix.
+    mass_values : (n_values,) float
+        That matrix, on the pattern of the system.
+    amplitudes : (n_amplitudes,) float
+        Of its changing loads at t = 0, where they stay.
     """
 
     def __init__(self, system: System) -> None:
@@ -45,16 +53,18 @@ class FirstOrder:
                 "only a system without multipliers is an ordinary differential equation: make its "
                 "joints by numbering, as_constraint=False"
             )
+        self.system = system
         self._n = n = system.n_free
         self._assembly = system.assembly
         self._force = system.assembly.force
         self._pattern = system.pattern.indices, system.pattern.indptr
         self._load = system.dead_load[:n]
         self._q = system.q0.copy()
-        self._zero = np.zeros(0), system.loads.amplitudes(np.zeros(1))[0]
-        mass = system.assembly.matrix(1.0, 0.0, system.q0, *self._zero)
-        self._mass = SparseSeed(system.pattern.indptr, system.pattern.indices, n)
-        self._mass.factor(mass)
+        self.amplitudes = system.loads.amplitudes(np.zeros(1))[0]
+        self._zero = np.zeros(0), self.amplitudes
+        self.mass_values = system.assembly.matrix(1.0, 0.0, system.q0, *self._zero)
+        self.mass = SparseSeed(system.pattern.indptr, system.pattern.indices, n)
+        self.mass.factor(self.mass_values)
         self.y0 = np.concatenate([system.q0[:n], system.v0[:n]])
 
     def __call__(self, t: float, y: Vector) -> Vector:
@@ -63,7 +73,7 @@ class FirstOrder:
         self._q[:n] = y[:n]
         rate = np.empty(2 * n)
         rate[:n] = y[n:]
-        rate[n:] = self._mass.solve(self._load - self._force(self._q)[:n])
+        rate[n:] = self.mass.solve(self._load - self._force(self._q)[:n])
         return rate
 
     def jacobian(self, t: float, y: Vector) -> Vector:
@@ -78,8 +88,7 @@ class FirstOrder:
 
     @cached_property
     def _inverse_mass(self) -> Vector:
-        mass = self._dense(self._assembly.matrix(1.0, 0.0, self._q, *self._zero))
-        return np.asarray(np.linalg.inv(mass), dtype=np.float64)
+        return np.asarray(np.linalg.inv(self._dense(self.mass_values)), dtype=np.float64)
 
     def _dense(self, values: Vector) -> Vector:
         """Spread the lower triangle of a symmetric matrix."""

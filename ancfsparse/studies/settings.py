@@ -6,8 +6,10 @@ import importlib.metadata
 import platform
 
 from ancfsparse.dispatch import instruction_set
+from ancfsparse.errors import InputError
+from ancfsparse.studies import sundials_peer
 
-PACKAGES = ("numpy", "scipy", "exudyn", "scikit-sundae", "pyelastica")
+PACKAGES = ("numpy", "scipy", "exudyn", "pyelastica")
 
 
 def environment() -> dict[str, str]:
@@ -19,4 +21,8 @@ def environment() -> dict[str, str]:
             found[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
             found[name] = "not installed"
+    try:
+        found["sundials"] = sundials_peer.load().VERSION
+    except InputError:
+        found["sundials"] = "not installed"
     return found

@@ -1,8 +1,7 @@
-"""SUNDIALS' CVODE on our right-hand side, through scikit-sundae."""
+"""SUNDIALS' CVODE and ARKODE on our compiled forces and factors, without Python between them."""
 
 from __future__ import annotations
 
-import time
 from importlib import import_module
 from typing import Any
 
@@ -10,32 +9,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
+from ancfsparse.seeds import SparseSeed
 from ancfsparse.studies.ode import FirstOrder, OdeRun, OutOfTimeError
 
 Vector = NDArray[np.float64]
 
-# Internal steps allowed between two instants.
-MOST_STEPS = 10_000_000
-
 
 def load() -> Any:
-    """Return the module.
+    """Return the compiled module.
 
     Raises
     ------
     InputError
-        If it is not installed.
+        If the package was built without SUNDIALS.
     """
     try:
-        return import_module("sksundae.cvode")
+        return import_module("ancfsparse.compiled.sundials")
     except ImportError as error:
         raise InputError(
-            f"SUNDIALS cannot be reached ({error}): install scikit-sundae, "
-            "pip install 'ancfsparse[peers]'"
+            f"the package was built without SUNDIALS ({error}): `make peers` installs its headers "
+            "and builds the package again"
         ) from None
 
 
-def integrate_cvode(
+def integrate_sundials(
     equations: FirstOrder,
     method: str,
     t: Vector,
@@ -43,14 +40,15 @@ def integrate_cvode(
     atol: float,
     cap: float = np.inf,
 ) -> OdeRun:
-    """Run CVODE against the clock, with the Jacobian from the generated tangent.
+    """Run one of SUNDIALS' integrators against the clock.
 
     Parameters
     ----------
     equations : FirstOrder
         The right-hand side and the start.
-    method : {"Adams", "BDF"}
-        Family of multistep formulas.
+    method : {"CVODE Adams", "CVODE BDF", "ARKODE 5(4)", "ARKODE 6(5)", "ARKODE 8(7)"}
+        Multistep formulas, Adams with fixed-point iteration and BDF with sparse factors of our
+        tangents; or embedded Runge-Kutta formulas of Dormand and Prince, Verner, and Fehlberg.
     t : (k,) float
         Times to report [s], from the first to the last.
     rtol, atol : float
@@ -68,28 +66,19 @@ def integrate_cvode(
     OutOfTimeError
         When the cap is reached.
     RuntimeError
-        When CVODE gives up.
+        When the integrator fails.
     """
-    cvode = load()
-    evaluations = 0
-    begin = time.perf_counter()
-
-    def rate(now: float, y: Vector, yp: Vector) -> None:
-        nonlocal evaluations
-        evaluations += 1
-        if time.perf_counter() - begin > cap:
-            raise OutOfTimeError(f"CVODE took longer than {cap:g} s")
-        yp[:] = equations(now, y)
-
-    def jacobian(now: float, y: Vector, yp: Vector, out: Vector) -> None:
-        out[:, :] = equations.jacobian(now, y)
-
-    solver = cvode.CVODE(
-        rate, method=method, rtol=rtol, atol=atol, max_num_steps=MOST_STEPS, jacfn=jacobian
-    )
-    solution = solver.solve(t, equations.y0)
-    seconds = time.perf_counter() - begin
-    if not solution.success:
-        raise RuntimeError(f"CVODE gave up: {solution.message}")
-    counts = {"jacobians": int(solution.njev)}
-    return OdeRun(equations.coordinates(solution.y.T), seconds, evaluations, counts)
+    system = equations.system
+    pattern = (system.pattern.indptr.astype(np.int32), system.pattern.indices.astype(np.int32))
+    iteration = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    y, seconds, evaluations, jacobians, steps, reason = load().integrate(
+        system.assembly, equations.mass, iteration, pattern, equations.mass_values, system.q0,
+        equations.y0, system.dead_load, np.append(equations.amplitudes, 0.0), t, method, rtol,
+        atol, cap,
+    )  # fmt: skip
+    if reason == "late":
+        raise OutOfTimeError(f"{method} took longer than {cap:g} s")
+    if reason:
+        raise RuntimeError(f"{method} failed: {reason}")
+    counts = {"steps": steps, "jacobians": jacobians}
+    return OdeRun(equations.coordinates(y.T), seconds, evaluations, counts)

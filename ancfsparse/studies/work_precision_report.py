@@ -34,7 +34,7 @@ from ancfsparse.studies.work_precision_findings import (
 COLOURS = {
     "Exudyn": ("#d55e00", "#e69f00", "#8c3b00", "#b8860b", "#ff9955"),
     "SciPy": ("#009e73", "#7fcdb5"),
-    "SUNDIALS": ("#cc79a7", "#7b3f66"),
+    "SUNDIALS": ("#cc79a7", "#7b3f66", "#e6b3d0", "#a0407c"),
 }
 """Shades of one colour per peer, one for each of its methods."""
 

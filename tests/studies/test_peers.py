@@ -10,13 +10,14 @@ from ancfsparse.studies import elastica_peer, sundials_peer
 from ancfsparse.studies.exudyn_peer import ExudynError, Setting, run_exudyn
 from ancfsparse.studies.models import MODELS, distance
 from ancfsparse.studies.ode import FirstOrder, OutOfTimeError
-from ancfsparse.studies.peers import EXUDYN, EXUDYN_MODEL, exudyn, missing, peers
+from ancfsparse.studies.peers import EXUDYN, EXUDYN_MODEL, SUNDIALS, exudyn, missing, peers
 from ancfsparse.studies.race import FailedError
 from ancfsparse.studies.references import converged, converged_in_time
-from ancfsparse.studies.sundials_peer import integrate_cvode
+from ancfsparse.studies.sundials_peer import integrate_sundials
 from ancfsparse.system import System
 
 T_END = 0.2
+COMPILED = "ancfsparse.compiled.sundials"
 
 
 @pytest.fixture(scope="module")
@@ -25,11 +26,11 @@ def reference():
 
 
 def test_what_is_missing_is_said(monkeypatch):
-    for name in ("exudyn", "sksundae.cvode", "elastica"):
+    for name in ("exudyn", "ancfsparse.compiled.sundials", "elastica"):
         monkeypatch.setitem(sys.modules, name, None)
     said = missing()
     assert len(said) == 3
-    assert all("ancfsparse[peers]" in each for each in said)
+    assert all("ancfsparse[peers]" in each or "make peers" in each for each in said)
     assert {t.program for t in peers(EXUDYN_MODEL, 4, T_END, 1.0)} == {"SciPy"}
     with pytest.raises(InputError, match="SUNDIALS"):
         sundials_peer.load()
@@ -55,23 +56,23 @@ def test_exudyn_that_fails_is_a_reason_and_prints_nothing(capfd):
         task.run()
 
 
-@pytest.mark.parametrize("method", ["Adams", "BDF"])
+@pytest.mark.parametrize("method", SUNDIALS)
 def test_sundials_finds_the_same_motion(method, reference):
-    pytest.importorskip("sksundae")
+    pytest.importorskip(COMPILED)
     problem = MODELS[EXUDYN_MODEL].problem(4)
     system = System(problem.scene)
     t = np.linspace(0.0, T_END, 5)
-    run = integrate_cvode(FirstOrder(system), method, t, 1e-9, 1e-11)
+    run = integrate_sundials(FirstOrder(system), method, t, 1e-9, 1e-11)
     places, weights = system.point(problem.rod.end)
     assert distance((run.q[:, places] @ weights)[1:], reference) < 1e-7
     assert run.evaluations > 100
 
 
 def test_cap_stops_sundials():
-    pytest.importorskip("sksundae")
+    pytest.importorskip(COMPILED)
     equations = FirstOrder(System(MODELS[EXUDYN_MODEL].problem(10).scene))
     with pytest.raises(OutOfTimeError, match=r"longer than 0\.01 s"):
-        integrate_cvode(equations, "BDF", np.linspace(0.0, 2.0, 3), 1e-6, 1e-8, cap=0.01)
+        integrate_sundials(equations, "CVODE BDF", np.linspace(0.0, 2.0, 3), 1e-6, 1e-8, cap=0.01)
 
 
 @pytest.mark.slow
