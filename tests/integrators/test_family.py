@@ -151,7 +151,7 @@ def test_corrected_changes_of_the_step_keep_multipliers_second_order(integrator)
     # The rate of the acceleration is a mean over some steps, which lags behind at the coarse end.
     assert orders(corrected)[1:].min() > 1.6
     assert orders(corrected)[-1] > 1.75
-    assert corrected[-1] < plain[-1] / 10
+    assert (np.array(corrected) < np.array(plain) / 3).all()
 
 
 def test_the_trapezoidal_rule_diverges_on_changing_steps():

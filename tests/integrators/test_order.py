@@ -73,8 +73,8 @@ def test_the_default_method_at_its_default_tolerance_is_of_second_order_too():
     errors = [
         np.abs(tips("green", dt, "auto", tolerance="default") - exact).max() for dt in STEPS[:3]
     ]
+    assert np.abs(orders(errors) - 2).max() < 0.15
     assert errors[0] < 5e-6
-    assert errors[2] < 1e-6
 
 
 def test_the_mesh_converges_to_its_limit():

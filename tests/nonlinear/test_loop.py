@@ -132,10 +132,14 @@ def test_too_few_iterations_end_in_a_reason():
 
 
 def test_divergence_ends_in_a_reason_and_is_noticed_early():
-    # A residual that no step makes smaller, from a Jacobian that lies about it.
-    equations = Equations(lambda x: 1.0 + x**2, lambda x: -1e-2 * np.eye(1) + 0.02, np.zeros(1))
-    loop = equations.loop(equations.dense("broyden"), max_iterations=25)
-    assert loop.solve() != Outcome.CONVERGED
+    # No root and a wrong Jacobian: whole corrections of the chord method square the residual.
+    counts = []
+    for most in (25, 100):
+        equations = Equations(lambda x: 1.0 + x**2, lambda x: 1e-2 * np.eye(1), np.zeros(1))
+        loop = equations.loop(equations.limited("broyden", 0), max_iterations=most)
+        assert loop.solve() == Outcome.DIVERGED
+        counts.append(loop.counts["iterations"])
+    assert counts[0] == counts[1] < 25  # all attempts together
 
 
 @pytest.mark.parametrize("by_correction", [False, True])

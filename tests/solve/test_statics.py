@@ -264,17 +264,13 @@ def test_torsion_is_exact_with_one_element(options):
     assert np.abs(u[end[:6]]).max() < 1e-12 * abs(twist)
 
 
-def test_a_twisting_moment_on_a_thick_beam_is_not_lost():
-    # It may be refused, but must not be taken and then do nothing.
+def test_a_twisting_moment_on_a_thick_beam_twists_it():
     scene = ancf.Scene((0.0, 0.0, 0.0))
     section, material = ancf.Rectangle(0.1, 0.1), ancf.Material(2.1e11, 7850.0, 0.3)
     rod = scene.add_beam("thick", (0, 0, 0), (1, 0, 0), 1, section, material)
     scene.clamp(rod.start)
     moment = 30.0
-    try:
-        scene.point_moment(rod.end, (moment, 0.0, 0.0))
-    except ancf.InputError:
-        return
+    scene.point_moment(rod.end, (moment, 0.0, 0.0))
     equilibrium = ancf.solve_static(scene)
     r_y = equilibrium.q[System(scene).place(rod.end)[6:9]]
     twist = moment * rod.length / rod.parameters()["torsion_stiffness"]
@@ -314,7 +310,7 @@ def test_a_hinged_beam_that_can_swing_is_no_equilibrium():
     two = scene.add_beam("thin", (1, 0), (2, 0), 2, section, material)
     scene.clamp(one.start)
     scene.connect(one.end, two.start)
-    with pytest.raises((SingularSceneError, ancf.EquilibriumFailure), match=r"singular|not held"):
+    with pytest.raises(SingularSceneError, match=r"not held.* rotation about z through \(1, 0\) m"):
         ancf.solve_static(scene)
 
 
