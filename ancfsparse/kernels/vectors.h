@@ -114,6 +114,13 @@ static void vec_dot_part(void *context, ptrdiff_t part)
     pass->out[part] = vec_dot(pass->x + i, pass->y + i, vec_begin(pass, part + 1) - i);
 }
 
+static void vec_weigh_part(void *context, ptrdiff_t part)
+{
+    const vec_pass *pass = context;
+    ptrdiff_t i = vec_begin(pass, part);
+    pass->out[part] = vec_weigh(pass->x + i, pass->y + i, vec_begin(pass, part + 1) - i);
+}
+
 static void vec_weigh_dual_part(void *context, ptrdiff_t part)
 {
     const vec_pass *pass = context;
@@ -149,6 +156,12 @@ static inline double vec_total_of_parts(ptrdiff_t n_parts, void (*part_of)(void 
 static inline double vec_dot_parts(ptrdiff_t n_parts, const double *x, const double *y, ptrdiff_t n)
 {
     return n_parts == 1 ? vec_dot(x, y, n) : vec_total_of_parts(n_parts, vec_dot_part, x, y, n);
+}
+
+/* Sum of w x^2. */
+static inline double vec_weigh_parts(ptrdiff_t n_parts, const double *w, const double *x, ptrdiff_t n)
+{
+    return n_parts == 1 ? vec_weigh(w, x, n) : vec_total_of_parts(n_parts, vec_weigh_part, w, x, n);
 }
 
 /* Sum of x^2 / w. */

@@ -18,7 +18,7 @@ cdef struct DenseData:
     const ancf_seed *seed
     Rule rule
     ptrdiff_t n, padded, pending
-    double smallest_y
+    Norm norm
     double *columns
     double *a  # two terms of `padded` numbers each, like w
     double *w
@@ -45,6 +45,7 @@ cdef class Dense:
     cdef ancf_inverse interface
     cdef DenseData data
     cdef object owner, columns, terms, work, weights
+    cdef dict own
     cdef readonly object capsule
 
     def __cinit__(self, seed, str rule, weights=None):
@@ -66,6 +67,8 @@ cdef class Dense:
         if weights is not None:
             self.weights = weights_view = np.array(weights, dtype=float)
             data.weights = &weights_view[0]
+        self.own = {}
+        set_norm(&data.norm, self.own, np.ones(data.n), 0.0)
         self.interface.context, self.interface.n = data, data.n
         self.interface.reseed, self.interface.forget = dense_reseed, dense_forget
         self.interface.apply, self.interface.learn = dense_apply, dense_learn
@@ -74,9 +77,17 @@ cdef class Dense:
     def set_threads(self, ptrdiff_t threads):
         """Take no notice: a matrix this small belongs to one thread."""
 
-    def set_smallest_y(self, double value):
-        """Skip pairs whose difference of residuals is shorter than this: rounding."""
-        self.data.smallest_y = value
+    def set_norm(self, weight, double smallest_y):
+        """Judge pairs in another norm than the plain one.
+
+        Parameters
+        ----------
+        weight : (n,) float
+            Of the squares of a step; those of a difference of residuals are divided by it.
+        smallest_y : float
+            Pairs are skipped whose difference of residuals is no longer than this: rounding.
+        """
+        set_norm(&self.data.norm, self.own, weight, smallest_y)
 
     @property
     def matrix(self):
@@ -205,7 +216,7 @@ cdef int dense_learn(void *context, const double *s, const double *y, const doub
     cdef double delta, factor, ss
     cdef const double *weighed = s  # D s
     dense_apply(context, r_new, z)
-    terms = pair_terms(self.rule, 1, n, s, y, z, self.smallest_y, self.a, self.w, self.padded)
+    terms = pair_terms(self.rule, 1, n, s, y, z, &self.norm, self.a, self.w, self.padded)
     if terms == 0:
         return 0
     if self.rule == BROYDEN:  # equation 13: u (H^T D s)^T / (s.D h), in the paper D = 1

@@ -16,7 +16,7 @@ cdef struct LimitedData:
     const ancf_seed *seed
     Rule rule
     ptrdiff_t n, parts, capacity, pairs, count  # pairs and terms held
-    double smallest_y
+    Norm norm
     double *a  # terms of n numbers each, like w
     double *w
     const double *weights
@@ -32,6 +32,7 @@ cdef class Limited:
     cdef ancf_inverse interface
     cdef LimitedData data
     cdef object owner, terms, weights
+    cdef dict own
     cdef readonly object capsule
 
     def __cinit__(self, seed, str rule, ptrdiff_t n_pairs, weights=None):
@@ -45,9 +46,14 @@ cdef class Limited:
         data.capacity = n_pairs
         if n_pairs > 0:
             self.terms = np.zeros((2, MOST_TERMS * n_pairs, data.n))
-            self.weights = np.ones(data.n) if weights is None else np.array(weights, dtype=float)
-            terms, weights_view = self.terms, self.weights
-            data.a, data.w, data.weights = &terms[0, 0, 0], &terms[1, 0, 0], &weights_view[0]
+            terms = self.terms
+            data.a, data.w = &terms[0, 0, 0], &terms[1, 0, 0]
+            self.own = {}
+            set_norm(&data.norm, self.own, np.ones(data.n), 0.0)
+            if data.rule == BROYDEN:
+                self.weights = np.ones(data.n) if weights is None else np.array(weights, dtype=float)
+                weights_view = self.weights
+                data.weights = &weights_view[0]
         self.interface.context, self.interface.n = data, data.n
         self.interface.reseed, self.interface.forget = limited_reseed, limited_forget
         self.interface.apply, self.interface.learn = limited_apply, limited_learn
@@ -57,9 +63,18 @@ cdef class Limited:
         """Set the number of threads for passes over vectors."""
         self.data.parts = threads
 
-    def set_smallest_y(self, double value):
-        """Skip pairs whose difference of residuals is shorter than this: rounding."""
-        self.data.smallest_y = value
+    def set_norm(self, weight, double smallest_y):
+        """Judge pairs in another norm than the plain one.
+
+        Parameters
+        ----------
+        weight : (n,) float
+            Of the squares of a step; those of a difference of residuals are divided by it.
+        smallest_y : float
+            Pairs are skipped whose difference of residuals is no longer than this: rounding.
+        """
+        if self.data.capacity > 0:
+            set_norm(&self.data.norm, self.own, weight, smallest_y)
 
     def apply(self, const double[::1] r):
         """Return ``H r``."""
@@ -113,7 +128,7 @@ cdef int limited_learn(void *context, const double *s, const double *y, const do
         limited_apply(context, r_new, z)
         return 1
     limited_apply(context, r_new, z)
-    terms = pair_terms(self.rule, self.parts, n, s, y, z, self.smallest_y,
+    terms = pair_terms(self.rule, self.parts, n, s, y, z, &self.norm,
                        self.a + self.count * n, self.w + self.count * n, n)
     if terms == 0:
         return 0

@@ -133,7 +133,11 @@ class Costs:
 
 
 def make_inverse(
-    method: Method, seed: SparseSeed, weights: NDArray[np.float64] | None, smallest_y: float
+    method: Method,
+    seed: SparseSeed,
+    weights: NDArray[np.float64] | None,
+    norm: NDArray[np.float64],
+    smallest_y: float,
 ) -> Any:
     """Build the compiled inverse of a method on a seed.
 
@@ -146,6 +150,9 @@ def make_inverse(
     weights : (n,) float or None
         Inner product for Broyden's update: the diagonal of the mass matrix, zero on multipliers.
         None is the plain one of the paper, whose pairs depend on the units.
+    norm : (n,) float
+        Weights of the squares of a step, in the norm that pairs are judged by; those of a
+        difference of residuals are divided by it.
     smallest_y : float
         Differences of residuals below this are rounding, and their pairs are skipped.
     """
@@ -160,7 +167,7 @@ def make_inverse(
         inverse = compiled("limited").Limited(seed, method.update, int(method.memory), weights)
     else:
         inverse = compiled("limited").Limited(seed, "broyden", 0)
-    inverse.set_smallest_y(smallest_y)
+    inverse.set_norm(norm, smallest_y)
     return inverse
 
 
@@ -251,8 +258,9 @@ def finite_difference(
     reach : float or (n,) float, optional
         By how much each unknown is moved; without it all are taken to be of size one.
     n_linear : int, optional
-        Number of unknowns, the last ones, on which the residual depends linearly.  They are moved
-        by the largest change that any other makes, beside which theirs is no rounding.
+        Number of unknowns, the last ones, on which the residual depends linearly: multipliers.
+        They are moved by the largest change of a force that any other makes, beside which theirs
+        is no rounding.
     """
     n = len(equations.residual())
     matrix = np.empty((n, n))
@@ -260,7 +268,7 @@ def finite_difference(
     for j in range(n):
         s = np.zeros(n)
         if j == n - n_linear:
-            steps[j:] = np.max(np.abs(matrix[:, :j]) * steps[:j])
+            steps[j:] = np.max(np.abs(matrix[:j, :j]) * steps[:j])
         step = steps[j]
         s[j] = step
         equations.correct(s)

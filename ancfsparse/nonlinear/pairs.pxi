@@ -10,6 +10,8 @@ cdef extern from "vectors.h":
     double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
     double dot_parts "vec_dot_parts" (
         ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
+    double weigh "vec_weigh_parts" (
+        ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
     void scaled "vec_scale_parts" (
         ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
     void combined "vec_sum_parts" (
@@ -34,8 +36,29 @@ cdef double SMALLEST_COSINE = 1e-8
 cdef double SMALLEST_BROYDEN = 1e-3
 
 
+cdef struct Norm:
+    # Of a step the root of sum(weight s^2), of a difference of residuals that of sum(inverse y^2).
+    # Sums of squares of metres, slopes and forces would depend on the units.
+    double *weight
+    double *inverse
+    double smallest_y
+
+
+cdef void set_norm(Norm *norm, dict own, weight, double smallest_y):
+    """Keep the arrays of a norm in ``own``, the owner of its memory."""
+    cdef double[::1] ahead = np.array(weight, dtype=float)
+    cdef double[::1] inverse = 1.0 / np.asarray(ahead)
+    own["weight"], own["inverse"] = ahead, inverse
+    norm.weight, norm.inverse, norm.smallest_y = &ahead[0], &inverse[0], smallest_y
+
+
+cdef inline bint vanishes(double product, double one, double other) noexcept nogil:
+    """Whether a product of two vectors is small beside the norms, of which the squares are given."""
+    return not fabs(product) >= SMALLEST_COSINE * sqrt(one * other)  # a NaN vanishes
+
+
 cdef int pair_terms(Rule rule, ptrdiff_t parts, ptrdiff_t n, const double *s, const double *y,
-                    const double *p, double smallest_y, double *a, double *w,
+                    const double *p, const Norm *norm, double *a, double *w,
                     ptrdiff_t stride) noexcept nogil:
     """Write the terms of a pair to a[0], w[0] (and a[stride], w[stride]); return how many, or 0.
 
@@ -43,29 +66,28 @@ cdef int pair_terms(Rule rule, ptrdiff_t parts, ptrdiff_t n, const double *s, co
     caller, a[0] is u.
     """
     cdef double sy, yh, uy, yy
-    yy = dot_parts(parts, y, y, n)
-    if not yy > smallest_y * smallest_y:
+    yy = weigh(parts, norm.inverse, y, n)
+    if not yy > norm.smallest_y * norm.smallest_y:
         return 0
     if rule == BROYDEN:
         scaled(parts, a, -1.0, p, n)
         return 1
     if rule == DAVIDON:  # equation 14: u u^T / (u.y)
         uy = -dot_parts(parts, p, y, n)
-        if not fabs(uy) >= SMALLEST_COSINE * sqrt(dot_parts(parts, p, p, n) * yy):
+        if vanishes(uy, weigh(parts, norm.weight, p, n), yy):
             return 0
         scaled(parts, w, -1.0, p, n)
         scaled(parts, a, -1.0 / uy, p, n)
         return 1
     sy = dot_parts(parts, s, y, n)
     yh = sy + dot_parts(parts, p, y, n)
-    if not fabs(sy) >= SMALLEST_COSINE * sqrt(dot_parts(parts, s, s, n) * yy):
+    if vanishes(sy, weigh(parts, norm.weight, s, n), yy):
         return 0
     combined(parts, w + stride, 1.0, p, 1.0, s, n)  # h
     if rule == DFP:  # equation 15: s s^T / (s.y) - h h^T / (y.h)
         scaled(parts, a, 1.0 / sy, s, n)
         scaled(parts, w, 1.0, s, n)
-        if not fabs(yh) >= SMALLEST_COSINE * sqrt(
-                dot_parts(parts, w + stride, w + stride, n) * yy):
+        if vanishes(yh, weigh(parts, norm.weight, w + stride, n), yy):
             return 0
         scaled(parts, a + stride, -1.0 / yh, w + stride, n)
         return 2

@@ -20,6 +20,8 @@ SHARE = 5e-4
 # at most twice this share of the kinetic energy.  Numerical damping takes what such work puts into
 # short waves; without it less must be left, and least by an integrator that keeps energy.
 DAMPED, UNDAMPED, KEEPING = 4e-7, 1e-7, 1e-8
+# Differences of residuals that are this many times their rounding teach something.
+FEW = 10.0
 
 
 class Judge:
@@ -45,6 +47,9 @@ class Judge:
         Diagonal of the mass matrix [kg, kg m2].
     total : float
         Mass of the scene [kg].
+    norm : (n,) float
+        What squares of corrections are multiplied by and squares of residuals are divided by: the
+        mass, and for multipliers, whose residuals are metres, one over the mean mass of a place.
     energy : float
         Size of the terms that cancel in the strain energy [J].
     """
@@ -59,6 +64,8 @@ class Judge:
         self._force_scale = self._stiffest * float(np.max(np.abs(q0)))
         # A force K_ij q_j is at most sqrt(K_ii) sqrt(K_jj) |q_j|, and rounded like it.
         self._forces = math.sqrt(self.energy * float(np.sum(diagonal / self.mass)) / self.total)
+        mean = self.total / n
+        self.norm = np.concatenate([self.mass, np.full(system.n_multipliers, 1.0 / mean)])
         self._size = math.sqrt(float(self.mass @ q0[:n] ** 2) / self.total)
         places = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
         terms = system.constraints.sizes(q0)  # of constraints, which are rounded like them
@@ -85,13 +92,17 @@ class Judge:
             force_scale=self._force_scale,
             place=self._several * EPSILON * self._largest,
             noise=self._several * EPSILON * self._size,
-            floor=EPSILON * math.hypot(scale * self._forces, self._terms),
+            floor=self._rounding(dt),
             share=SHARE,
             work=work,
             sure=keeps,
         )
 
     def smallest_change(self, dt: float) -> float:
-        """Return the difference of two scaled residuals that is only rounding [kg m]."""
+        """Return the difference of two scaled residuals that is only rounding [kg^(1/2) m]."""
+        return FEW * self._rounding(dt) * math.sqrt(self.total)
+
+    def _rounding(self, dt: float) -> float:
+        """Return the rounding of a scaled residual [m]."""
         scale = self._integrator.scale * dt**2
-        return 100.0 * EPSILON * scale * math.sqrt(self.energy * self._stiffest)
+        return EPSILON * math.hypot(scale * self._forces, self._terms)

@@ -76,7 +76,9 @@ def prepare(
     papers = tolerance == "paper" and isinstance(method, QuasiNewton) and method.memory == "full"
     by_differences = isinstance(method, QuasiNewton) and method.seed == "finite-difference"
     frame = None if seed_frame_of(method) == "fixed" else frame_of(system)
-    inverse = make_inverse(method, seed, None if papers else weights, judge.smallest_change(dt))
+    inverse = make_inverse(
+        method, seed, None if papers else weights, judge.norm, judge.smallest_change(dt)
+    )
     iteration = make_iteration(
         march,
         seed,

@@ -204,7 +204,7 @@ class Point:
         tolerance = Tolerance(False, scale * 1e-9 * (1 + self.stiffness * 1e-4), 1e-14, 0.0, 1e-16)
         march.prepare(np.zeros((1, 0)))
         loop = make_iteration(
-            march, seed, make_inverse(Newton(), seed, np.ones(seed.n), 0.0), Newton(),
+            march, seed, make_inverse(Newton(), seed, None, np.ones(seed.n), 0.0), Newton(),
             tolerance, Costs(1.0, 1.0),
         )  # fmt: skip
         self.loop, self.marched = loop, march

@@ -208,7 +208,7 @@ def test_no_memory_is_the_chord_method(problem):
 def test_rounding_is_not_learned(rule, memory, problem, rng):
     n = len(problem.b)
     inverse = build(memory, rule, problem)
-    inverse.set_smallest_y(1e-9)
+    inverse.set_norm(np.ones(n), 1e-9)
     _, s, y = iterate(inverse, problem.residual, np.zeros(n), 2)
     before = matrix_of(inverse, n)
     for bad in (np.zeros(n), 1e-10 * rng.normal(size=n) / np.sqrt(n), np.full(n, np.nan)):
@@ -257,6 +257,26 @@ def test_a_degenerate_pair_is_skipped(rule, memory, problem, rng):
     np.testing.assert_array_equal(matrix_of(inverse, n), before)
     # z goes on with the old H: H r_new = H y - s.
     assert_close(z, before @ y - s)
+
+
+@pytest.mark.parametrize("memory", ["dense", "limited"])
+@pytest.mark.parametrize("rule", SYMMETRIC)
+def test_units_do_not_decide_which_pairs_are_skipped(rule, memory, problem, rng):
+    # A pair whose denominator is 1e-6 of the norms: just so good, in whatever units.
+    n = len(problem.b)
+    s, y = degenerate_pair(rule, problem.h0, rng)
+    y = y + 1e-5 * rng.normal(size=n)
+    scales = 10.0 ** rng.uniform(-8, 8, n)
+    for smallest, taken in ((0.0, True), (2.0 * np.linalg.norm(y), False)):
+        for t in (np.ones(n), scales):  # x = t x~, r~ = t r
+            inverse = build(memory, rule, problem)
+            if memory == "dense":
+                inverse.matrix = problem.h0 / np.outer(t, t)
+            else:
+                inverse = limited(rule, problem.a * np.outer(t, t), problem.n)
+            inverse.set_norm(t**2, smallest)
+            r_old = -np.linalg.solve(problem.h0, s)
+            assert inverse.learn(s / t, t * y, t * (r_old + y))[1] == taken
 
 
 def test_dfp_skips_on_either_denominator(problem, rng):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from tests.soak import motions, worker
+from tests.soak import motions, units, worker
 from tests.soak.__main__ import soak
 from tests.soak.report import Find, Report, Tally, as_json, table
 from tests.soak.scenes import Units, draw
@@ -72,6 +72,24 @@ def test_scenes_in_other_units_are_the_same_scene():
             ratio = b.material.youngs_modulus / a.material.youngs_modulus
             assert ratio == pytest.approx(1e-3 / 1e3 / 4.0)
         assert other.t_end == pytest.approx(2.0 * one.t_end)
+
+
+@pytest.mark.parametrize("index", [344, 919, 1262])
+def test_pairs_are_judged_alike_in_all_units(index):
+    # Norms that added squares of metres, slopes and forces refused other pairs in other units.
+    assert units.run(4, index).outcome == "same"
+
+
+def test_what_rounding_decides_is_told_from_what_units_decide():
+    # Seeds from finite differences with a dense inverse make much of rounding.
+    assert units.run(4, 472).finds == []
+    si = units.Attempt("finished", np.zeros((1, 3)), 100)
+    other = units.Attempt("finished", np.full((1, 3), 1e-5), 110)
+    same = units.Attempt("finished", np.full((1, 3), 1e-9), 101)
+    assert not units.rounding_decides(si, other, [same])
+    assert units.rounding_decides(si, other, [same, other])
+    assert not units.rounding_decides(si, other, [units.Attempt("ended", np.zeros(0), 0)])
+    assert not units.rounding_decides(si, units.Attempt("ended", np.zeros(0), 0), [same])
 
 
 @pytest.mark.parametrize("seed", [5, 6])
