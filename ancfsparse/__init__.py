@@ -18,6 +18,7 @@ from ancfsparse.errors import (
 from ancfsparse.integrators import (
     HHT,
     CentralDifference,
+    DormandPrince,
     EnergyMomentum,
     GeneralizedAlpha,
     Newmark,
@@ -44,6 +45,7 @@ __all__ = [
     "AncfError",
     "CentralDifference",
     "Circle",
+    "DormandPrince",
     "EnergyGain",
     "EnergyMomentum",
     "Equilibrium",

@@ -4,12 +4,18 @@ This room knows time and no elements.
 """
 
 from ancfsparse.integrators.conserving import EnergyMomentum
-from ancfsparse.integrators.explicit import CentralDifference, Explicit, RungeKuttaNystrom
+from ancfsparse.integrators.explicit import (
+    CentralDifference,
+    DormandPrince,
+    Explicit,
+    RungeKuttaNystrom,
+)
 from ancfsparse.integrators.implicit import HHT, GeneralizedAlpha, Implicit, Newmark
 
 __all__ = [
     "HHT",
     "CentralDifference",
+    "DormandPrince",
     "EnergyMomentum",
     "Explicit",
     "GeneralizedAlpha",

@@ -1,15 +1,17 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """The explicit time loop: one kernel for the Runge-Kutta-Nystrom methods whose last stage is the step.
 
-The forces depend on positions and time alone.  A step of s stages is
+A step of s stages is
 
     Q_i = q + c_i h v + h^2 sum_{j < i} A_ij a_j,    a_i = M^-1 (f(t + c_i h) - Q(Q_i)),
     q_new = Q_s,  v_new = v + h sum_j b_j a_j,
 
-and the last acceleration is the first one of the next step.
+and the last acceleration is the first one of the next step.  Where forces depend on velocities, or
+constraints are held (held.pxi), stages have velocities too, V_i = v + h sum_{j < i} B_ij a_j.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer
-from libc.math cimport INFINITY
+from libc.math cimport INFINITY, sqrt
+from libc.stdint cimport int32_t
 from libc.string cimport memcpy
 
 import numpy as np
@@ -25,6 +27,8 @@ cdef extern from "vectors.h":
 
 include "../kernels/energy_watch.pxi"
 include "../kernels/signals.pxi"
+include "../system/arrays.pxi"
+include "held.pxi"
 
 
 cdef enum:
@@ -32,6 +36,9 @@ cdef enum:
     GAINED_ENERGY = 4
 
 cdef ptrdiff_t LOOK_EVERY = 64  # forces: an energy costs about two of them
+# Share of itself that is left of a constraint's own part of G M^-1 G^T once those before are taken
+# off, below which it repeats them.
+cdef double DEPENDENT = 1e-10
 cdef double JUMP_SHARE = 0.5  # of |jump| |motion| that is unsure where a load jumps inside a step
 
 
@@ -40,7 +47,7 @@ cdef class Explicit:
 
     Parameters
     ----------
-    system : object with a ``capsule`` "ancf_system", without multipliers
+    system : object with a ``capsule`` "ancf_system"
     seed : object with a ``capsule`` "ancf_seed"
         Inverse of the mass matrix.
     dt : float
@@ -49,7 +56,11 @@ cdef class Explicit:
         Strictly lower triangular; its last row makes the new position.
     b, c : (s,) float
         Weights of the velocity; times of the stages, from 0 to 1.
-    q, v, a : (n_all,) float
+    B : (s, s) float or None
+        Weights of the accelerations in the velocities of the stages; None where these do not matter.
+    constraints : Constraints
+        What multipliers hold; its equations are independent of one another.
+    q, v : (n_all,) float
         State at the start: free coordinates first, then fixed ones, which never move.
     dead_load : (n_all,) float
         Constant applied force.
@@ -65,19 +76,21 @@ cdef class Explicit:
     cdef const ancf_seed *seed
     cdef ancf_watch watch
     cdef ancf_jumps jumps
+    cdef Held held
     cdef ptrdiff_t n, n_all, stages, padded
     cdef double dt
-    cdef double[::1] drift, kick, dead_load, load, r
-    cdef double[:, ::1] pull, rate, history
+    cdef double[::1] drift, kick, dead_load, load, r, none, phi, lam
+    cdef double[:, ::1] pull, swing, rate, history, held_rows, held_root
+    cdef bint swings  # whether stages have velocities
     # Two places for the state, present and next.
     cdef double[:, ::1] q, v
     cdef ptrdiff_t now, first  # place of the present state; row of `rate` of its acceleration
     cdef object owner
     cdef readonly ptrdiff_t steps  # accepted so far
+    cdef readonly bint finite  # whether there is an acceleration at the start
 
-    def __cinit__(self, system, seed, double dt, A, b, c, q, v, a, dead_load, amplitudes,
-                  double largest_gain, double noise):
-        self.owner = (system, seed)
+    def __cinit__(self, system, seed, double dt, A, b, c, B, constraints, q, v, dead_load,
+                  amplitudes, double largest_gain, double noise):
         self.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
         self.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         self.n, self.n_all, self.stages = self.system.n_free, self.system.n_all, len(b)
@@ -89,6 +102,8 @@ cdef class Explicit:
         self.pull = -dt * dt * np.array(A, dtype=float)
         self.kick = -dt * np.array(b, dtype=float)
         self.drift = dt * np.array(c, dtype=float)
+        self.swings = B is not None
+        self.swing = -dt * np.array(B if self.swings else A, dtype=float)
         self.dead_load, self.r = np.array(dead_load, dtype=float), np.zeros(width)
         # Never empty, so that a pointer to the first amplitude always exists.
         self.load = np.append(amplitudes, 0.0)
@@ -99,23 +114,41 @@ cdef class Explicit:
         self.jumps.jump = &self.history[4, 0]
         np.abs(self.load, out=np.asarray(self.history[2]))
         places, speeds = np.zeros((2, width)), np.zeros((2, width))
-        rates = np.zeros((self.stages, self.padded))
         places[:, :self.n_all] = q
         speeds[0, :self.n] = v[:self.n]
-        rates[0, :self.n] = -a[:self.n]
-        self.q, self.v, self.rate = places, speeds, rates
+        self.q, self.v, self.rate = places, speeds, np.zeros((self.stages, self.padded))
+        self.owner = (system, seed, self.hold_by(constraints))
+        self.finite = self.accelerate(0, &self.q[0, 0], &self.v[0, 0], &self.load[0])
         self.watch.limit, self.watch.noise = largest_gain, noise
         ancf_watch_start(&self.watch, self.system, &self.dead_load[0], &self.q[0, 0],
                          &self.v[0, 0], &self.r[0])
 
+    def hold_by(self, constraints):
+        """Take constraints; return what must be kept of them."""
+        cdef Held *held = &self.held
+        tables = [np.array(x, dtype=np.int32) for x in (constraints.row, constraints.i, constraints.j)]
+        numbers = [np.array(x, dtype=float) for x in (constraints.coefficient, constraints.about)]
+        held.seed, held.n, held.m = self.seed, self.n, len(constraints.offset)
+        held.terms, held.straight = len(constraints.row), constraints.linear
+        width = max(held.m, 1)
+        self.none, self.phi, self.lam = np.zeros((3, width))
+        self.held_rows, self.held_root = np.zeros((2 * width, self.n)), np.zeros((width, width))
+        held.gradient, held.response = &self.held_rows[0, 0], &self.held_rows[width, 0]
+        held.root, held.lam = &self.held_root[0, 0], &self.lam[0]
+        if held.m:
+            held.row, held.i, held.j = integers(tables[0]), integers(tables[1]), integers(tables[2])
+            held.coefficient, held.about = reals(numbers[0]), reals(numbers[1])
+            held_factor(held, &self.q[0, 0])
+        return tables, numbers
+
     @property
     def state(self):
-        """Last accepted ``(q, v, a, lam)`` as copies; there are no multipliers."""
+        """Last accepted ``(q, v, a, lam)`` as copies."""
         q = np.array(self.q[self.now, :self.n_all])
         v = np.array(self.v[self.now, :self.n_all])
         a = np.zeros(self.n_all)
         a[:self.n] = -np.asarray(self.rate[self.first, :self.n])
-        return q, v, a, np.zeros(0)
+        return q, v, a, np.array(self.lam[:self.held.m])
 
     @property
     def energy_gain(self):
@@ -124,7 +157,7 @@ cdef class Explicit:
 
     def advance(self, _nonlinear, ptrdiff_t n_steps, const double[:, ::1] amplitudes,
                 ptrdiff_t save_every, ptrdiff_t steps_done, double[:, ::1] q_out,
-                double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] _lam_out):
+                double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] lam_out):
         """Take steps; return ``(steps taken, outcome)``, outcome 0 if all is well.
 
         Signals are answered between two steps, as in `TimeLoop.advance` (loop.pxi).
@@ -148,11 +181,14 @@ cdef class Explicit:
                 next = 1 - self.now
                 for i in range(1, self.stages):
                     self.place(i, &self.q[next, 0])
+                    if self.swings:
+                        self.turn(i, &self.v[next, 0])
                     if loaded:
                         load = &amplitudes[k * last + i - 1, 0]
-                    self.system.residual(self.system.context, &self.q[next, 0], NULL, NULL, NULL,
-                                         &self.dead_load[0], load, &self.r[0], NULL)
-                    self.seed.solve(self.seed.context, &self.r[0], self.stage(i))
+                    if not self.accelerate(i, &self.q[next, 0], &self.v[next, 0], load):
+                        outcome = NOT_FINITE
+                if outcome:
+                    break
                 self.push(&self.v[next, 0])
                 if not dot(&self.v[next, 0], &self.v[next, 0], self.n) < INFINITY:
                     outcome = NOT_FINITE
@@ -171,6 +207,8 @@ cdef class Explicit:
                         a_out[row, j] = -acceleration[j]
                     for j in range(self.n, self.n_all):
                         a_out[row, j] = 0.0
+                    for j in range(self.held.m):
+                        lam_out[row, j] = self.lam[j]
                 self.steps += 1
                 if (k + 1) % look == 0 or k + 1 == n_steps:
                     ancf_watch_measure(&self.watch, self.system, &self.dead_load[0],
@@ -185,6 +223,14 @@ cdef class Explicit:
             else:
                 k = n_steps
         return k, outcome
+
+    cdef inline bint accelerate(self, ptrdiff_t i, const double *q, const double *v,
+                                const double *load) noexcept nogil:
+        """Set the acceleration of stage i; whether there is one."""
+        self.system.residual(self.system.context, q, v, NULL, &self.none[0], &self.dead_load[0],
+                             load, &self.r[0], &self.phi[0])
+        self.seed.solve(self.seed.context, &self.r[0], self.stage(i))
+        return self.held.m == 0 or hold(&self.held, q, v, self.stage(i))
 
     cdef void add_work(self, const double *load, int next) noexcept nogil:
         """Add what the loads do in a step, and how much of that is unsure."""
@@ -209,6 +255,10 @@ cdef class Explicit:
         """Position of stage i."""
         self.combine(out, &self.q[self.now, 0], &self.v[self.now, 0], self.drift[i],
                      &self.pull[i, 0], i)
+
+    cdef inline void turn(self, ptrdiff_t i, double *out) noexcept nogil:
+        """Velocity of stage i."""
+        self.combine(out, &self.v[self.now, 0], &self.v[self.now, 0], 0.0, &self.swing[i, 0], i)
 
     cdef inline void push(self, double *out) noexcept nogil:
         """Velocity after the step."""

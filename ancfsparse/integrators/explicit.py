@@ -7,21 +7,29 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ancfsparse.checks import shown
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
-from ancfsparse.integrators.march import Mechanics, Start
-from ancfsparse.integrators.nystrom import EIGHTH, FOURTH, VERLET, Tableau
+from ancfsparse.integrators.march import Mechanics
+from ancfsparse.integrators.nystrom import EIGHTH, FOURTH, VERLET, Tableau, dormand_prince
+
+Vector = NDArray[np.float64]
 
 
 class Explicit(ABC):
-    """A method for forces that depend on positions and time alone."""
+    """A method that solves no equations but for accelerations."""
 
     @property
     @abstractmethod
     def tableau(self) -> Tableau:
         """Coefficients."""
+
+    @property
+    def takes_velocities(self) -> bool:
+        """Whether forces may depend on velocities, so that there may be damping and multipliers."""
+        return self.tableau.B is not None
 
 
 @dataclass(frozen=True)
@@ -66,11 +74,28 @@ class RungeKuttaNystrom(Explicit):
         return FOURTH if self.order == 4 else EIGHTH
 
 
+@dataclass(frozen=True)
+class DormandPrince(Explicit):
+    """The explicit Runge-Kutta method of order 8 by Dormand and Prince, twelve forces per step.
+
+    It takes damping, and a few constraints by multipliers, whose accelerations it holds: positions
+    and velocities leave them by what the steps are off.  Its step must stay below ``5.96 / omega``
+    with the fastest vibration or decay omega of the mesh, or the run is refused.
+    """
+
+    @property
+    def tableau(self) -> Tableau:
+        """Coefficients."""
+        return dormand_prince()
+
+
 def make_explicit(
     system: Mechanics,
     dt: float,
     integrator: Explicit,
-    start: Start,
+    q: Vector,
+    v: Vector,
+    amplitudes: Vector,
     mass: Any,
     largest_gain: float,
     noise: float,
@@ -80,13 +105,15 @@ def make_explicit(
     Parameters
     ----------
     system : System
-        What moves, without multipliers.
+        What moves.
     dt : float
         Time step [s].
     integrator : Explicit
         Coefficients.
-    start : Start
-        The first state.
+    q, v : (n_all,) float
+        The first state [m, 1] and its velocities; its accelerations are those of its forces.
+    amplitudes : (n_amplitudes,) float
+        Changing loads there [N, N m].
     mass : seed
         Inverse of the mass matrix.
     largest_gain : float
@@ -102,11 +129,12 @@ def make_explicit(
         method.A,
         method.b,
         method.c,
-        start.q,
-        start.v,
-        start.a,
+        method.B,
+        system.constraints,
+        q,
+        v,
         system.dead_load,
-        start.amplitudes,
+        amplitudes,
         largest_gain,
         noise,
     )

@@ -19,6 +19,7 @@ class Mechanics(Protocol):
     """What the time loop needs of a system; see ``ancf_system`` in kernels/solver_abi.h."""
 
     capsule: object
+    constraints: Any
 
     @property
     def dead_load(self) -> Vector:

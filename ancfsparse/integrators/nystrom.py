@@ -1,4 +1,4 @@
-"""Coefficients of explicit Runge-Kutta-Nyström methods for ``M a = f(t) - Q(q)``.
+"""Coefficients of explicit methods for ``M a = f(t) - Q(q)``, and one for forces of velocities too.
 
 All have ``c_1 = 0``, and their last stage is the new position, so its acceleration is the first
 one of the next step: a method of s stages costs s - 1 forces per step.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,9 @@ class Tableau:
         A vibration of angular frequency omega does not grow while ``dt omega`` is below this.
     source : str
         Where the coefficients are published.
+    B : (s, s) float, optional
+        Weights of the accelerations in the velocities of the stages, where forces may depend on
+        them; then the interval is also one of vibrations that die out, and of what creeps.
     """
 
     order: int
@@ -39,6 +43,7 @@ class Tableau:
     c: Vector
     interval: float
     source: str
+    B: Vector | None = None
 
     @property
     def forces(self) -> int:
@@ -143,3 +148,19 @@ EIGHTH = tableau(
     3.14,
     FAMILIES + "423",
 )
+
+
+@cache
+def dormand_prince() -> Tableau:
+    """Return the eighth-order formula of DOP853, a Runge-Kutta method for ``M a = f(t, q, v)``.
+
+    SciPy's coefficients.  What a Runge-Kutta method makes of ``q' = v``, ``v' = a`` needs the rates
+    of velocities alone: the weights in positions are the square of those in velocities.
+    """
+    from scipy.integrate import DOP853  # seldom needed, and slow to import
+
+    s = DOP853.n_stages
+    B = np.zeros((s + 1, s + 1))
+    B[:s, :s], B[s, :s] = DOP853.A[:s, :s], DOP853.B
+    source = "Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, 1993, II.5"
+    return Tableau(8, B @ B, B[s], B.sum(axis=1), 5.96, source, B)

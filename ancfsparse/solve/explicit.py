@@ -8,13 +8,18 @@ import numpy as np
 
 from ancfsparse.errors import InputError, Instability
 from ancfsparse.integrators.explicit import Explicit, make_explicit
-from ancfsparse.integrators.march import Start
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
-from ancfsparse.solve.stability import check_free, fastest_vibration, mass_seed, start_load
+from ancfsparse.solve.stability import (
+    check_free,
+    fastest_vibration,
+    mass_matrix,
+    mass_seed,
+    start_load,
+)
 from ancfsparse.solve.start import initial_acceleration
 from ancfsparse.solve.times import divides, plain
 from ancfsparse.system import System
@@ -51,7 +56,7 @@ def prepare_explicit(
     Raises
     ------
     InputError
-        If there are multipliers or damping, or the step is too long.
+        If the integrator does not take the scene, or the step is too long.
     """
     check_free(system, integrator)
     seed = mass_seed(system)
@@ -67,11 +72,13 @@ def prepare_explicit(
             f"dt = {enough} s ({steps:.0f} steps) or less, or an implicit integrator "
             "such as GeneralizedAlpha(0.9)"
         )
-    a, lam = initial_acceleration(system, seed)
-    start = Start(system.q0, system.v0, a, a, lam, start_load(system))
+    if not system.n_multipliers:
+        initial_acceleration(system, seed)  # refuses what leaves the range of numbers
     mass = cheapest_inverse(system, seed)
     noise = 100.0 * EPSILON * system.energy_scale(system.q0)
-    march = make_explicit(system, dt, integrator, start, mass, max_energy_gain, noise)
+    state = (system.q0, system.v0, start_load(system))
+    march = make_explicit(system, dt, integrator, *state, mass, max_energy_gain, noise)
+    check_held(system, march, integrator)
     why = (
         f"{integrator!r}: forces evaluated {integrator.tableau.forces} times per step, dt is "
         f"{dt / limit:.3g} of the stable step {limit:.4g} s (fastest vibration {omega:.4g} rad/s), "
@@ -80,11 +87,22 @@ def prepare_explicit(
     return march, mass, why
 
 
+def check_held(system: System, march: Any, integrator: Explicit) -> None:
+    """Refuse constraints whose multipliers cannot be found."""
+    if not (march.finite and np.isfinite(march.state[2]).all()):
+        raise InputError(
+            f"{integrator!r} finds no multipliers at the start: the forces there leave the range "
+            f"of numbers, or the {system.constraints.labels[-1]} repeats another constraint; leave "
+            "that out, or take an implicit integrator such as GeneralizedAlpha(0.9)"
+        )
+
+
 def cheapest_inverse(system: System, seed: SparseSeed) -> SparseSeed | BlockInverse:
     """Return the inverse of the mass matrix in dense blocks where that is faster than a sweep."""
     if system.n_free > MOST_BLOCKS:
         return seed
-    blocks = BlockInverse(system.pattern.indptr, system.pattern.indices, system.assembly.mass)
+    mass = mass_matrix(system)
+    blocks = BlockInverse(mass.indptr, mass.indices, mass.data)
     return blocks if blocks.solve_flops <= DENSE_AHEAD * seed.solve_flops else seed
 
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import Instability
 from ancfsparse.integrators.explicit import Explicit, make_explicit
-from ancfsparse.integrators.march import Start
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
@@ -20,7 +19,7 @@ from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.breaks import Breaks
 from ancfsparse.solve.explicit import cheapest_inverse, count_forces, instability
-from ancfsparse.solve.stability import fastest_vibration, start_load
+from ancfsparse.solve.stability import fastest_vibration, mass_matrix, start_load
 from ancfsparse.solve.start import check_energy
 from ancfsparse.solve.states import States
 from ancfsparse.system import System
@@ -41,7 +40,7 @@ class ExplicitMarch:
     Parameters
     ----------
     system, t, max_energy_gain
-        As `solve_accurately` takes them; without multipliers and damping.
+        As `solve_accurately` takes them.
     breaks : Breaks
         Where loads jump or kink.
     watch : callable
@@ -68,10 +67,13 @@ class ExplicitMarch:
         self._system, self._t, self._max_energy_gain = system, t, max_energy_gain
         self._watch = watch
         self._breaks, self._spans = breaks, breaks.spans(float(t[-1]))
-        self._seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+        mass = mass_matrix(system)
+        self._seed = SparseSeed(mass.indptr, mass.indices, system.n_free)
         self._mass: SparseSeed | BlockInverse | None = None
         self.omega = _slowest_fast(system)
-        self.force_cost = 0.1 * system.operations("force") + 0.5 * self._seed.solve_flops
+        solves = 1 if system.constraints.linear else 1 + system.n_multipliers
+        forces = "residual" if system.damped else "force"
+        self.force_cost = 0.1 * system.operations(forces) + 0.5 * solves * self._seed.solve_flops
         size = float(np.max(np.abs(system.q0)))
         self._noise = 100.0 * EPSILON * system.force_scale(system.q0) * size
         self._unstable = 0
@@ -91,7 +93,7 @@ class ExplicitMarch:
             If the start leaves the range of floating-point numbers.
         """
         check_energy(self._system)
-        self._seed.factor(self._system.assembly.mass)
+        self._seed.factor(mass_matrix(self._system).data)
         self._mass = cheapest_inverse(self._system, self._seed)
         load = start_load(self._system)
         self.omega = fastest_vibration(self._system, self._seed, self._system.q0, load)
@@ -113,27 +115,16 @@ class ExplicitMarch:
         assert self._mass is not None
         system = self._system
         h = self.step(integrator, finer)
-        states = States.empty(self._t, system.n_all, 0)
+        states = States.empty(self._t, system.n_all, system.n_multipliers)
         q, v, now = system.q0, system.v0, 0.0
         for (begin, end), last in zip(self._spans, [*self._breaks.after, self._t[-1]], strict=True):
             load = system.loads.amplitudes(np.array([begin]))[0]
-            none = np.zeros(system.n_all)
-            force, _ = system.assembly.residual(q, v, none, np.zeros(0), system.dead_load, load)
-            a = np.zeros(system.n_all)
-            a[: system.n_free] = -self._mass.solve(force[: system.n_free])
-            if not states.rows:
-                states.begin(q, v, a, np.zeros(0))
             n = math.ceil((last - now) / h)
             dt = (last - now) / n
-            march = make_explicit(
-                system,
-                dt,
-                integrator,
-                Start(q, v, a, a, np.zeros(0), load),
-                self._mass,
-                self._max_energy_gain,
-                self._noise,
-            )
+            gain, noise = self._max_energy_gain, self._noise
+            march = make_explicit(system, dt, integrator, q, v, load, self._mass, gain, noise)
+            if not states.rows:
+                states.begin(*march.state)
             span = (now, float(last), n)
             outcome = self._march(march, integrator, span, begin, end, states, stats)
             q, v, *_ = march.state
@@ -170,7 +161,8 @@ class ExplicitMarch:
         start, stop, steps = span
         n, nodes = self._system.n_all, integrator.tableau.c[1:]
         chunk = max(1, min(CHUNK, COORDINATES // n, steps))
-        buffer = [np.zeros((chunk + 1, n)) for _ in range(3)] + [np.zeros((chunk + 1, 0))]
+        widths = (n, n, n, self._system.n_multipliers)
+        buffer = [np.zeros((chunk + 1, width)) for width in widths]
         for first in range(0, steps, chunk):
             numbers = np.arange(first, min(first + chunk, steps) + 1, dtype=np.float64)
             mine = np.where(numbers < steps, start + numbers * ((stop - start) / steps), stop)

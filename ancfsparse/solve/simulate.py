@@ -82,11 +82,12 @@ def simulate(
         compared, by the method that costs least as counted, until the error of one is small enough;
         it is estimated in ``stats.error``, and ``stats.solver`` says what was taken.
     integrator : Implicit, Explicit or "auto", optional
-        `Newmark`, `HHT`, `GeneralizedAlpha`, `EnergyMomentum`, `CentralDifference` or
-        `RungeKuttaNystrom`.  ``"auto"`` is ``GeneralizedAlpha(0.9)``; with an accuracy it is
-        whichever costs least, explicit ones included where there are neither multipliers nor
-        damping nor a solver that is asked for.  The last two are explicit: they take no solver and
-        no tolerance, joints by numbering, and steps no longer than `stable_step` returns.
+        `Newmark`, `HHT`, `GeneralizedAlpha`, `EnergyMomentum`, `CentralDifference`,
+        `RungeKuttaNystrom` or `DormandPrince`.  ``"auto"`` is ``GeneralizedAlpha(0.9)``; with an
+        accuracy it is whichever costs least, explicit ones included where there are neither
+        multipliers nor damping nor a solver that is asked for.  The last three are explicit: they
+        take no solver and no tolerance, and steps no longer than `stable_step` returns.  All but
+        `DormandPrince` take no damping, and joints by numbering.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
     tolerance : "default", "paper" or float, optional
@@ -177,8 +178,8 @@ def simulate(
     if not isinstance(integrator, Implicit | Explicit):
         raise InputError(
             "integrator must be Newmark(alpha), HHT(alpha), GeneralizedAlpha(rho_inf), "
-            "EnergyMomentum(), CentralDifference() or RungeKuttaNystrom(order), got "
-            f"{shown(integrator)}"
+            "EnergyMomentum(), CentralDifference(), RungeKuttaNystrom(order) or DormandPrince(), "
+            f"got {shown(integrator)}"
         )
     check_solver(solver)
     tolerance, max_energy_gain = check_tolerance(tolerance), check_gain(max_energy_gain)

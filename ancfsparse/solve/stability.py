@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
@@ -26,6 +28,9 @@ DENSE = 100
 MATRICES = 10
 # Relative accuracy of the square of the highest frequency; the limit is half as uncertain.
 ACCURACY = 1e-4
+# Constraints that an explicit method holds at most: each costs a solution for each evaluation of
+# the forces, and all together a small dense matrix.
+MOST_HELD = 12
 
 
 def stable_step(scene: Scene, integrator: Explicit) -> float:
@@ -37,14 +42,14 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
     Parameters
     ----------
     scene : Scene
-        Without joints that need multipliers.
-    integrator : CentralDifference or RungeKuttaNystrom
+        Without joints that need multipliers and without damping, but for `DormandPrince`.
+    integrator : CentralDifference, RungeKuttaNystrom or DormandPrince
         The method.
 
     Raises
     ------
     InputError
-        If the integrator is not explicit, the scene needs multipliers, or the factor of its masses
+        If the integrator is not explicit or does not take the scene, or the factor of its masses
         cannot fit in memory.
     """
     check_explicit(integrator)
@@ -61,25 +66,37 @@ def check_explicit(integrator: object) -> None:
     """Refuse what is not an explicit integrator."""
     if not isinstance(integrator, Explicit):
         raise InputError(
-            f"only CentralDifference() and RungeKuttaNystrom(order) have a stable step, "
-            f"got {shown(integrator)}"
+            "only CentralDifference(), RungeKuttaNystrom(order) and DormandPrince() have a stable "
+            f"step, got {shown(integrator)}"
         )
 
 
 def check_free(system: System, integrator: Explicit) -> None:
-    """Refuse multipliers and damping: forces must depend on free positions alone."""
+    """Refuse multipliers and damping where forces must depend on free positions alone.
+
+    Others take damping, and few multipliers.
+    """
+    if integrator.takes_velocities:
+        if system.n_multipliers > MOST_HELD:
+            raise InputError(
+                f"{integrator!r} holds at most {MOST_HELD} constraints by multipliers, and this "
+                f"scene has {system.n_multipliers}: make pins, clamps and connections by "
+                "numbering, as_constraint=False, or take an implicit integrator such as "
+                "GeneralizedAlpha(0.9)"
+            )
+        return
     if system.n_multipliers:
         raise InputError(
             f"{integrator!r} cannot hold constraints by multipliers, and the "
             f"{system.constraints.labels[0]} needs them: make pins, clamps and connections by "
-            "numbering, as_constraint=False, or take an implicit integrator such as "
-            "GeneralizedAlpha(0.9)"
+            "numbering, as_constraint=False, or take DormandPrince() or an implicit integrator "
+            "such as GeneralizedAlpha(0.9)"
         )
     if system.damped:
         raise InputError(
             f"{integrator!r} takes forces that depend on positions and time, and the damping of "
-            "this scene depends on velocities: take an implicit integrator such as "
-            "GeneralizedAlpha(0.9)"
+            "this scene depends on velocities: take DormandPrince() or an implicit integrator such "
+            "as GeneralizedAlpha(0.9)"
         )
 
 
@@ -88,11 +105,17 @@ def start_load(system: System) -> Vector:
     return np.asarray(system.loads.amplitudes(np.zeros(1))[0])
 
 
+def mass_matrix(system: System) -> sp.csc_array:
+    """Return the lower triangle of the mass matrix over the free coordinates."""
+    return _free(system, system.assembly.mass)
+
+
 def mass_seed(system: System) -> SparseSeed:
     """Factor the mass matrix."""
-    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    mass = mass_matrix(system)
+    seed = SparseSeed(mass.indptr, mass.indices, system.n_free)
     check_factor(NOTHING, seed)
-    seed.factor(system.assembly.mass)
+    seed.factor(mass.data)
     return seed
 
 
@@ -101,10 +124,13 @@ def fastest_vibration(
 ) -> float:
     """Return the highest angular frequency of ``K x = omega^2 M x`` at a state [rad/s].
 
+    Or the highest rate of ``C x = omega M x``, if that is more: no vibration, damped or not, has a
+    larger eigenvalue than both.  Constraints only slow vibrations down.
+
     Parameters
     ----------
     system : System
-        Without multipliers.
+        What moves.
     seed : SparseSeed or BlockInverse
         Inverse of its mass matrix.
     q : (n_all,) float
@@ -112,16 +138,29 @@ def fastest_vibration(
     amplitudes : (n_amplitudes,) float
         Loads that change, because moments stiffen what they turn.
     """
-    n = system.n_free
-    stiffness = _symmetric(system, system.assembly.matrix(0.0, 1.0, q, np.zeros(0), amplitudes))
-    mass = _symmetric(system, system.assembly.mass)
+    lam, mass = np.zeros(system.n_multipliers), _whole(mass_matrix(system))
+
+    def highest(values: Vector) -> float:
+        square = _highest(_whole(_free(system, values)), mass, seed)
+        return max(square, np.finfo(float).tiny)
+
+    omega = math.sqrt(highest(system.assembly.matrix(0.0, 1.0, q, lam, amplitudes)))
+    if system.damped:
+        damping = system.assembly.matrix(0.0, 0.0, q, lam, amplitudes, damping_factor=1.0)
+        omega = max(omega, highest(damping))
+    return omega
+
+
+def _highest(matrix: sp.csr_array, mass: sp.csr_array, seed: SparseSeed | BlockInverse) -> float:
+    """Return the highest eigenvalue of a symmetric matrix over that of the masses."""
+    n = mass.shape[0]
     if n <= DENSE:
-        squares = scipy.linalg.eigh(
-            stiffness.toarray(), mass.toarray(), eigvals_only=True, subset_by_index=[n - 1, n - 1]
+        found = scipy.linalg.eigh(
+            matrix.toarray(), mass.toarray(), eigvals_only=True, subset_by_index=[n - 1, n - 1]
         )
     else:
-        squares = eigsh(
-            stiffness,
+        found = eigsh(
+            matrix,
             k=1,
             M=mass,
             Minv=LinearOperator((n, n), matvec=lambda r: seed.solve(np.ravel(r)), dtype=float),
@@ -130,11 +169,15 @@ def fastest_vibration(
             tol=ACCURACY,
             return_eigenvectors=False,
         )
-    return float(np.sqrt(max(squares[0], np.finfo(float).tiny)))
+    return float(found[0])
 
 
-def _symmetric(system: System, values: Vector) -> sp.csr_array:
-    """Return the whole matrix whose lower triangle has these values on the pattern."""
-    pattern = system.pattern
-    lower = sp.csc_array((values, pattern.indices, pattern.indptr))
+def _free(system: System, values: Vector) -> sp.csc_array:
+    """Return the lower triangle over the free coordinates, from values on the pattern."""
+    pattern, n = system.pattern, system.n_free
+    whole = sp.csc_array((values, pattern.indices, pattern.indptr))
+    return whole if whole.shape[0] == n else whole[:n, :n].tocsc()
+
+
+def _whole(lower: sp.csc_array) -> sp.csr_array:
     return (lower + sp.tril(lower, -1).T).tocsr()

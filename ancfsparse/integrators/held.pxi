@@ -1,0 +1,93 @@
+"""Accelerations that few constraints allow; text for the explicit time loop.
+
+With G = phi_q and gamma = (phi_q v)_q v, constraints ask G a = -gamma.  Forces r alone make
+a = -M^-1 r, and multipliers add what is missing of it:
+
+    a = -M^-1 (r + G^T lam),    (G M^-1 G^T) lam = gamma - G M^-1 r.
+
+That takes a solution with M for each constraint, and a dense matrix as large as there are.
+"""
+
+
+cdef struct Held:
+    const ancf_seed *seed
+    ptrdiff_t n, m, terms
+    bint straight  # no equation is quadratic: G never changes
+    # One entry for each term of a constraint, as in `system.constraints`.
+    const int32_t *row
+    const int32_t *i
+    const int32_t *j
+    const double *coefficient
+    const double *about
+    double *gradient  # (m, n) G
+    double *response  # (m, n) M^-1 G^T
+    double *root      # (m, m) lower factor of G M^-1 G^T
+    double *lam       # (m,)
+
+
+cdef void gradient(Held *self, const double *q) noexcept nogil:
+    """Set G at a position; it is zero but for the places of the terms."""
+    cdef ptrdiff_t k, i, j
+    cdef double c, a
+    cdef double *row
+    for k in range(self.terms):
+        row = self.gradient + self.row[k] * self.n
+        i, j = self.i[k], self.j[k]
+        if i < self.n:
+            row[i] = 0.0
+        if 0 <= j < self.n:
+            row[j] = 0.0
+    for k in range(self.terms):
+        row = self.gradient + self.row[k] * self.n
+        i, j, c, a = self.i[k], self.j[k], self.coefficient[k], self.about[k]
+        if i < self.n:
+            row[i] += c if j < 0 else c * (q[j] - a)
+        if 0 <= j < self.n:
+            row[j] += c * (q[i] - a)
+
+
+cdef bint held_factor(Held *self, const double *q) noexcept nogil:
+    """Factor G M^-1 G^T at a position; whether that is positive definite."""
+    cdef ptrdiff_t n = self.n, m = self.m, i, j, k
+    cdef double value, whole
+    cdef double *row
+    gradient(self, q)
+    for i in range(m):
+        self.seed.solve(self.seed.context, self.gradient + i * n, self.response + i * n)
+    for i in range(m):
+        row = self.root + i * m
+        for j in range(i + 1):
+            value = whole = dot(self.gradient + i * n, self.response + j * n, n)
+            for k in range(j):
+                value -= row[k] * self.root[j * m + k]
+            if j < i:
+                row[j] = value / self.root[j * m + j]
+            elif value > DEPENDENT * whole:
+                row[i] = sqrt(value)
+            else:
+                return False
+    return True
+
+
+cdef bint hold(Held *self, const double *q, const double *v, double *rate) noexcept nogil:
+    """Turn M^-1 r, r the forces alone, into -a, and set the multipliers; whether there are any."""
+    cdef ptrdiff_t n = self.n, m = self.m, i, j, k
+    cdef double *lam = self.lam
+    if not self.straight and not held_factor(self, q):
+        return False
+    for i in range(m):
+        lam[i] = -dot(self.gradient + i * n, rate, n)
+    for k in range(self.terms):
+        if self.j[k] >= 0:
+            lam[self.row[k]] += 2.0 * self.coefficient[k] * v[self.i[k]] * v[self.j[k]]
+    for i in range(m):
+        for j in range(i):
+            lam[i] -= self.root[i * m + j] * lam[j]
+        lam[i] /= self.root[i * m + i]
+    for i in range(m - 1, -1, -1):
+        for j in range(i + 1, m):
+            lam[i] -= self.root[j * m + i] * lam[j]
+        lam[i] /= self.root[i * m + i]
+        for k in range(n):
+            rate[k] += lam[i] * self.response[i * n + k]
+    return True
