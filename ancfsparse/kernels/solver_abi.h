@@ -60,6 +60,12 @@ typedef struct {
     /* Keep the factor in single precision until the next one, for solves that read half as much;
      * NULL where that is not faster */
     void (*round_to_single)(void *context);
+    /* Of a seed that inverts a neighbour of the matrix, all NULL in one that inverts the matrix.
+     * After `factor` has found a wrong sign there is no factor: */
+    int (*mend)(void *context, const double *values); /* factor with a larger diagonal; 0 if it cannot */
+    /* Leave no more than a share of r in solves until the next factor; 0 if they leave no more now */
+    int (*refine)(void *context, double share);
+    const double *extra; /* operations of all solves so far beyond those of the plainest */
 } ancf_seed;
 
 typedef struct {

@@ -27,6 +27,9 @@ cdef extern from "solver_abi.h":
         ptrdiff_t (*factor)(void *, const double *) noexcept nogil
         void (*solve)(void *, const double *, double *) noexcept nogil
         void (*round_to_single)(void *) noexcept nogil
+        int (*mend)(void *, const double *) noexcept nogil
+        int (*refine)(void *, double) noexcept nogil
+        const double *extra
 
     ctypedef struct ancf_equations:
         void *context

@@ -60,6 +60,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
     cdef double size, last_size = 0.0, norm, last_norm = 0.0, norm_new, start, bound = 0.0, allowed, left
     cdef double theta, last_theta = 0.0, remaining
     self.contraction = NAN
+    self.extra_before = extra_so_far(self)
     evaluate(self, self.r)
     norm = start = unbalance(self, self.r)
     if not isfinite(norm):
@@ -141,8 +142,9 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                 remaining = largest(self.r, eq.n_coordinates) / self.force_tolerance
             if remaining > 1.0 and waiting_costs_more(
                     self, sqrt(theta * last_theta) if it > 0 else theta, remaining):
-                self.counts.reseeds_inside += 1
-                renew_seed(self, newton, used[0] * iteration_cost(self))
+                if not solves_closer(self):
+                    self.counts.reseeds_inside += 1
+                    renew_seed(self, newton, attempt_cost(self, used[0]))
                 multiply(self, self.r)
                 last_theta = theta
                 continue

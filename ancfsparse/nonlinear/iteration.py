@@ -13,7 +13,7 @@ from ancfsparse.checks import check_positive
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton, seed_frame_of
-from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds import Seed
 
 EPSILON = float(np.finfo(float).eps)
 DENSE_LIMIT = 4000
@@ -119,7 +119,7 @@ class Costs:
     rotation: float = 0.0
 
     @classmethod
-    def of(cls, residual: int, tangent: int, seed: SparseSeed, frame: Any = None) -> Costs:
+    def of(cls, residual: int, tangent: int, seed: Seed, frame: Any = None) -> Costs:
         """Weigh operation counts as the parts were measured to take them, within a factor of two.
 
         Kernels run in SIMD lanes.  Of a factor every entry has its price, where they are few for
@@ -134,7 +134,7 @@ class Costs:
 
 def make_inverse(
     method: Method,
-    seed: SparseSeed,
+    seed: Seed,
     weights: NDArray[np.float64] | None,
     norm: NDArray[np.float64],
     smallest_y: float,
@@ -145,7 +145,7 @@ def make_inverse(
     ----------
     method : Method
         The person's choice.
-    seed : SparseSeed
+    seed : SparseSeed or IncompleteSeed
         Factor of the iteration matrix.
     weights : (n,) float or None
         Inner product for Broyden's update: the diagonal of the mass matrix, zero on multipliers.
@@ -173,7 +173,7 @@ def make_inverse(
 
 def make_iteration(
     equations: Equations,
-    seed: SparseSeed,
+    seed: Seed,
     inverse: Any,
     method: Method,
     tolerance: Tolerance,

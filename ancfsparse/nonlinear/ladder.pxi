@@ -61,7 +61,7 @@ cdef int solve(void *context) noexcept nogil:
     self.rung, self.doubtful = METHOD, False
     outcome = attempt(self, self.newton, False, self.economical, &used)
     if outcome != CONVERGED and not self.newton:
-        self.cost_since += used * iteration_cost(self)
+        self.cost_since += attempt_cost(self, used)
         outcome = climb(self, NEW_SEED, outcome, &used)
     if outcome != CONVERGED:
         outcome = climb(self, DAMPED_NEWTON, outcome, &used)
@@ -70,7 +70,7 @@ cdef int solve(void *context) noexcept nogil:
     if outcome != CONVERGED:
         return outcome
     if self.economical and not self.newton:
-        count_cost(self, used * iteration_cost(self))
+        count_cost(self, attempt_cost(self, used))
     return CONVERGED
 
 

@@ -6,11 +6,20 @@ cdef enum:
     TRIAL = 12  # seeds after which the frame that cost more is tried again
 
 cdef double SLOW = 0.9  # a contraction from which waiting never pays
+# Share of the residual that an incomplete seed may leave: where other corrections follow, and Newton's.
+cdef double LOOSE = 0.1, CLOSE = 0.01
 cdef double MARGIN = 0.98  # of the mean cost that a change of frame must undercut
 
 
 cdef inline double iteration_cost(const Loop *self) noexcept nogil:
-    return self.cost_iteration + (self.cost_rotation if self.rotating else 0.0)
+    """What the next iteration will cost, as far as the last one tells."""
+    return self.cost_iteration + (self.cost_rotation if self.rotating else 0.0) + self.extra
+
+
+cdef inline double attempt_cost(const Loop *self, int used) noexcept nogil:
+    """What the corrections of an attempt have cost."""
+    return (used * (self.cost_iteration + (self.cost_rotation if self.rotating else 0.0))
+            + extra_so_far(self) - self.extra_before)
 
 
 cdef void compare_frames(Loop *self, double unfinished) noexcept nogil:
@@ -49,6 +58,14 @@ cdef void renew_seed(Loop *self, bint newton, double unfinished) noexcept nogil:
         self.seconds.tangent += clock(self) - start
         self.indefinite = not factor(self)
         self.counts.material_seeds += not self.indefinite
+    if self.indefinite and self.seed.mend != NULL:
+        start = clock(self)
+        self.seed.mend(self.seed.context, self.values)
+        self.seconds.factor += clock(self) - start
+        self.counts.shifted_seeds += 1
+        self.indefinite = newton
+    if newton and self.seed.refine != NULL:
+        self.seed.refine(self.seed.context, CLOSE)
     if self.compares_frames and self.seeded and not newton:
         compare_frames(self, unfinished)
     self.counts.rotating_seeds += self.rotating and not newton
@@ -64,6 +81,14 @@ cdef void renew_seed(Loop *self, bint newton, double unfinished) noexcept nogil:
     if not self.newton:
         self.rate = SLOW
     self.cost_since, self.steps_since = self.cost_seed, 0
+
+
+cdef bint solves_closer(Loop *self) noexcept nogil:
+    """Let an incomplete seed leave less from now on; whether it does so not yet."""
+    if self.seed.refine == NULL or not self.seed.refine(self.seed.context, LOOSE):
+        return False
+    self.counts.refinements += 1
+    return True
 
 
 cdef void start_from_seed(Loop *self) noexcept nogil:

@@ -48,6 +48,8 @@ cdef struct Counts:
     ptrdiff_t recoveries_reseed, recoveries_newton  # steps saved by that rung of the ladder
     ptrdiff_t indefinite  # factors with a pivot of the wrong sign
     ptrdiff_t material_seeds  # those replaced by a factor of the material part, with right signs
+    ptrdiff_t shifted_seeds  # incomplete ones that broke down and were made with a larger diagonal
+    ptrdiff_t refinements  # incomplete ones that had to leave less than a sweep does
     ptrdiff_t rotating_seeds  # taken to be turned with the body
     ptrdiff_t single_seeds  # kept in single precision
     ptrdiff_t last_corrections  # by the residual that ended a step, see finish
@@ -81,6 +83,7 @@ cdef struct Loop:
     double frame_cost[2]  # of a step with a fixed and with a rotating seed, 0 if not known
     ptrdiff_t seeds_since_trial
     double rate  # contraction of the corrections, carried from step to step
+    double extra, extra_before  # cost of the last solve beyond a sweep; of all before this attempt
     double cost_since  # since the last seed, its own cost included
     ptrdiff_t steps_since
     ptrdiff_t step
@@ -108,6 +111,10 @@ cdef inline double clock(const Loop *self) noexcept nogil:
     return t.tv_sec + 1e-9 * t.tv_nsec
 
 
+cdef inline double extra_so_far(const Loop *self) noexcept nogil:
+    return self.seed.extra[0] if self.seed.extra != NULL else 0.0
+
+
 cdef void evaluate(Loop *self, double *r) noexcept nogil:
     cdef double start = clock(self)
     self.equations.residual(self.equations.context, r)
@@ -117,8 +124,9 @@ cdef void evaluate(Loop *self, double *r) noexcept nogil:
 
 cdef void multiply(Loop *self, const double *r) noexcept nogil:
     """z = H r."""
-    cdef double start = clock(self)
+    cdef double start = clock(self), before = extra_so_far(self)
     self.inverse.apply(self.inverse.context, r, self.z)
+    self.extra = extra_so_far(self) - before
     self.counts.solves += 1
     self.seconds.solve += clock(self) - start
 

@@ -4,15 +4,17 @@ Tests, studies, the command line and the README share them, so that a name means
 """
 
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
-from ancfsparse.problems.meshes import MOTIONS, Net, chain, net
+from ancfsparse.problems.meshes import MOTIONS, Lattice, Net, chain, lattice, net
 
 __all__ = [
     "MOTIONS",
+    "Lattice",
     "Net",
     "Problem",
     "cantilever",
     "chain",
     "elastica",
+    "lattice",
     "net",
     "pendulum",
     "roll_up",

@@ -1,4 +1,4 @@
-"""Large scenes whose cost is studied against their size: long chains and square nets."""
+"""Scenes whose cost is studied against their size: long chains, square nets, cubic lattices."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice, check_count
 from ancfsparse.problems.benchmarks import Problem
-from ancfsparse.scene import Beam, Material, Rectangle, Scene
+from ancfsparse.scene import Beam, Material, Mesh, Rectangle, Scene
 from ancfsparse.scene.bodies import VelocityField
 
 LENGTH = 0.2  # of an element [m]
@@ -38,6 +38,21 @@ class Net(NamedTuple):
     scene: Scene
     along: list[Beam]
     across: list[Beam]
+
+
+class Lattice(NamedTuple):
+    """A lattice: ``scene, mesh = lattice(10)``.
+
+    Attributes
+    ----------
+    scene : Scene
+        Ready to simulate.
+    mesh : Mesh
+        Its cables.
+    """
+
+    scene: Scene
+    mesh: Mesh
 
 
 def chain(n_elements: int = 1000, motion: str = "rest", element: str = "l2t2") -> Problem:
@@ -109,6 +124,53 @@ def net(n_nodes: int = 30, motion: str = "rest") -> Net:
     return Net(scene, along, across)
 
 
+def lattice(
+    n_nodes: int = 10,
+    motion: str = "rest",
+    youngs_modulus: float = 1e8,
+    density: float = 1000.0,
+) -> Lattice:
+    """Set up a cubic lattice of thin cables, held at the four corners of its top, falling in -z.
+
+    The cables run along all three axes, cross every 0.2 m and share the position of each crossing;
+    their section is that of `pendulum`.
+
+    Parameters
+    ----------
+    n_nodes : int, optional
+        Crossings along a side, so ``3 n^2 (n - 1)`` elements.
+    motion : {"rest", "smooth", "rough"}, optional
+        Initial velocities: none, or standing waves of about the lengths of those in `chain`, half
+        as fast, that leave the surface at rest.
+    youngs_modulus, density : float, optional
+        Of the cables [Pa], [kg/m3].
+
+    Returns
+    -------
+    Lattice
+        The scene and its mesh.
+    """
+    n = check_count("n_nodes", n_nodes, 2)
+    number = np.arange(n**3).reshape(n, n, n)
+    places = LENGTH * np.stack(np.unravel_index(number.ravel(), number.shape), axis=1)
+    ends = [(number[:-1], number[1:]), (number[:, :-1], number[:, 1:])]
+    ends.append((number[:, :, :-1], number[:, :, 1:]))
+    edges = np.concatenate([np.stack([a.ravel(), b.ravel()], axis=1) for a, b in ends])
+    scene = Scene((0.0, 0.0, -9.81))
+    side = LENGTH * (n - 1)
+    mesh = scene.add_mesh(
+        places,
+        edges,
+        "thin",
+        _cable()[0],
+        Material(youngs_modulus, density),
+        velocity=_surge(_waves(motion), side),
+    )
+    for corner in number[:: n - 1, :: n - 1, -1].ravel():
+        scene.pin(mesh.node(int(corner)))
+    return Lattice(scene, mesh)
+
+
 def _cable() -> tuple[Rectangle, Material]:
     return Rectangle(0.01, 0.01), Material(1e8, 4000.0)
 
@@ -141,6 +203,19 @@ def _swell(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
         for speed, elements in waves:
             number = max(1, round(2.0 * side / (LENGTH * elements))) * math.pi / side
             v[:, 1] += speed * np.sin(number * x[:, 0]) * np.sin(number * x[:, 2])
+        return v
+
+    return field if waves else None
+
+
+def _surge(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
+    """Let a lattice start in standing waves that leave its surface at rest."""
+
+    def field(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        v = np.zeros_like(x)
+        for speed, elements in waves:
+            number = max(1, round(2.0 * side / (LENGTH * elements))) * math.pi / side
+            v += 0.5 * speed * np.prod(np.sin(number * x), axis=1, keepdims=True)
         return v
 
     return field if waves else None

@@ -70,6 +70,11 @@ class RunStats:
         Seeds that were turned with the body.
     single_seeds : int
         Seeds that were kept in single precision, as those of large systems are.
+    shifted_seeds : int
+        Incomplete seeds that broke down and were made with a larger diagonal.
+    sweeps, products : int
+        Sweeps through an incomplete factor, and products with its matrix, in all solutions; 0 with
+        exact seeds, whose solutions are a sweep each.
     solves : int
         Solutions with a factor or a dense inverse.
     skipped_pairs : int
@@ -111,6 +116,9 @@ class RunStats:
     material_seeds: int = 0
     rotating_seeds: int = 0
     single_seeds: int = 0
+    shifted_seeds: int = 0
+    sweeps: int = 0
+    products: int = 0
     solves: int = 0
     skipped_pairs: int = 0
     recoveries: int = 0

@@ -1,5 +1,8 @@
 """In comes a symmetric matrix on a fixed sparse pattern, out goes its inverse as a solve."""
 
+from ancfsparse.seeds.incomplete import IncompleteSeed
 from ancfsparse.seeds.sparse import SparseSeed, fill_of
 
-__all__ = ["SparseSeed", "fill_of"]
+Seed = SparseSeed | IncompleteSeed
+
+__all__ = ["IncompleteSeed", "Seed", "SparseSeed", "fill_of"]

@@ -45,6 +45,96 @@ def permuted_upper(const int64_t[::1] indptr, const int32_t[::1] indices,
     return starts[:n + 1], rows
 
 
+def lower_columns(const int64_t[::1] upper_start, const int32_t[::1] upper_row):
+    """Return what an upper triangle by columns has below the diagonal, by columns, rows ascending."""
+    cdef ptrdiff_t n = upper_start.shape[0] - 1, j
+    cdef int64_t p
+    starts = np.zeros(n + 2, dtype=np.int64)
+    cdef int64_t[::1] start = starts
+    cdef int32_t[::1] row
+    for j in range(n):
+        for p in range(upper_start[j], upper_start[j + 1]):
+            start[upper_row[p] + 2] += upper_row[p] != j
+    for j in range(n):
+        start[j + 2] += start[j + 1]
+    # One more entry than needed, so that a pointer to the first always exists.
+    rows = np.zeros(start[n + 1] + 1, dtype=np.int32)
+    row = rows
+    for j in range(n):
+        for p in range(upper_start[j], upper_start[j + 1]):
+            if upper_row[p] != j:
+                row[start[upper_row[p] + 1]] = <int32_t>j
+                start[upper_row[p] + 1] += 1
+    return starts[:n + 1], rows
+
+
+def contracted(const int64_t[::1] indptr, const int32_t[::1] indices, const int32_t[::1] group,
+               ptrdiff_t n_groups):
+    """Return the lower triangle by columns of the groups that meet, the diagonal included.
+
+    Parameters
+    ----------
+    indptr, indices : (n + 1,) int64 and (nnz,) int32
+        Lower triangle by columns of the matrix of the unknowns.
+    group : (n,) int32
+        Group of each unknown.
+    n_groups : int
+        Number of groups.
+    """
+    cdef ptrdiff_t n = group.shape[0], j
+    cdef int64_t p, where
+    cdef int32_t g, before
+    starts, ends = np.zeros(n_groups + 2, dtype=np.int64), np.zeros(n_groups + 1, dtype=np.int64)
+    cdef int64_t[::1] start = starts, end = ends
+    cdef int32_t[::1] found, seen
+    # Pairs of groups, those that stand one after the other in a column counted once.
+    for j in range(n):
+        before = -1
+        for p in range(indptr[j], indptr[j + 1]):
+            g = group[indices[p]]
+            if g != before:
+                start[min(g, group[j]) + 2] += 1
+            before = g
+    for j in range(n_groups):
+        start[j + 2] += start[j + 1]
+    pairs = np.empty(start[n_groups + 1], dtype=np.int32)
+    found = pairs
+    for j in range(n):
+        before = -1
+        for p in range(indptr[j], indptr[j + 1]):
+            g = group[indices[p]]
+            if g != before:
+                found[start[min(g, group[j]) + 1]] = max(g, group[j])
+                start[min(g, group[j]) + 1] += 1
+            before = g
+    marks = np.full(n_groups, -1, dtype=np.int32)
+    seen = marks
+    where = 0
+    for j in range(n_groups):
+        for p in range(start[j], start[j + 1]):
+            g = found[p]
+            if seen[g] != j:
+                seen[g] = <int32_t>j
+                found[where] = g
+                where += 1
+        end[j + 1] = where
+        sort(&found[end[j]], where - end[j])
+    return ends, pairs[:where].copy()
+
+
+cdef void sort(int32_t *x, int64_t n) noexcept nogil:
+    # Columns of a mesh are short: insertion beats anything clever.
+    cdef int64_t i, k
+    cdef int32_t held
+    for i in range(1, n):
+        held = x[i]
+        k = i
+        while k > 0 and x[k - 1] > held:
+            x[k] = x[k - 1]
+            k -= 1
+        x[k] = held
+
+
 def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_row,
                      int64_t most=INT64_MAX):
     """Return the elimination tree and the length below the diagonal of each column of L, ``(n,)``.

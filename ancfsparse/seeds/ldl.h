@@ -19,9 +19,10 @@
 #ifndef ANCF_LDL_H
 #define ANCF_LDL_H
 
-#include <immintrin.h>
 #include <stddef.h>
 #include <stdint.h>
+
+#include "quad.h"
 
 typedef struct {
     ptrdiff_t n, n_super, n_positive;
@@ -54,13 +55,7 @@ typedef struct {
 
 #define LDL_INLINE static inline __attribute__((always_inline))
 
-/* Four numbers at once; like `vec` in simd.h, but of a length that nodes have a multiple of. */
-typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
 typedef float ldl_single __attribute__((may_alias));
-typedef float short_quad __attribute__((vector_size(16), aligned(4), may_alias));
-
-LDL_INLINE quad quad_load(const double *p) { return *(const quad *)p; }
-LDL_INLINE void quad_store(double *p, quad v) { *(quad *)p = v; }
 
 /* Numbers in double or single precision; which of them is known where the code is compiled. */
 typedef struct {
@@ -86,16 +81,8 @@ LDL_INLINE double ldl_one(ldl_numbers x, ptrdiff_t i)
 
 LDL_INLINE quad ldl_four(ldl_numbers x, ptrdiff_t i)
 {
-    if (!x.single)
-        return quad_load((const double *)x.first + i);
-#ifdef __AVX__
-    return _mm256_cvtps_pd(_mm_loadu_ps((const float *)x.first + i)); /* GCC 12 would take two steps */
-#else
-    return __builtin_convertvector(*(const short_quad *)((const float *)x.first + i), quad);
-#endif
+    return x.single ? quad_of_singles((const float *)x.first + i) : quad_load((const double *)x.first + i);
 }
-
-LDL_INLINE double quad_sum(quad v) { return (v[0] + v[2]) + (v[1] + v[3]); }
 
 /* Whether loops over a width are unrolled and best left to single numbers: nodes of cables. */
 #define LDL_NARROW(width) (__builtin_constant_p(width) && (width) < 8)

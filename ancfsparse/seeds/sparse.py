@@ -126,6 +126,11 @@ class SparseSeed:
         return None if self._callback is None else self._callback.error
 
     @property
+    def inner(self) -> tuple[int, int]:
+        """Sweeps and products in solutions that are more than a sweep each: none."""
+        return 0, 0
+
+    @property
     def solve_flops(self) -> int:
         """Operations of one solve."""
         return 4 * self.nnz + 2 * self.n

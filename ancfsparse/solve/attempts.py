@@ -69,6 +69,7 @@ def add_counts(total: RunStats, stats: RunStats) -> None:
     for name in (
         *("march_seconds", "steps", "iterations", "last_corrections", "residual_evaluations"),
         *("factorizations", "indefinite", "material_seeds", "rotating_seeds", "single_seeds"),
+        *("shifted_seeds", "sweeps", "products"),
         *("solves", "skipped_pairs", "recoveries", "rejected_steps", "runs"),
     ):
         setattr(total, name, getattr(total, name) + getattr(stats, name))

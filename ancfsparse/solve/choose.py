@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.nonlinear.iteration import describe
+from ancfsparse.seeds import IncompleteSeed, Seed
 from ancfsparse.solve.settings import check_solver
 
 # Up to this many numbers for each operation of a sweep the dense inverse is the faster one: a thick
@@ -15,7 +16,7 @@ DENSE_AHEAD = 1.2
 FRAME_UP_TO, FRAME_FROM_FLOPS = 20_000, 100
 
 
-def choose(wish: Method | str, n: int, solve_flops: int, straight: bool) -> tuple[Method, str]:
+def choose(wish: Method | str, seed: Seed, straight: bool) -> tuple[Method, str]:
     """Return the method and a sentence on the choice.
 
     Where the matrix is nearly full, full-memory BFGS is the fastest, but it presumes positive
@@ -28,24 +29,25 @@ def choose(wish: Method | str, n: int, solve_flops: int, straight: bool) -> tupl
     ----------
     wish : Method or "auto"
         What the person said.
-    n : int
-        Number of unknowns.
-    solve_flops : int
-        Operations of a solve with the sparse factor.
+    seed : SparseSeed or IncompleteSeed
+        Sparse factor, exact or not.
     straight : bool
         Whether all constraint equations are linear, or there are none.
     """
     check_solver(wish)
+    incomplete = isinstance(seed, IncompleteSeed)
+    sort = "an incomplete" if incomplete else "a sparse"
     if isinstance(wish, Newton | ModifiedNewton | QuasiNewton):
-        return wish, f"{describe(wish)}, as asked"
+        return wish, f"{describe(wish)}{f' on {sort} seed' * incomplete}, as asked"
+    n, solve_flops = seed.n, seed.solve_flops
     method: Method
     counts = (
         f"{n} unknowns, {n * n} numbers in a dense inverse, {solve_flops} operations in a sweep"
     )
-    if n * n <= DENSE_AHEAD * solve_flops:
+    if n * n <= DENSE_AHEAD * solve_flops and not incomplete:
         method = QuasiNewton("bfgs" if straight else "davidon", memory="full")
         turning = "no constraint turns" if straight else "constraints turn with the motion"
         return method, f"{describe(method)}: {counts}, {turning}"
     turns = n <= FRAME_UP_TO or solve_flops > FRAME_FROM_FLOPS * n
     method = ModifiedNewton(seed_frame="auto" if turns else "fixed")
-    return method, f"{describe(method)} on a sparse seed: {counts}"
+    return method, f"{describe(method)} on {sort} seed: {counts}"

@@ -33,13 +33,18 @@ MOST_BLOCKS = 10_000
 
 
 def check_alone(
-    integrator: Explicit, solver: object, tolerance: object, max_halvings: int = 0
+    integrator: Explicit,
+    solver: object,
+    tolerance: object,
+    max_halvings: int = 0,
+    seed: str = "auto",
 ) -> None:
     """Refuse what only matters where equations are solved."""
     for what, value, default in (
         ("solver", solver, "auto"),
         ("tolerance", tolerance, "default"),
         ("max_halvings", max_halvings, 0),
+        ("seed", seed, "auto"),
     ):
         if value != default:
             raise InputError(

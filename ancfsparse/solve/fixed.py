@@ -12,7 +12,7 @@ from ancfsparse.errors import OutputFailure
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import RunStats
-from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds import Seed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.explicit import count_forces
 from ancfsparse.solve.halving import CURABLE, Halving
@@ -55,7 +55,7 @@ class FixedSteps:
         integrator: Implicit | Explicit,
         march: Any,
         iteration: Any,
-        seed: SparseSeed | BlockInverse,
+        seed: Seed | BlockInverse,
         halving: Halving | None,
         stats: RunStats,
         recorder: Recorder,
@@ -177,7 +177,8 @@ class FixedSteps:
         if isinstance(self._integrator, Explicit):
             count_forces(stats, self._integrator)
         else:
-            count(stats, self._iteration)
+            assert not isinstance(self._seed, BlockInverse)
+            count(stats, self._iteration, self._seed)
             stats.events = events(self._iteration.events, 0.0, self._dt)
         if self._halving is not None:
             stats.short_steps = self._halving.short_steps

@@ -15,7 +15,7 @@ from ancfsparse.kernels.layout import MANY_BLOCKS
 from ancfsparse.machine import GIGABYTE, available
 from ancfsparse.nonlinear import Method, QuasiNewton
 from ancfsparse.scene import Beam, Connect, Mesh, Scene
-from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds import Seed
 from ancfsparse.seeds.sparse import BLOCK_ENTRY
 from ancfsparse.solve.fill import counted_fill
 
@@ -194,14 +194,14 @@ def memory_for(needed: Memory) -> Iterator[None]:
         ) from None
 
 
-def check_factor(needed: Memory, seed: SparseSeed) -> None:
+def check_factor(needed: Memory, seed: Seed) -> None:
     """Refuse a run whose factor, now that it is counted, cannot fit with what is yet to come.
 
     Parameters
     ----------
     needed : Memory
         The estimate from the scene; its element arrays and its matrix are there by now.
-    seed : SparseSeed
+    seed : SparseSeed or IncompleteSeed
         Ordered, but not yet factored.
     """
     factor = max(needed.factor, seed.nbytes)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.integrators import Implicit
-from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds import Seed
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -21,7 +21,7 @@ class Passage:
     ----------
     system, integrator, march
         What moves, and how.
-    seed : SparseSeed
+    seed : SparseSeed or IncompleteSeed
         It is left with another factor where one was needed.
 
     Attributes
@@ -30,7 +30,7 @@ class Passage:
         Those that were made, each for one solution or two.
     """
 
-    def __init__(self, system: System, integrator: Implicit, march: Any, seed: SparseSeed) -> None:
+    def __init__(self, system: System, integrator: Implicit, march: Any, seed: Seed) -> None:
         self._system, self._integrator, self._march, self._seed = system, integrator, march, seed
         self.factors = 0
 

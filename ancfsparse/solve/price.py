@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ancfsparse.integrators import Implicit
 from ancfsparse.results import RunStats
-from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds import Seed
 from ancfsparse.solve.setup import costs
 from ancfsparse.system import System
 
@@ -26,7 +26,7 @@ class Price:
     factor: float
 
     @classmethod
-    def of(cls, system: System, integrator: Implicit, seed: SparseSeed) -> Price:
+    def of(cls, system: System, integrator: Implicit, seed: Seed) -> Price:
         """Return the prices of implicit runs with a seed."""
         weighed = costs(system, integrator, seed, None)
         solve = 0.5 * seed.solve_flops

@@ -13,10 +13,11 @@ from ancfsparse.integrators.march import make_march
 from ancfsparse.nonlinear import Method, Outcome, QuasiNewton, seed_frame_of
 from ancfsparse.nonlinear.iteration import EPSILON, Costs, make_inverse, make_iteration
 from ancfsparse.results import Event, RunStats, Trajectory
-from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds import Seed
 from ancfsparse.solve.choose import choose
 from ancfsparse.solve.judge import Judge
 from ancfsparse.solve.memory import NOTHING, Memory, check_factor
+from ancfsparse.solve.seed import make_seed
 from ancfsparse.solve.start import regularize, starting_state
 from ancfsparse.solve.threads import divide
 from ancfsparse.system import System
@@ -54,16 +55,16 @@ def prepare(
     max_energy_gain: float,
     threads: int = 1,
     needed: Memory = NOTHING,
-) -> tuple[Any, Any, SparseSeed, Judge, str, Vector]:
+    kind: str = "exact",
+) -> tuple[Any, Any, Seed, Judge, str, Vector]:
     """Return compiled march and nonlinear loop, seed, judge, why this method, and a at t = 0.
 
-    The factor is refused if it cannot fit beside what else is `needed`.
+    The seed is of a kind of `SEEDS`.  A factor is refused if it cannot fit beside what else is
+    `needed`.
     """
-    pattern = system.pattern
-    seed = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
+    seed = make_seed(system, kind, solver, threads)
     check_factor(needed, seed)
-    straight = system.constraints.linear
-    method, why = choose(solver, seed.n, seed.solve_flops, straight=straight)
+    method, why = choose(solver, seed, straight=system.constraints.linear)
     scale = integrator.scale * dt**2
     regularize(system, scale)
     start, a = starting_state(system, seed, integrator, dt)
@@ -108,7 +109,7 @@ def difference_steps(system: System) -> Vector:
     return steps
 
 
-def costs(system: System, integrator: Implicit, seed: SparseSeed, frame: Any) -> Costs:
+def costs(system: System, integrator: Implicit, seed: Seed, frame: Any) -> Costs:
     """Weigh an iteration and a seed by the kernels that an integrator calls for them."""
     residual, tangent = system.operations("residual"), system.operations("tangent")
     if isinstance(integrator, EnergyMomentum):
@@ -117,8 +118,8 @@ def costs(system: System, integrator: Implicit, seed: SparseSeed, frame: Any) ->
     return Costs.of(residual, tangent, seed, frame)
 
 
-def count(stats: RunStats, iteration: Any) -> None:
-    """Copy counts and times of the compiled loop."""
+def count(stats: RunStats, iteration: Any, seed: Seed) -> None:
+    """Copy counts and times of the compiled loop and its seed."""
     counts = iteration.counts
     stats.iterations = counts["iterations"]
     stats.last_corrections = counts["last_corrections"]
@@ -128,6 +129,8 @@ def count(stats: RunStats, iteration: Any) -> None:
     stats.material_seeds = counts["material_seeds"]
     stats.rotating_seeds = counts["rotating_seeds"]
     stats.single_seeds = counts["single_seeds"]
+    stats.shifted_seeds = counts["shifted_seeds"]
+    stats.sweeps, stats.products = seed.inner
     stats.solves = counts["solves"]
     stats.skipped_pairs = counts["skipped_pairs"]
     stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]

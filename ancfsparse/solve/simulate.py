@@ -14,7 +14,7 @@ from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, I
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Node, Scene, check_scene
-from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds import IncompleteSeed, Seed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.accuracy import check_accuracy, solve_accurately
 from ancfsparse.solve.attempts import Attempts
@@ -27,6 +27,7 @@ from ancfsparse.solve.fixed import FixedSteps
 from ancfsparse.solve.halving import Halving
 from ancfsparse.solve.memory import check_fits, estimate, give_back
 from ancfsparse.solve.record import Record, check_nodes, check_output
+from ancfsparse.solve.seed import check_seed
 from ancfsparse.solve.settings import check_gain, check_solver, check_tolerance
 from ancfsparse.solve.setup import prepare, stopped
 from ancfsparse.solve.start import check_constraints, check_energy
@@ -53,6 +54,7 @@ def simulate(
     accuracy: float | None = None,
     integrator: Implicit | Explicit | str = "auto",
     solver: Method | str = "auto",
+    seed: str = "auto",
     tolerance: str | float = "default",
     max_energy_gain: float = 0.01,
     max_halvings: int = 0,
@@ -90,6 +92,11 @@ def simulate(
         `DormandPrince` take no damping, and joints by numbering.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
+    seed : {"auto", "exact", "incomplete"}, optional
+        What corrections are solved with.  ``"exact"``: the factor of the matrix of a step, which
+        fills in the more the larger a net or lattice is.  ``"incomplete"``: a factor without fill,
+        whose time and memory are linear in the mesh, with a few conjugate gradients where a sweep
+        is too little; without multipliers only.  ``"auto"`` is ``"exact"``.
     tolerance : "default", "paper" or float, optional
         What the iteration of a step may leave.  ``"default"``: a two-thousandth of what the step
         changes in the accelerations, which is less than a hundredth of the integrator's own error,
@@ -182,6 +189,7 @@ def simulate(
             f"got {shown(integrator)}"
         )
     check_solver(solver)
+    check_seed(seed, solver, accuracy)
     tolerance, max_energy_gain = check_tolerance(tolerance), check_gain(max_energy_gain)
     progress = check_flag("progress", progress)
     max_halvings = check_count("max_halvings", max_halvings, 0)
@@ -206,6 +214,7 @@ def simulate(
         "t_end": t_end,
         "integrator": repr(integrator),
         "solver": repr(solver),
+        "seed": seed,
         "tolerance": tolerance,
         "max_energy_gain": max_energy_gain,
         "max_halvings": max_halvings,
@@ -224,14 +233,14 @@ def simulate(
             )
         return record.trajectory()
     iteration, halving = None, None
-    seed: SparseSeed | BlockInverse
+    inverse: Seed | BlockInverse
     if isinstance(integrator, Explicit):
-        check_alone(integrator, solver, tolerance, max_halvings)
-        march, seed, why = prepare_explicit(system, dt, n_steps, integrator, max_energy_gain)
+        check_alone(integrator, solver, tolerance, max_halvings, seed)
+        march, inverse, why = prepare_explicit(system, dt, n_steps, integrator, max_energy_gain)
         a = march.state[2]
     else:
-        march, iteration, seed, judge, why, a = prepare(
-            system, dt, integrator, solver, tolerance, max_energy_gain, threads, needed
+        march, iteration, inverse, judge, why, a = prepare(
+            system, dt, integrator, solver, tolerance, max_energy_gain, threads, needed, seed
         )
         halving = Halving(system, march, iteration, integrator, judge, dt, max_halvings)
     seconds = {"set-up": time.perf_counter() - begin}
@@ -244,12 +253,13 @@ def simulate(
         if system.n_all >= LARGE:
             give_back()
         steps = FixedSteps(
-            system, integrator, march, iteration, seed, halving, stats, recorder, save_every, dt
+            system, integrator, march, iteration, inverse, halving, stats, recorder, save_every, dt
         )
         outcome = steps.run(n_steps, progress)
     path = record.trajectory()
     if outcome != Outcome.CONVERGED and isinstance(integrator, Explicit):
-        raise instability(system, march, seed, integrator, outcome, stats.steps, dt, path)
+        assert not isinstance(inverse, IncompleteSeed)
+        raise instability(system, march, inverse, integrator, outcome, stats.steps, dt, path)
     if outcome != Outcome.CONVERGED:
         raise stopped(
             system,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.march import Start
-from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds import Seed
 from ancfsparse.system import System
 from ancfsparse.system.numbering import ROUNDING, speeds
 
@@ -82,7 +82,7 @@ def check_constraints(system: System) -> None:
 
 
 def starting_state(
-    system: System, seed: SparseSeed, integrator: Implicit, dt: float
+    system: System, seed: Seed, integrator: Implicit, dt: float
 ) -> tuple[Start, Vector]:
     """Return the state from which an integrator is of second order from its first step on.
 
@@ -97,7 +97,7 @@ def starting_state(
     ----------
     system : System
         At its initial state ``q0``, ``v0``.
-    seed : SparseSeed
+    seed : SparseSeed or IncompleteSeed
         On the pattern of the system; it is left with a factor that is of no use later.
     integrator : Implicit
         The weights.
@@ -136,7 +136,7 @@ def starting_state(
     return Start(system.q0, v, smooth, b, lam, amplitudes), a
 
 
-def resolved(system: System, seed: SparseSeed, rate: Vector) -> Vector:
+def resolved(system: System, seed: Seed, rate: Vector) -> Vector:
     """Return the part of accelerations, or of their rate, that a step can follow, (n_all,).
 
     ``S^-1 M``, S the matrix of the step, leaves slow modes alone and takes modes of dt omega >> 1
@@ -147,7 +147,7 @@ def resolved(system: System, seed: SparseSeed, rate: Vector) -> Vector:
     ----------
     system : System
         At its initial state.
-    seed : SparseSeed
+    seed : SparseSeed or IncompleteSeed
         With the factor of the matrix of a step.
     rate : (n_all,) float
         All of it.
@@ -159,14 +159,14 @@ def resolved(system: System, seed: SparseSeed, rate: Vector) -> Vector:
     return out
 
 
-def initial_acceleration(system: System, seed: SparseSeed) -> tuple[Vector, Vector]:
+def initial_acceleration(system: System, seed: Seed) -> tuple[Vector, Vector]:
     """Solve ``M a + phi_q^T lam = f - Q``, ``phi_q a = -(phi_q v)_q v`` at the initial state.
 
     Parameters
     ----------
     system : System
         At its initial state ``q0``, ``v0``.
-    seed : SparseSeed
+    seed : SparseSeed or IncompleteSeed
         With the factor of the mass matrix.
 
     Returns
@@ -223,7 +223,7 @@ def _worst(values: Vector) -> int:
     return int(np.argmax(np.nan_to_num(np.abs(values), nan=np.inf)))
 
 
-def initial_jerk(system: System, seed: SparseSeed, a: Vector, lam: Vector, reach: float) -> Vector:
+def initial_jerk(system: System, seed: Seed, a: Vector, lam: Vector, reach: float) -> Vector:
     """Return the rate of the accelerations at the start, (n_all,) [m/s3, 1/s3].
 
     The equations of motion and the twice differentiated constraints are differentiated once more:
@@ -273,7 +273,7 @@ def _phi_q(system: System) -> Any:
     return system.constraints.jacobian(system.q0)
 
 
-def _solve(system: System, seed: SparseSeed, force: Vector, rate: Vector) -> tuple[Vector, Vector]:
+def _solve(system: System, seed: Seed, force: Vector, rate: Vector) -> tuple[Vector, Vector]:
     """Solve ``M x + phi_q^T mu = force``, ``phi_q x = rate``; refined, since the factor is near."""
     n, m = system.n_free, system.n_multipliers
     x, mu, phi_q = np.zeros(system.n_all), np.zeros(m), _phi_q(system)

@@ -17,7 +17,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, RunStats
-from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds import Seed
 from ancfsparse.solve.breaks import Breaks
 from ancfsparse.solve.passage import Passage
 from ancfsparse.solve.price import Price
@@ -115,7 +115,7 @@ class Stepper:
         self.dt = dt if pattern is None else pattern[0][0][0]
         self._given, self.pattern = pattern, list[list[tuple[float, int]]]()
         self._breaks, self._watch, self._budget = breaks, watch, budget
-        self.seed: SparseSeed
+        self.seed: Seed
         self.march, self.iteration, self.seed, self.judge, why, a = prepare(
             system, self.dt, integrator, solver, "default", max_energy_gain, threads
         )
@@ -170,7 +170,7 @@ class Stepper:
         return self.states
 
     def _count(self) -> None:
-        count(self.stats, self.iteration)
+        count(self.stats, self.iteration, self.seed)
         self.stats.factorizations += self._passage.factors
         self.stats.solves += self._passage.factors
 

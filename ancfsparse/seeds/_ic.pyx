@@ -1,0 +1,216 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""Incomplete factor of a sparse symmetric positive definite matrix in blocks of three, and its solves.
+
+``ic.h`` says what is kept; this file lays out the arrays.
+"""
+from cpython.pycapsule cimport PyCapsule_New
+from libc.stdint cimport int32_t, int64_t
+
+import numpy as np
+
+
+include "../kernels/solver_abi.pxi"
+
+cdef extern from "ic.h":
+    ctypedef struct Factor "ic":
+        ptrdiff_t n, n_triples, n_blocks
+        const int64_t *indptr
+        const int32_t *indices
+        const int32_t *unknown
+        const int64_t *start
+        const int32_t *row
+        const int32_t *place_of_entry
+        double *scale
+        double *blocks
+        double *column
+        double *x
+        double *r
+        double *z
+        double *p
+        int mode
+        double share
+        int64_t sweeps, products
+        double extra, per_sweep, per_round
+    const int BLOCK "IC_BLOCK"
+    const int TRIPLE "IC_TRIPLE"
+    const int PLAIN "IC_PLAIN"
+
+cdef extern from "ic_factor.h":
+    ptrdiff_t factor "ic_factor" (void *, const double *) noexcept nogil
+    int mend "ic_mend" (void *, const double *) noexcept nogil
+
+cdef extern from "ic_solve.h":
+    void solve "ic_solve" (void *, const double *, double *) noexcept nogil
+    int refine "ic_refine" (void *, double) noexcept nogil
+    void gather "ic_gather" (const Factor *, const double *, double *) noexcept nogil
+    void scatter "ic_scatter" (const Factor *, const double *, double *) noexcept nogil
+    double sweep "ic_sweep" (Factor *, const double *, double *) noexcept nogil
+    ptrdiff_t conjugate "ic_conjugate" (Factor *, double, ptrdiff_t) noexcept nogil
+
+
+cdef class Ic:
+    """Incomplete factor in the order of its triples.
+
+    Parameters
+    ----------
+    indptr, indices : (n + 1,) int64 and int32 arrays
+        Lower triangle of the matrix by columns.
+    unknown : (n_triples, 3) int32
+        Unknowns of each triple in order of elimination, each in one of them; -1 where none is.
+    start, row : (n_triples + 1,) int64 and int32 arrays
+        Blocks below the diagonal, by columns of blocks, rows ascending.
+    """
+
+    cdef ancf_seed interface
+    cdef Factor data
+    cdef dict arrays
+    cdef readonly object capsule
+
+    def __cinit__(self, const int64_t[::1] indptr, const int32_t[::1] indices,
+                  const int32_t[:, ::1] unknown, const int64_t[::1] start,
+                  const int32_t[::1] row):
+        cdef Factor *data = &self.data
+        cdef double[:, ::1] vectors
+        cdef double[::1] blocks, column, scale
+        cdef const int32_t[::1] place
+        data.n, data.n_triples = indptr.shape[0] - 1, unknown.shape[0]
+        data.n_blocks = data.n_triples + start[data.n_triples]
+        longest = int(np.max(np.diff(start), initial=1))
+        # A little more room than needed here and there, so that a pointer to the first always exists.
+        self.arrays = a = {
+            "indptr": np.asarray(indptr), "indices": np.asarray(indices),
+            "unknown": np.asarray(unknown), "start": np.asarray(start), "row": np.asarray(row),
+            "place": places(indptr, indices, unknown, start, row),
+            "scale": np.ones(data.n), "blocks": np.zeros(BLOCK * data.n_blocks),
+            "column": np.zeros(BLOCK * max(longest, 1)),
+            "vectors": np.zeros((4, TRIPLE * data.n_triples)),
+        }
+        place, scale, blocks, column = a["place"], a["scale"], a["blocks"], a["column"]
+        vectors = a["vectors"]
+        data.indptr, data.indices, data.unknown = &indptr[0], &indices[0], &unknown[0, 0]
+        data.start, data.row, data.place_of_entry = &start[0], &row[0], &place[0]
+        data.scale, data.blocks, data.column = &scale[0], &blocks[0], &column[0]
+        data.x, data.r = &vectors[0, 0], &vectors[1, 0]
+        data.z, data.p = &vectors[2, 0], &vectors[3, 0]
+        data.per_sweep = 2.0 * indices.shape[0]
+        data.per_round = 2.0 * data.per_sweep + 10.0 * data.n
+        self.interface.context, self.interface.n = data, data.n
+        self.interface.factor, self.interface.solve = factor, solve
+        self.interface.mend, self.interface.refine = mend, refine
+        self.interface.extra = &data.extra
+        self.capsule = PyCapsule_New(&self.interface, "ancf_seed", NULL)
+
+    @property
+    def nbytes(self):
+        """Bytes of all arrays but the pattern of the matrix, which is not ours."""
+        return sum(array.nbytes for name, array in self.arrays.items()
+                   if name not in ("indptr", "indices"))
+
+    @property
+    def sweeps(self):
+        """Sweeps so far in solves, each down and up the factor."""
+        return self.data.sweeps
+
+    @property
+    def products(self):
+        """Products with the matrix so far in solves."""
+        return self.data.products
+
+    @property
+    def plain(self):
+        """Whether a solve is one sweep."""
+        return self.data.mode == PLAIN
+
+    def factor(self, const double[::1] values):
+        """Factor; return 0, or 1 + the first unknown whose pivot is not positive, and no factor."""
+        return factor(&self.data, &values[0])
+
+    def mend(self, const double[::1] values):
+        """Factor with a larger diagonal; return whether that could be done."""
+        return bool(mend(&self.data, &values[0]))
+
+    def refine(self, double share):
+        """Leave no more than a share of the residual in solves; return whether that is new."""
+        return bool(refine(&self.data, share))
+
+    def solve(self, const double[::1] r):
+        """Return the solution ``x (n,)`` for the right-hand side ``r (n,)`` as compiled callers get it."""
+        x = np.empty(self.data.n)
+        cdef double[::1] view = x
+        solve(&self.data, &r[0], &view[0])
+        return x
+
+    def sweep(self, const double[::1] r):
+        """Return what one sweep makes of ``r (n,)``; it is not counted."""
+        x = np.empty(self.data.n)
+        cdef double[::1] view = x
+        gather(&self.data, &r[0], self.data.x)
+        sweep(&self.data, NULL, self.data.x)
+        scatter(&self.data, self.data.x, &view[0])
+        self.data.sweeps -= 1
+        return x
+
+    def solve_to(self, const double[::1] r, double share, ptrdiff_t most):
+        """Return a solution by conjugate gradients, and how many rounds they took; none is counted.
+
+        Parameters
+        ----------
+        r : (n,) float
+            Right-hand side.
+        share : float
+            Of it what may be left, in the norm of the factor.
+        most : int
+            Rounds that are allowed.
+        """
+        x = np.empty(self.data.n)
+        cdef double[::1] view = x
+        cdef int64_t sweeps = self.data.sweeps, products = self.data.products
+        gather(&self.data, &r[0], self.data.r)
+        rounds = conjugate(&self.data, share, most)
+        self.data.sweeps, self.data.products = sweeps, products
+        scatter(&self.data, self.data.x, &view[0])
+        return x, rounds
+
+    def columns(self):
+        """Return ``(unknown, start, row, blocks)`` of the factor, for tests.
+
+        ``blocks (n_blocks, 3, 3)`` are the inverse pivots, then N below the diagonal by columns.
+        """
+        a = self.arrays
+        singles = a["blocks"].view(np.float32)[:BLOCK * self.data.n_blocks]
+        blocks = singles.reshape(-1, 3, 4)[:, :, :3].transpose(0, 2, 1).astype(float)
+        return a["unknown"], a["start"], a["row"], blocks, a["scale"]
+
+
+def places(const int64_t[::1] indptr, const int32_t[::1] indices, const int32_t[:, ::1] unknown,
+           const int64_t[::1] start, const int32_t[::1] row):
+    """Return for each entry of the matrix its place among the numbers of the blocks, int32."""
+    cdef ptrdiff_t n = indptr.shape[0] - 1, n_triples = unknown.shape[0], t, k, j
+    cdef int64_t p, low, high, middle, block
+    cdef int32_t a, b, r, c
+    of_unknown = np.empty(n, dtype=np.int32)
+    out = np.empty(indices.shape[0], dtype=np.int32)
+    cdef int32_t[::1] lane = of_unknown, place = out
+    for t in range(n_triples):
+        for k in range(3):
+            if unknown[t, k] >= 0:
+                lane[unknown[t, k]] = <int32_t>(3 * t + k)
+    for j in range(n):
+        for p in range(indptr[j], indptr[j + 1]):
+            a, b = lane[indices[p]], lane[j]
+            if a < b:
+                a, b = b, a
+            r, c = a // 3, b // 3
+            if r == c:
+                block = r
+            else:
+                low, high = start[c], start[c + 1]
+                while high - low > 1:
+                    middle = (low + high) // 2
+                    if row[middle] <= r:
+                        low = middle
+                    else:
+                        high = middle
+                block = n_triples + low
+            place[p] = <int32_t>(BLOCK * block + 4 * (b % 3) + a % 3)
+    return out

@@ -1,0 +1,230 @@
+"""The incomplete factor against one in NumPy, on trees against the inverse, and its solves."""
+
+import numpy as np
+import pytest
+from matrices import lower_csc
+
+from ancfsparse.seeds import IncompleteSeed
+
+ROUNDING = 2.0**-24
+"""Of a number in single precision (IEEE 754)."""
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(20261122)
+
+
+def coupled(rng, n, edges, width=3, weight=0.5):
+    """Positive definite matrix of n groups of unknowns, of which some meet; and the groups."""
+    a = weight * np.eye(n * width)
+    for i, j in edges:
+        ends = np.concatenate([width * e + np.arange(width) for e in (i, j)])
+        factor = rng.normal(size=(2 * width, 2 * width))
+        a[np.ix_(ends, ends)] += factor @ factor.T
+    groups = np.full((n, 3), -1)
+    groups[:, :width] = np.arange(n * width).reshape(n, width)
+    return a, groups
+
+
+def springs(rng, n, edges, weight):
+    """Springs between points in space, which hardly anything holds; and the groups."""
+    a = weight * np.eye(3 * n)
+    for i, j in edges:
+        ends = np.concatenate([3 * e + np.arange(3) for e in (i, j)])
+        factor = rng.normal(size=(3, 3))
+        a[np.ix_(ends, ends)] += np.kron([[1.0, -1.0], [-1.0, 1.0]], factor @ factor.T)
+    return a, np.arange(3 * n).reshape(n, 3)
+
+
+def grid(side):
+    number = np.arange(side * side).reshape(side, side)
+    along = np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1)
+    return np.concatenate([along, np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], 1)])
+
+
+def tree(rng, n):
+    return [(int(rng.integers(k)), k) for k in range(1, n)]
+
+
+def seed_of(a, groups, node=None):
+    indptr, indices, values = lower_csc(a)
+    node = np.arange(len(groups)) if node is None else node
+    return IncompleteSeed(indptr, indices, groups, node), values
+
+
+def inverse_of(seed):
+    """What a sweep multiplies by, column by column."""
+    return np.column_stack([seed.own.sweep(unit) for unit in np.eye(seed.n)])
+
+
+def blocks_of(seed, a):
+    """The matrix and the seed's own factor as arrays of blocks, in its order and scale."""
+    unknown, start, row, blocks, scale = seed.own.columns()
+    n = len(unknown)
+    whole = np.zeros((n, n, 3, 3))
+    for i in range(n):
+        for j in range(n):
+            for k, p in enumerate(unknown[i]):
+                for m, q in enumerate(unknown[j]):
+                    if p >= 0 and q >= 0:
+                        whole[i, j, k, m] = a[p, q] * scale[p] * scale[q]
+                    elif i == j and k == m:
+                        whole[i, j, k, m] = 1.0
+    lower = np.zeros((n, n, 3, 3))
+    for j in range(n):
+        for b in range(start[j], start[j + 1]):
+            lower[row[b], j] = blocks[n + b]
+    return whole, blocks[:n], lower
+
+
+def by_the_book(whole):
+    """Cholesky in blocks without fill, written down as it is defined."""
+    a, n = whole.copy(), len(whole)
+    kept = np.abs(whole).max(axis=(2, 3)) > 0.0
+    pivots, lower = np.zeros((n, 3, 3)), np.zeros_like(a)
+    for j in range(n):
+        pivots[j] = np.linalg.inv(a[j, j])
+        below = [i for i in range(j + 1, n) if kept[i, j]]
+        for i in below:
+            lower[i, j] = a[i, j] @ pivots[j]
+        for i in below:
+            for k in below:
+                if kept[i, k]:
+                    a[i, k] -= lower[i, j] @ a[k, j].T
+    return pivots, lower
+
+
+@pytest.mark.parametrize("width", [1, 2, 3])
+def test_factor_is_cholesky_without_fill(width, rng):
+    a, groups = coupled(rng, 36, grid(6), width, 3.0)
+    seed, values = seed_of(a, groups)
+    assert seed.factor(values) == 0
+    whole, pivots, lower = blocks_of(seed, a)
+    expected = by_the_book(whole)
+    assert np.abs(pivots - expected[0]).max() <= 2.0 * ROUNDING * np.abs(expected[0]).max()
+    assert np.abs(lower - expected[1]).max() <= 2.0 * ROUNDING * np.abs(expected[1]).max()
+    # Something was dropped, or this would be no test of it.
+    exact = np.linalg.inv(a)
+    assert np.abs(inverse_of(seed) - exact).max() > 1e-3 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("width", [1, 2, 3])
+@pytest.mark.parametrize("kind", ["chain", "tree", "trees"])
+def test_nothing_is_dropped_on_trees(kind, width, rng):
+    n = 40
+    edges = [(k, k + 1) for k in range(n - 1)] if kind == "chain" else tree(rng, n)
+    edges = edges[: n // 2] + edges[n // 2 + 1 :] if kind == "trees" else edges
+    a, groups = coupled(rng, n, edges, width)
+    order = rng.permutation(n)  # whatever the order of the groups
+    seed, values = seed_of(a, groups[order])
+    assert seed.factor(values) == 0
+    exact = np.linalg.inv(a)
+    assert np.abs(inverse_of(seed) - exact).max() <= 1e-4 * np.abs(exact).max()
+
+
+def test_a_sweep_is_symmetric_and_positive(rng):
+    a, groups = coupled(rng, 25, grid(5))
+    seed, values = seed_of(a, groups)
+    assert seed.factor(values) == 0
+    h = inverse_of(seed)
+    assert np.abs(h - h.T).max() <= 1e-12 * np.abs(h).max()
+    assert np.linalg.eigvalsh(h).min() > 0.0
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-25, 1e25])
+def test_solve_is_numpys_whatever_the_units(unit, rng):
+    a, groups = coupled(rng, 49, grid(7))
+    d = 10.0 ** rng.uniform(-6, 6, len(a))  # each unknown in a unit of its own
+    seed, values = seed_of(unit * d[:, None] * a * d, groups)
+    assert seed.factor(values) == 0
+    r = rng.normal(size=len(a)) * d
+    x = seed.solve(r) * d * unit
+    expected = np.linalg.solve(a, r / d)
+    assert np.abs(x - expected).max() <= 1e-10 * np.abs(expected).max()
+
+
+def test_unknowns_that_are_held_leave_their_places_free(rng):
+    a, groups = coupled(rng, 16, grid(4))
+    held = np.array([0, 1, 2, 7, 20, 30, 31])  # a whole group, and some of others
+    free = np.setdiff1d(np.arange(len(a)), held)
+    number = np.full(len(a), -1)
+    number[free] = np.arange(len(free))
+    triples = number[groups]
+    triples = triples[(triples >= 0).any(axis=1)]
+    a = a[np.ix_(free, free)]
+    seed, values = seed_of(a, triples)
+    assert seed.factor(values) == 0
+    r = rng.normal(size=len(a))
+    np.testing.assert_allclose(seed.solve(r), np.linalg.solve(a, r), rtol=1e-10, atol=1e-12)
+
+
+def test_members_of_a_node_come_one_after_the_other_in_their_order(rng):
+    a, groups = coupled(rng, 36, grid(6))
+    node = np.repeat(np.arange(12), 3)
+    seed, values = seed_of(a, groups, node)
+    assert seed.factor(values) == 0
+    order = seed.own.columns()[0][:, 0] // 3
+    assert (node[order].reshape(12, 3) == node[order][::3, None]).all()
+    assert (np.diff(order.reshape(12, 3), axis=1) == 1).all()
+
+
+def test_a_share_is_kept_and_a_first_solve_decides(rng):
+    a, groups = springs(rng, 100, grid(10), 1e-3)
+    seed, values = seed_of(a, groups)
+    assert seed.factor(values) == 0
+    r = rng.normal(size=len(a))
+    h = inverse_of(seed)
+
+    def left(x):
+        rest = r - a @ x
+        return np.sqrt(rest @ h @ rest / (r @ h @ r))
+
+    assert left(seed.own.solve(r)) <= 0.1
+    assert not seed.own.plain  # so hard a matrix takes more than three sweeps
+    assert not seed.own.refine(0.1)
+    assert seed.own.refine(1e-3)
+    assert left(seed.own.solve(r)) <= 1.1e-3
+    # Beside a large diagonal one sweep is enough, until something else is asked for.
+    easy = a + 50.0 * np.eye(len(a))
+    assert seed.factor(lower_csc(easy)[2]) == 0
+    seed.own.solve(r)
+    assert seed.own.plain
+    before = seed.own.sweeps
+    seed.own.solve(r)
+    assert seed.own.sweeps == before + 1
+    assert seed.own.refine(0.1)
+    assert not seed.own.plain
+    assert not seed.own.refine(0.1)
+
+
+def test_what_breaks_down_gets_a_larger_diagonal(rng):
+    a, groups = coupled(rng, 36, grid(6), weight=0.5)
+    indefinite = a - 1.2 * np.linalg.eigvalsh(a).min() * np.eye(len(a)) - 2.0 * np.eye(len(a))
+    assert np.linalg.eigvalsh(indefinite).min() < 0.0
+    seed, values = seed_of(indefinite, groups)
+    assert seed.own.factor(values) > 0
+    assert np.isnan(seed.own.solve(np.ones(len(a)))).all()  # no factor, no numbers
+    assert seed.own.mend(values)
+    assert np.isfinite(seed.own.solve(np.ones(len(a)))).all()
+    assert np.linalg.eigvalsh(inverse_of(seed)).min() > 0.0
+
+
+def test_what_is_no_number_is_not_mended(rng):
+    a, groups = coupled(rng, 16, grid(4))
+    seed, values = seed_of(a, groups)
+    values[5] = np.nan
+    assert seed.own.factor(values) > 0
+    assert not seed.own.mend(values)
+    assert np.isnan(seed.own.solve(np.ones(len(a)))).all()
+
+
+def test_solves_repeat_bit_for_bit(rng):
+    a, groups = springs(rng, 100, grid(10), 1e-3)
+    r = rng.normal(size=len(a))
+    runs = []
+    for _ in range(2):
+        seed, values = seed_of(a, groups)
+        seed.factor(values)
+        runs.append([seed.own.solve(r) for _ in range(3)])
+    assert np.array_equal(*runs)

@@ -1,0 +1,102 @@
+"""Runs on incomplete seeds: the motion of exact ones, at counts that do not grow with the mesh."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import chain, lattice, net
+from ancfsparse.seeds import IncompleteSeed
+from ancfsparse.system import System
+from ancfsparse.system.vectors import vectors_of
+
+STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0}
+SOFT = {"youngs_modulus": 1e8, "density": 1000.0}
+
+
+def both(make, t_end, dt, **options):
+    """The same run on exact and on incomplete seeds."""
+    return [
+        ancf.simulate(make(), t_end, dt, seed=kind, **options) for kind in ("exact", "incomplete")
+    ]
+
+
+@pytest.mark.parametrize("motion", ["rest", "rough"])
+@pytest.mark.parametrize("stiff", [SOFT, STEEL], ids=["soft", "steel"])
+def test_lattices_move_as_on_exact_seeds(stiff, motion):
+    exact, incomplete = both(lambda: lattice(5, motion, **stiff).scene, 0.02, 5e-4)
+    moved = np.abs(exact.q[-1] - exact.q[0]).max()
+    # Each step may leave a two-thousandth of what it changes.
+    assert np.abs(exact.q - incomplete.q).max() <= 2e-4 * moved
+    assert incomplete.stats.sweeps >= incomplete.stats.solves
+    assert exact.stats.sweeps == exact.stats.products == 0
+    assert "incomplete seed" in incomplete.stats.solver
+    energy = [run.energy.drift for run in (exact, incomplete)]
+    assert energy[1] <= max(2.0 * energy[0], 1e-5)
+
+
+@pytest.mark.parametrize(
+    "solver", [ancf.Newton(), ancf.ModifiedNewton(), ancf.QuasiNewton("bfgs", 5)], ids=str
+)
+def test_all_sparse_methods_work_on_them(solver):
+    exact, incomplete = both(lambda: lattice(4, "rough", **STEEL).scene, 5e-3, 5e-4, solver=solver)
+    moved = np.abs(exact.q[-1] - exact.q[0]).max()
+    assert np.abs(exact.q - incomplete.q).max() <= 2e-4 * moved
+
+
+def test_on_chains_they_are_exact():
+    exact, incomplete = both(lambda: chain(200, "rough").scene, 0.02, 5e-4)
+    assert incomplete.stats.iterations == pytest.approx(exact.stats.iterations, rel=0.02)
+    assert incomplete.stats.factorizations == pytest.approx(exact.stats.factorizations, abs=1)
+    assert np.abs(exact.q - incomplete.q).max() <= 1e-5
+
+
+def test_thick_nodes_have_four_vectors():
+    def scene():
+        scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
+        section, material = ancf.Rectangle(0.02, 0.02), ancf.Material(1e8, 1000.0, 0.3)
+        bars = [
+            scene.add_beam("thick", (0, y, 0), (1, y, 0), 4, section, material) for y in (0.0, 0.5)
+        ]
+        tie = scene.add_beam("thick", (0.5, 0, 0), (0.5, 0.5, 0), 2, section, material)
+        scene.connect(bars[0].node(2), tie.start)
+        scene.connect(bars[1].node(2), tie.end)
+        scene.pin(bars[0].start)
+        scene.clamp(bars[1].start)
+        return scene
+
+    system = System(scene())
+    vectors, node = vectors_of(system.places, system.dim, system.n_free)
+    assert sorted(vectors[vectors >= 0]) == list(range(system.n_free))
+    assert max(np.bincount(node)) == 7  # where two beams meet: six slopes and a position
+    exact, incomplete = both(scene, 0.02, 1e-3)
+    assert np.abs(exact.q - incomplete.q).max() <= 1e-6
+
+
+def test_set_up_without_a_march_is_linear():
+    # Blocks, and so time and memory: 5 below the diagonal and 4/3 on it for each element.
+    for n in (6, 12):
+        system = System(lattice(n).scene)
+        vectors, node = vectors_of(system.places, system.dim, system.n_free)
+        seed = IncompleteSeed(system.pattern.indptr, system.pattern.indices, vectors, node)
+        assert seed.nnz == system.pattern.n_values - system.n_free
+        assert seed.own.nbytes == pytest.approx(seed.nbytes, rel=0.05)
+        assert seed.nbytes / (3 * n * n * (n - 1)) < 1300
+
+
+def test_what_they_cannot_do_is_refused():
+    scene = net(3).scene
+    beam = scene.beams[0]
+    for options, words in (
+        ({"seed": "inexact"}, "unknown seed .inexact."),
+        (
+            {"seed": "incomplete", "solver": ancf.QuasiNewton("bfgs")},
+            "starts from the whole inverse",
+        ),
+        ({"seed": "incomplete", "accuracy": 1e-3}, "estimates errors with an exact factor"),
+        ({"seed": "exact", "integrator": ancf.CentralDifference()}, "solves no equations"),
+    ):
+        with pytest.raises(ancf.InputError, match=words):
+            ancf.simulate(scene, 0.01, 1e-3, **options)
+    scene.rod(beam.node(1), (0.2, 1.0, 0.0))
+    with pytest.raises(ancf.InputError, match=r"the rod at .* has one"):
+        ancf.simulate(scene, 0.01, 1e-3, seed="incomplete")
