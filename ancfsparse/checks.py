@@ -20,6 +20,11 @@ from ancfsparse.errors import InputError, with_unit
 LARGEST = int(sys.float_info.max)
 
 
+def is_masked(value: object) -> bool:
+    """Whether an array has masked entries; where nobody has loaded `numpy.ma`, there is none."""
+    return "numpy.ma" in sys.modules and bool(np.ma.is_masked(value))
+
+
 def shown(value: object) -> str:
     """Write what was given in one short line, whatever it is.
 
@@ -278,7 +283,7 @@ def check_reals(what: str, value: object, needed: str) -> NDArray[np.float64]:
         floating-point numbers, or rows of different lengths.
     """
     try:
-        if np.ma.is_masked(value):  # its masked entries would be read all the same
+        if is_masked(value):  # its masked entries would be read all the same
             raise TypeError
         given = np.asarray(value)
         if given.dtype.kind == "O":  # fractions and decimals, or integers of many digits

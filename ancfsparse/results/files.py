@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
-import h5py
 import numpy as np
 
 from ancfsparse.errors import InputError
@@ -19,6 +18,9 @@ from ancfsparse.results.trajectory import Trajectory
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.scene.digest import difference
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    import h5py
 
 # Share of the largest coordinate by which two equal scenes may differ: rounding.
 SAME = 1e-9

@@ -8,12 +8,14 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-
-import h5py
+from typing import TYPE_CHECKING
 
 from ancfsparse.checks import shown
 from ancfsparse.errors import InputError
 from ancfsparse.results.locks import in_use
+
+if TYPE_CHECKING:
+    import h5py
 
 # Every file of a run begins with these bytes, before what HDF5 writes, so that a file that is cut
 # off or damaged is still known for one; and it carries the same as an attribute, with the number
@@ -77,6 +79,8 @@ def opened(
         If it cannot be read, is none that ``simulate`` wrote, or holds a later run; or if what is
         read from it turns out not to be what a run writes.
     """
+    import h5py
+
     try:
         file = h5py.File(path, "r", locking=locking)
     except DAMAGE as refused:
@@ -151,6 +155,8 @@ def unreadable(path: Path, refused: BaseException) -> str:
         return f"{path} cannot be opened: {os.strerror(refused.errno)}"
     if isinstance(refused, BlockingIOError) or in_use(path):
         return f"{path} cannot be opened, because a run writes to it just now: wait for its end"
+    import h5py
+
     if begins_with_mark(path) or h5py.is_hdf5(path):
         return (
             f"{path} is cut off or damaged after {path.stat().st_size} bytes: copy it again, or "

@@ -11,9 +11,8 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +22,9 @@ from ancfsparse.results.locks import LOCKED_BY_HDF5
 from ancfsparse.results.opening import FORMAT, MARK
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
+
+if TYPE_CHECKING:
+    import h5py
 
 # Numbers in one chunk of a data set (32 KiB), the most columns of it, and the columns of a table
 # from which on a chunk has one row, so that appending a row does not read chunks back.
@@ -92,6 +94,8 @@ class Writer:
 
     def _make(self, texts: dict[str, str], n: int, m: int) -> None:
         """Make the file, empty of states."""
+        import h5py
+
         # HDF5 writes nothing of a file before it is flushed.
         _take_room(self._path, 0, SLACK + sum(map(len, texts.values())))
         self._file = h5py.File(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_reals
+from ancfsparse.checks import check_reals, is_masked
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Numbers, Vector
 from ancfsparse.scene.straight import FARTHEST, place
@@ -148,7 +148,7 @@ def _pairs(label: str, edges: ArrayLike) -> NDArray[np.integer[Any]]:
         pairs = np.asarray(edges)
     except ValueError:
         raise InputError(f"edges of {label} must be pairs of node numbers: rows differ") from None
-    if np.ma.is_masked(edges):
+    if is_masked(edges):
         raise InputError(f"edges of {label} have masked entries: leave those edges out")
     if pairs.ndim != 2 or pairs.shape[1] != 2 or len(pairs) == 0:
         raise InputError(

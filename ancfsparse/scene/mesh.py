@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
@@ -134,6 +132,9 @@ class Mesh(Body):
 
 def _components(n: int, pairs: Numbers) -> Numbers:
     """Return the number of the connected part that each vertex of a graph is in, (n,)."""
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
     links = np.ones(len(pairs), dtype=bool)
     graph = sp.coo_array((links, (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int32)

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse.csgraph import connected_components
 
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
@@ -163,6 +161,9 @@ def _turned_round(m: int, partners: tuple[Integers, Integers]) -> NDArray[np.boo
     state that leaves through a half-edge is followed by the one that enters through its partner.
     A line then shows up twice, once in each direction; its first edge keeps the one given.
     """
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
     a, b = partners
     # Leaving through half-edge h: as given if h is an end (odd).  Entering: as given if it is even.
     leaving_a, entering_b = a ^ 1, b

@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.seeds.sparse import Indices
@@ -39,6 +37,9 @@ class BlockInverse:
     error: BaseException | None = None
 
     def __init__(self, indptr: Indices, indices: Indices, values: NDArray[np.float64]) -> None:
+        import scipy.sparse as sp
+        from scipy.sparse.csgraph import connected_components
+
         self.n = len(indptr) - 1
         lower = sp.csc_array((values, indices, indptr), shape=(self.n, self.n))
         self._matrix = (lower + sp.tril(lower, -1).T).tocsr()

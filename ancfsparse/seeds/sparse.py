@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.seeds.cholmod import Supernodal, order
 from ancfsparse.seeds.shape import Upper, parts_of, shape_of
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds.cholmod import Supernodal
 
 Indices = NDArray[np.integer[Any]]
 # Operations for each entry of L from which CHOLMOD's dense blocks factor faster than our loops, on
@@ -88,6 +90,8 @@ class SparseSeed:
         self._cholmod: Supernodal | None = None
         self._callback: Any = None
         if self.supernodal:
+            from ancfsparse.seeds.cholmod import Supernodal
+
             self._cholmod = Supernodal(indptr, indices, self.ordering)
             self._callback = compiled("callback").Callback(self, self.n, len(indices))
         else:
@@ -201,6 +205,8 @@ def _cheapest(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32]
             upper = _upper(indptr, indices, permutation)
             if tree(*upper, no_fill) is not None:
                 return name, permutation, upper
+    from ancfsparse.seeds.cholmod import order
+
     best, most = None, np.iinfo(np.int64).max
     for method in ("metis", "amd"):
         permutation = order(indptr, indices, method)

@@ -11,7 +11,6 @@ import time
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from ancfsparse.checks import check_positive
 from ancfsparse.errors import AccuracyFailure, InputError, StepFailure
@@ -32,6 +31,7 @@ from ancfsparse.solve.breaks import Breaks
 from ancfsparse.solve.explicit import check_alone
 from ancfsparse.solve.explicit_runs import ExplicitRuns
 from ancfsparse.solve.implicit_runs import ImplicitRuns
+from ancfsparse.solve.progress import progress_bar
 from ancfsparse.solve.stability import check_free
 from ancfsparse.system import System
 
@@ -158,7 +158,7 @@ def solve_accurately(
         )
     begin, total = time.perf_counter(), attempts.stats
     ways = _ways(system, t, accuracy, integrator, solver, max_energy_gain, attempts)
-    with tqdm(unit="run", disable=not progress, leave=False) as bar:
+    with progress_bar("run", progress) as bar:
         while total.error > accuracy:
             costs = [way.forecast() for way in ways]
             first = int(np.argmin(costs))

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ancfsparse.nonlinear.iteration import EPSILON
@@ -120,6 +119,8 @@ class Balance:
         self._keys: NDArray[np.int64] | None = None
         if not self.system.n_multipliers:
             return
+        import scipy.sparse as sp
+
         self._keep = np.flatnonzero(self._indices < n)
         columns = np.repeat(np.arange(n), np.diff(self._indptr))[self._keep]
         own = columns * n + self._indices[self._keep]
@@ -180,6 +181,8 @@ class Balance:
         """
         kept = values[self._keep]
         if self._keys is not None:
+            import scipy.sparse as sp
+
             own, kept = kept, np.zeros(len(self._keys))
             kept[self._own] = own
             self._phi_q = phi_q = self._jacobian(state.q)
@@ -231,6 +234,8 @@ class Balance:
         return self._rounded[1]
 
     def _rounding(self, values: Vector, q: Vector, lam: Vector | None = None) -> Vector:
+        import scipy.sparse as sp
+
         n, size = self.system.n_free, self.system.pattern.n
         end = int(self.system.pattern.indptr[n])
         indices, indptr = self.system.pattern.indices[:end], self.system.pattern.indptr[: n + 1]

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene import Connect, Scene
@@ -19,6 +17,9 @@ def counted_fill(scene: Scene) -> float:
     takes a ninth of the time that it takes for all coordinates, or less.  What joints hold is
     counted as if it were free.
     """
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
     first_node, first_row, size = [], [], 0
     for body in scene.beams:
         first_node.append(size)

@@ -6,7 +6,6 @@ import time
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
 from ancfsparse.errors import OutputFailure
 from ancfsparse.integrators import Explicit, Implicit
@@ -16,6 +15,7 @@ from ancfsparse.seeds import Seed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.explicit import count_forces
 from ancfsparse.solve.halving import CURABLE, Halving
+from ancfsparse.solve.progress import progress_bar
 from ancfsparse.solve.record import Recorder, buffer_rows
 from ancfsparse.solve.setup import count, events
 from ancfsparse.system import System
@@ -106,7 +106,7 @@ class FixedSteps:
 
     def _run(self, progress: bool) -> Outcome:
         stats, outcome = self._stats, Outcome.CONVERGED
-        with tqdm(total=self._n_steps, unit="step", disable=not progress, leave=False) as bar:
+        with progress_bar("step", progress, self._n_steps) as bar:
             while stats.steps < self._n_steps and outcome == Outcome.CONVERGED:
                 outcome = self._advance()
                 if self._halving is not None and outcome in CURABLE:

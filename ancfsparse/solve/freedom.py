@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.motions import named
 from ancfsparse.system.rigid import Part, parts_of
 from ancfsparse.system.system import System
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 Vector = NDArray[np.float64]
 
@@ -83,6 +85,8 @@ def free_motions(system: System) -> list[str]:
 
 def _conditions(system: System, parts: list[Part]) -> Conditions:
     """Write down the conditions on the modes of all parts."""
+    import scipy.sparse as sp
+
     dim = system.dim
     count = np.array([dim + len(part.axes) for part in parts])
     first = np.concatenate([[0], np.cumsum(count)])
@@ -169,6 +173,8 @@ def _not_held_alone(conditions: Conditions, rounding: Vector) -> NDArray[np.bool
 
 def _groups(conditions: Conditions, loose: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
     """Return the loose parts that conditions bind together."""
+    from scipy.sparse.csgraph import connected_components
+
     members = np.flatnonzero(loose)
     bound = conditions.units[:, members]
     _, label = connected_components(bound.T @ bound, directed=False)
@@ -184,6 +190,8 @@ def _null_space(
     Powers of the inverse of the squared conditions filter them out, near enough to tell them by
     what they break of the conditions themselves.
     """
+    import scipy.sparse as sp
+
     matrix, units = conditions.matrix[:, columns], conditions.units[:, group]
     rows = np.flatnonzero(np.diff(units.indptr))
     largest = np.maximum.reduceat(units.data, units.indptr[rows]) if len(rows) else np.ones(0)

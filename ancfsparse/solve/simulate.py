@@ -16,8 +16,6 @@ from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Node, Scene, check_scene
 from ancfsparse.seeds import IncompleteSeed, Seed
 from ancfsparse.seeds.blocks import BlockInverse
-from ancfsparse.solve.accuracy import check_accuracy, solve_accurately
-from ancfsparse.solve.attempts import Attempts
 from ancfsparse.solve.explicit import (
     check_alone,
     instability,
@@ -224,6 +222,9 @@ def simulate(
     record = Record(system, rows, save_nodes, output, settings)
     threads = 1 if isinstance(integrator, Explicit) else usable(system, threads)
     if accuracy is not None:
+        from ancfsparse.solve.accuracy import check_accuracy, solve_accurately
+        from ancfsparse.solve.attempts import Attempts
+
         check_accuracy(system, accuracy, tolerance, named, solver, max_halvings)
         times = dt * np.append(np.arange(0, n_steps, save_every), n_steps)
         with record.open() as recorder:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.linalg import LinearOperator, eigsh
 
 from ancfsparse.checks import shown
 from ancfsparse.errors import InputError
@@ -19,6 +17,9 @@ from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.memory import NOTHING, check_factor, estimate, memory_for
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 Vector = NDArray[np.float64]
 
@@ -153,9 +154,12 @@ def fastest_vibration(
 
 def _highest(matrix: sp.csr_array, mass: sp.csr_array, seed: SparseSeed | BlockInverse) -> float:
     """Return the highest eigenvalue of a symmetric matrix over that of the masses."""
+    from scipy.linalg import eigh
+    from scipy.sparse.linalg import LinearOperator, eigsh
+
     n = mass.shape[0]
     if n <= DENSE:
-        found = scipy.linalg.eigh(
+        found = eigh(
             matrix.toarray(), mass.toarray(), eigvals_only=True, subset_by_index=[n - 1, n - 1]
         )
     else:
@@ -174,10 +178,14 @@ def _highest(matrix: sp.csr_array, mass: sp.csr_array, seed: SparseSeed | BlockI
 
 def _free(system: System, values: Vector) -> sp.csc_array:
     """Return the lower triangle over the free coordinates, from values on the pattern."""
+    import scipy.sparse as sp
+
     pattern, n = system.pattern, system.n_free
     whole = sp.csc_array((values, pattern.indices, pattern.indptr))
     return whole if whole.shape[0] == n else whole[:n, :n].tocsc()
 
 
 def _whole(lower: sp.csc_array) -> sp.csr_array:
+    import scipy.sparse as sp
+
     return (lower + sp.tril(lower, -1).T).tocsr()

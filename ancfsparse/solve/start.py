@@ -153,7 +153,9 @@ def resolved(system: System, seed: Seed, rate: Vector) -> Vector:
         All of it.
     """
     n = system.n_free
-    force = np.concatenate([system.assembly.inertia(rate)[:n], _phi_q(system) @ rate])
+    force = system.assembly.inertia(rate)[:n]
+    if system.n_multipliers:
+        force = np.concatenate([force, _phi_q(system) @ rate])
     out = np.zeros(system.n_all)
     out[:n] = seed.solve(force)[:n]
     return out
@@ -276,8 +278,12 @@ def _phi_q(system: System) -> Any:
 def _solve(system: System, seed: Seed, force: Vector, rate: Vector) -> tuple[Vector, Vector]:
     """Solve ``M x + phi_q^T mu = force``, ``phi_q x = rate``; refined, since the factor is near."""
     n, m = system.n_free, system.n_multipliers
-    x, mu, phi_q = np.zeros(system.n_all), np.zeros(m), _phi_q(system)
-    for _ in range(3 if m else 1):
+    x, mu = np.zeros(system.n_all), np.zeros(m)
+    if not m:
+        x[:n] = seed.solve(force[:n])
+        return x, mu
+    phi_q = _phi_q(system)
+    for _ in range(3):
         top = force - system.assembly.inertia(x) - phi_q.T @ mu
         correction = seed.solve(np.concatenate([top[:n], rate - phi_q @ x]))
         x[:n] += correction[:n]

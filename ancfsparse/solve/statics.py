@@ -6,7 +6,6 @@ import time
 import warnings
 
 import numpy as np
-from tqdm import tqdm
 
 from ancfsparse.checks import check_count, check_flag, check_positive
 from ancfsparse.errors import (
@@ -21,6 +20,7 @@ from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.balance import Balance, State
 from ancfsparse.solve.freedom import MOST, free_motions
 from ancfsparse.solve.memory import check_factor, estimate, memory_for
+from ancfsparse.solve.progress import progress_bar
 from ancfsparse.solve.relax import Found, NotFoundError, find, settle
 from ancfsparse.system import System
 
@@ -101,7 +101,7 @@ def solve_static(
     begin = time.perf_counter()
     needed = estimate(scene, 1, 0, False, Newton(), matrices=MATRICES)
     stats = RunStats(solver="Newton with extrapolated stress")
-    with memory_for(needed), tqdm(unit="factor", disable=not progress, leave=False) as bar:
+    with memory_for(needed), progress_bar("factor", progress) as bar:
         system = System(scene)
         check_held(system)
         balance = Balance(system, stats, bar.update)

@@ -8,14 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, Clamp, Node, Pin, Rod, Scene
 from ancfsparse.system.numbering import along_axis
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 LINEAR = -1
 
@@ -84,6 +87,8 @@ class Constraints:
 
     def jacobian(self, q: NDArray[np.float64]) -> sp.csr_array:
         """Return phi_q, sparse (m, n_all) [1]."""
+        import scipy.sparse as sp
+
         row, i, j = (np.array(x, dtype=np.int64) for x in (self.row, self.i, self.j))
         c, a = np.array(self.coefficient), np.array(self.about)
         linear = j == LINEAR

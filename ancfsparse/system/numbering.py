@@ -6,9 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
@@ -130,6 +128,9 @@ def _shared(scene: Scene, n: int, at: Callable[[Node], Places]) -> Places | None
     joints = [joint for joint in scene.joints if isinstance(joint, Connect)]
     if not joints:
         return None
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
     one = np.concatenate([at(joint.a)[0, : scene.dim] for joint in joints])
     other = np.concatenate([at(joint.b)[0, : scene.dim] for joint in joints])
     graph = sp.coo_array((np.ones(len(one), dtype=bool), (one, other)), shape=(n, n))
