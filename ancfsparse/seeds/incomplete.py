@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.seeds.sparse import Indices
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 # Bytes of a block: twelve numbers in double precision, and its row.
 BLOCK_BYTES = 100
@@ -112,6 +113,8 @@ class IncompleteSeed:
         values : (n_values,) float
             Entries of the matrix on the pattern; `solve` reads them later.
         """
+        import scipy.sparse as sp
+
         indptr, indices = self._pattern
         self._matrix = sp.csc_array((values, indices, indptr), shape=(self.n, self.n))
         bad = int(self.own.factor(values))
@@ -180,6 +183,9 @@ def line_order(indptr: Indices, indices: Indices, node: NDArray[np.int32]) -> ND
     node : (n,) int32
         Node of each member.
     """
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
     n_nodes = int(node.max()) + 1
     starts, rows = compiled("tree").contracted(indptr, indices, node, n_nodes)
     lower = sp.csr_array(
