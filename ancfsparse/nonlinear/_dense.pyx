@@ -18,7 +18,7 @@ cdef struct DenseData:
     const ancf_seed *seed
     Rule rule
     ptrdiff_t n, padded, pending
-    Norm norm
+    Guard guard
     double *columns
     double *a  # two terms of `padded` numbers each, like w
     double *w
@@ -68,7 +68,7 @@ cdef class Dense:
             self.weights = weights_view = np.array(weights, dtype=float)
             data.weights = &weights_view[0]
         self.own = {}
-        set_norm(&data.norm, self.own, np.ones(data.n), 0.0)
+        set_guard(&data.guard, self.own, np.ones(data.n), 0.0, INFINITY)
         self.interface.context, self.interface.n = data, data.n
         self.interface.reseed, self.interface.forget = dense_reseed, dense_forget
         self.interface.apply, self.interface.learn = dense_apply, dense_learn
@@ -77,17 +77,20 @@ cdef class Dense:
     def set_threads(self, ptrdiff_t threads):
         """Take no notice: a matrix this small belongs to one thread."""
 
-    def set_norm(self, weight, double smallest_y):
-        """Judge pairs in another norm than the plain one.
+    def set_guard(self, weight, double smallest_y, double largest_ratio=INFINITY):
+        """Say which pairs are skipped.
 
         Parameters
         ----------
         weight : (n,) float
-            Of the squares of a step; those of a difference of residuals are divided by it.
+            Of the squares in the norm of a step, by which those of a difference of residuals are
+            divided.  Denominators are compared with norms.
         smallest_y : float
-            Pairs are skipped whose difference of residuals is no longer than this: rounding.
+            Skip differences of residuals that are no longer than this: rounding.
+        largest_ratio : float, optional
+            Skip pairs of DFP and BFGS whose ``s.y`` and ``y.H y`` differ in sign or by this factor.
         """
-        set_norm(&self.data.norm, self.own, weight, smallest_y)
+        set_guard(&self.data.guard, self.own, weight, smallest_y, largest_ratio)
 
     @property
     def matrix(self):
@@ -216,7 +219,7 @@ cdef int dense_learn(void *context, const double *s, const double *y, const doub
     cdef double delta, factor, ss
     cdef const double *weighed = s  # D s
     dense_apply(context, r_new, z)
-    terms = pair_terms(self.rule, 1, n, s, y, z, &self.norm, self.a, self.w, self.padded)
+    terms = pair_terms(self.rule, 1, n, s, y, z, &self.guard, self.a, self.w, self.padded)
     if terms == 0:
         return 0
     if self.rule == BROYDEN:  # equation 13: u (H^T D s)^T / (s.D h), in the paper D = 1

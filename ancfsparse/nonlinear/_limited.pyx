@@ -16,7 +16,7 @@ cdef struct LimitedData:
     const ancf_seed *seed
     Rule rule
     ptrdiff_t n, parts, capacity, pairs, count  # pairs and terms held
-    Norm norm
+    Guard guard
     double *a  # terms of n numbers each, like w
     double *w
     const double *weights
@@ -49,7 +49,7 @@ cdef class Limited:
             terms = self.terms
             data.a, data.w = &terms[0, 0, 0], &terms[1, 0, 0]
             self.own = {}
-            set_norm(&data.norm, self.own, np.ones(data.n), 0.0)
+            set_guard(&data.guard, self.own, np.ones(data.n), 0.0, INFINITY)
             if data.rule == BROYDEN:
                 self.weights = np.ones(data.n) if weights is None else np.array(weights, dtype=float)
                 weights_view = self.weights
@@ -63,18 +63,21 @@ cdef class Limited:
         """Set the number of threads for passes over vectors."""
         self.data.parts = threads
 
-    def set_norm(self, weight, double smallest_y):
-        """Judge pairs in another norm than the plain one.
+    def set_guard(self, weight, double smallest_y, double largest_ratio=INFINITY):
+        """Say which pairs are skipped.
 
         Parameters
         ----------
         weight : (n,) float
-            Of the squares of a step; those of a difference of residuals are divided by it.
+            Of the squares in the norm of a step, by which those of a difference of residuals are
+            divided.  Denominators are compared with norms.
         smallest_y : float
-            Pairs are skipped whose difference of residuals is no longer than this: rounding.
+            Skip differences of residuals that are no longer than this: rounding.
+        largest_ratio : float, optional
+            Skip pairs of DFP and BFGS whose ``s.y`` and ``y.H y`` differ in sign or by this factor.
         """
         if self.data.capacity > 0:
-            set_norm(&self.data.norm, self.own, weight, smallest_y)
+            set_guard(&self.data.guard, self.own, weight, smallest_y, largest_ratio)
 
     def apply(self, const double[::1] r):
         """Return ``H r``."""
@@ -128,7 +131,7 @@ cdef int limited_learn(void *context, const double *s, const double *y, const do
         limited_apply(context, r_new, z)
         return 1
     limited_apply(context, r_new, z)
-    terms = pair_terms(self.rule, self.parts, n, s, y, z, &self.norm,
+    terms = pair_terms(self.rule, self.parts, n, s, y, z, &self.guard,
                        self.a + self.count * n, self.w + self.count * n, n)
     if terms == 0:
         return 0

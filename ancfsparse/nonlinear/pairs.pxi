@@ -3,7 +3,7 @@
 With a full step s = -H r the four updates need no second product with H: p = H r_new gives
 H y = p + s and s - H y = -p.
 """
-from libc.math cimport fabs, sqrt
+from libc.math cimport INFINITY, fabs, sqrt
 
 
 cdef extern from "vectors.h":
@@ -36,20 +36,24 @@ cdef double SMALLEST_COSINE = 1e-8
 cdef double SMALLEST_BROYDEN = 1e-3
 
 
-cdef struct Norm:
-    # Of a step the root of sum(weight s^2), of a difference of residuals that of sum(inverse y^2).
-    # Sums of squares of metres, slopes and forces would depend on the units.
+cdef struct Guard:
+    # The norm of a step is the root of sum(weight s^2), that of a difference of residuals the root
+    # of sum(inverse y^2).  Sums of squares of metres, slopes and forces would depend on the units.
     double *weight
     double *inverse
     double smallest_y
+    # DFP and BFGS divide by s.y and by y.H y, which are equal when H is right.  On a saddle point
+    # one can vanish by accident, and such a pair takes many iterations to be forgotten.
+    double largest_ratio
 
 
-cdef void set_norm(Norm *norm, dict own, weight, double smallest_y):
-    """Keep the arrays of a norm in ``own``, the owner of its memory."""
+cdef void set_guard(Guard *guard, dict own, weight, double smallest_y, double largest_ratio):
+    """Keep the arrays of a guard in ``own``, the owner of its memory."""
     cdef double[::1] ahead = np.array(weight, dtype=float)
     cdef double[::1] inverse = 1.0 / np.asarray(ahead)
     own["weight"], own["inverse"] = ahead, inverse
-    norm.weight, norm.inverse, norm.smallest_y = &ahead[0], &inverse[0], smallest_y
+    guard.weight, guard.inverse = &ahead[0], &inverse[0]
+    guard.smallest_y, guard.largest_ratio = smallest_y, largest_ratio
 
 
 cdef inline bint vanishes(double product, double one, double other) noexcept nogil:
@@ -57,8 +61,14 @@ cdef inline bint vanishes(double product, double one, double other) noexcept nog
     return not fabs(product) >= SMALLEST_COSINE * sqrt(one * other)  # a NaN vanishes
 
 
+cdef inline bint alike(double a, double b, double ratio) noexcept nogil:
+    """Whether two numbers have the same sign, and sizes within a ratio; any have within infinity."""
+    return ratio == INFINITY or ((a > 0.0) == (b > 0.0) and fabs(a) < ratio * fabs(b)
+                                 and fabs(b) < ratio * fabs(a))
+
+
 cdef int pair_terms(Rule rule, ptrdiff_t parts, ptrdiff_t n, const double *s, const double *y,
-                    const double *p, const Norm *norm, double *a, double *w,
+                    const double *p, const Guard *guard, double *a, double *w,
                     ptrdiff_t stride) noexcept nogil:
     """Write the terms of a pair to a[0], w[0] (and a[stride], w[stride]); return how many, or 0.
 
@@ -66,28 +76,30 @@ cdef int pair_terms(Rule rule, ptrdiff_t parts, ptrdiff_t n, const double *s, co
     caller, a[0] is u.
     """
     cdef double sy, yh, uy, yy
-    yy = weigh(parts, norm.inverse, y, n)
-    if not yy > norm.smallest_y * norm.smallest_y:
+    yy = weigh(parts, guard.inverse, y, n)
+    if not yy > guard.smallest_y * guard.smallest_y:
         return 0
     if rule == BROYDEN:
         scaled(parts, a, -1.0, p, n)
         return 1
     if rule == DAVIDON:  # equation 14: u u^T / (u.y)
         uy = -dot_parts(parts, p, y, n)
-        if vanishes(uy, weigh(parts, norm.weight, p, n), yy):
+        if vanishes(uy, weigh(parts, guard.weight, p, n), yy):
             return 0
         scaled(parts, w, -1.0, p, n)
         scaled(parts, a, -1.0 / uy, p, n)
         return 1
     sy = dot_parts(parts, s, y, n)
     yh = sy + dot_parts(parts, p, y, n)
-    if vanishes(sy, weigh(parts, norm.weight, s, n), yy):
+    if not alike(sy, yh, guard.largest_ratio):
+        return 0
+    if vanishes(sy, weigh(parts, guard.weight, s, n), yy):
         return 0
     combined(parts, w + stride, 1.0, p, 1.0, s, n)  # h
     if rule == DFP:  # equation 15: s s^T / (s.y) - h h^T / (y.h)
         scaled(parts, a, 1.0 / sy, s, n)
         scaled(parts, w, 1.0, s, n)
-        if vanishes(yh, weigh(parts, norm.weight, w + stride, n), yy):
+        if vanishes(yh, weigh(parts, guard.weight, w + stride, n), yy):
             return 0
         scaled(parts, a + stride, -1.0 / yh, w + stride, n)
         return 2

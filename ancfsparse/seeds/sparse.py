@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
+from ancfsparse.seeds.ordering import cheapest, permuted
 from ancfsparse.seeds.shape import Upper, parts_of, shape_of
 
 if TYPE_CHECKING:
@@ -29,11 +30,12 @@ OWN_ENTRY, BLOCK_ENTRY = 8.7, 13.0
 class SparseSeed:
     """Inverse of a symmetric quasi-definite matrix through its sparse factor.
 
-    CHOLMOD orders the unknowns once, unless their own order causes no fill, as along a chain.
-    Where the factor is sparse, every factorisation and every solve runs in our own compiled loops,
-    without Python and without allocation, those of a large definite matrix in single precision if
-    the caller likes.  Where it fills in so much that dense blocks pay, as on large nets, CHOLMOD's
-    supernodal factor takes over; if that meets an indefinite matrix, our own steps in.
+    CHOLMOD orders the coordinates once, unless their own order causes no fill, as along a chain;
+    a multiplier follows what it holds. Where the factor is sparse, every factorisation and every
+    solve runs in our own compiled loops, without Python and without allocation, those of a large
+    definite matrix in single precision if the caller likes. Where it fills in so much that dense
+    blocks pay, as on large nets, CHOLMOD's supernodal factor takes over; if that meets an
+    indefinite matrix, our own steps in.
 
     Parameters
     ----------
@@ -70,7 +72,7 @@ class SparseSeed:
         self.n = len(indptr) - 1
         self._pattern = np.asarray(indptr, dtype=np.int64), np.asarray(indices, dtype=np.int32)
         self.n_positive = n_positive
-        self.ordering, permutation, upper = _cheapest(*self._pattern)
+        self.ordering, permutation, upper = cheapest(*self._pattern, n_positive)
         shape = shape_of(upper)
         owner = None
         while threads > 1 and owner is None:  # fewer parts than threads if need be
@@ -79,7 +81,7 @@ class SparseSeed:
         if owner is not None:
             of_column = owner[shape.super_of]
             permutation = permutation[np.argsort(of_column, kind="stable")]
-            upper = _upper(*self._pattern, permutation)
+            upper = permuted(*self._pattern, permutation)
             shape = shape_of(upper, np.bincount(of_column, minlength=threads + 1))
         self.nnz, self.factor_flops, self.threads = shape.nnz, shape.flops, shape.n_parts
         self._permutation, self.shape = permutation, shape
@@ -101,7 +103,7 @@ class SparseSeed:
     def _make_own(self) -> None:
         upper, self._upper = self._upper, None
         if upper is None:
-            upper = _upper(*self._pattern, self._permutation)
+            upper = permuted(*self._pattern, self._permutation)
         self._own = compiled("ldl").Ldl(
             *self._pattern,
             self._permutation,
@@ -184,56 +186,4 @@ def fill_of(indptr: Indices, indices: Indices) -> int:
     indptr, indices : integer arrays
         Lower triangle of the matrix by columns, diagonal included.
     """
-    return shape_of(_cheapest(indptr, indices)[2]).nnz
-
-
-def _cheapest(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32], Upper]:
-    """Return the name of the ordering with the least fill, the permutation, the upper triangle.
-
-    Where nothing fills in, as along a chain, the natural order is kept, or better taken from both
-    ends by turns: the two fronts do not wait for each other.  Nested dissection (METIS) is best for
-    nets, minimum degree (AMD) for trees and other sparse graphs; counting the fill of a bad order
-    would take longer than all the rest, so it stops where the better one ended.
-    """
-    n = len(indptr) - 1
-    tree = compiled("tree").elimination_tree
-    no_fill = len(indices) - n
-    natural = np.arange(n, dtype=np.int32)
-    if tree(*_upper(indptr, indices, natural), no_fill) is not None:
-        inwards = _from_both_ends(indptr, indices)
-        for name, permutation in (("both ends", inwards), ("natural", natural)):
-            upper = _upper(indptr, indices, permutation)
-            if tree(*upper, no_fill) is not None:
-                return name, permutation, upper
-    from ancfsparse.seeds.cholmod import order
-
-    best, most = None, np.iinfo(np.int64).max
-    for method in ("metis", "amd"):
-        permutation = order(indptr, indices, method)
-        upper = _upper(indptr, indices, permutation)
-        found = tree(*upper, most)
-        if found is not None:
-            best, most = (method, permutation, upper), int(found[1].sum()) - 1
-    assert best is not None
-    return best
-
-
-def _from_both_ends(indptr: Indices, indices: Indices) -> NDArray[np.int32]:
-    """Return the order that takes a supernode from the front and one from the back by turns."""
-    n = len(indptr) - 1
-    forwards = np.arange(n, dtype=np.int32)
-    columns, turns = [], []
-    for side, order_of_side in enumerate((forwards, forwards[::-1].copy())):
-        half = (n + 1 - side) // 2
-        tree = compiled("tree").elimination_tree(*_upper(indptr, indices, order_of_side))
-        first = compiled("tree").supernodes(*tree)[0]
-        width = np.diff(np.append(first[first < half], half))  # up to the middle
-        columns.append(order_of_side[:half])
-        turns.append(np.repeat(2 * np.arange(len(width), dtype=np.int32) + side, width))
-    return np.concatenate(columns)[np.argsort(np.concatenate(turns), kind="stable")]
-
-
-def _upper(indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> Upper:
-    """Return the upper triangle of the permuted matrix by columns: starts and rows."""
-    upper: Upper = compiled("tree").permuted_upper(indptr, indices, permutation)
-    return upper
+    return shape_of(cheapest(indptr, indices, len(indptr) - 1)[2]).nnz

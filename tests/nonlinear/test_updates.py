@@ -208,7 +208,7 @@ def test_no_memory_is_the_chord_method(problem):
 def test_rounding_is_not_learned(rule, memory, problem, rng):
     n = len(problem.b)
     inverse = build(memory, rule, problem)
-    inverse.set_norm(np.ones(n), 1e-9)
+    inverse.set_guard(np.ones(n), 1e-9)
     _, s, y = iterate(inverse, problem.residual, np.zeros(n), 2)
     before = matrix_of(inverse, n)
     for bad in (np.zeros(n), 1e-10 * rng.normal(size=n) / np.sqrt(n), np.full(n, np.nan)):
@@ -274,9 +274,23 @@ def test_units_do_not_decide_which_pairs_are_skipped(rule, memory, problem, rng)
                 inverse.matrix = problem.h0 / np.outer(t, t)
             else:
                 inverse = limited(rule, problem.a * np.outer(t, t), problem.n)
-            inverse.set_norm(t**2, smallest)
+            inverse.set_guard(t**2, smallest)
             r_old = -np.linalg.solve(problem.h0, s)
             assert inverse.learn(s / t, t * y, t * (r_old + y))[1] == taken
+
+
+@pytest.mark.parametrize("memory", ["dense", "limited"])
+@pytest.mark.parametrize("rule", ["dfp", "bfgs"])
+def test_a_curvature_far_from_that_of_the_inverse_is_skipped(rule, memory, problem, rng):
+    # s.y and y.H y are one number when H is right; here s.y is `ratio` times the other.
+    s, y = rng.normal(size=(2, len(problem.b)))
+    expected = y @ problem.h0 @ y
+    for ratio, taken in ((0.2, True), (5.0, True), (0.05, False), (20.0, False), (-1.0, False)):
+        inverse = build(memory, rule, problem)
+        inverse.set_guard(np.ones(len(s)), 0.0, 10.0)
+        moved = s + (ratio * expected - s @ y) / (y @ y) * y
+        _, accepted = learn_pair(inverse, problem.h0, moved, y)
+        assert accepted == taken
 
 
 def test_dfp_skips_on_either_denominator(problem, rng):

@@ -83,6 +83,29 @@ def test_a_chain_keeps_its_order_and_others_get_one_with_less_fill(rng):
     assert seed.solve_flops == 4 * (n - 1) + 2 * n
 
 
+def test_a_multiplier_comes_after_what_it_holds_and_leaves_the_stiffness_its_digits(rng):
+    # As a rod at the end of a fine mesh of steel: stiff beside the mass, tiny regularization.
+    n = 40
+    stiff = 1e12 * (2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    stiff[0, 0] = stiff[-1, -1] = 1e12  # free ends: rows sum to the mass
+    a = np.zeros((n + 2, n + 2))
+    a[:n, :n] = stiff + np.eye(n)
+    for row, place, epsilon in ((n, n - 1, 1e-22), (n + 1, 0, 1e-22)):
+        a[row, place] = a[place, row] = 1.0
+        a[row, row] = -epsilon
+    seed = seed_of(a, n)
+    place = np.argsort(seed.columns()[-1])
+    assert place[n] > place[n - 1]
+    assert place[n + 1] > place[0]
+    assert seed.ordering == "both ends"
+    assert seed.factor(lower_csc(a)[2]) == 0
+    # Both ends are held and a uniform force pulls: x_i = f i (n - 1 - i) / 2 k, exactly.
+    x = seed.solve(np.append(np.ones(n), [0.0, 0.0]))
+    inner = np.arange(n)
+    np.testing.assert_allclose(x[:n], inner * (n - 1 - inner) / 2e12, rtol=1e-9, atol=1e-20)
+    np.testing.assert_allclose(x[n:], n / 2, rtol=1e-9)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_solve_is_numpys(kind, rng):
     make, n_positive = KINDS[kind]

@@ -102,6 +102,22 @@ def test_a_number_bounds_the_forces_of_stiff_bodies(tolerance, hung):
     assert max(left) <= 10.0 * tolerance
 
 
+@pytest.mark.parametrize("solver", [ancf.Newton(), "auto"])
+def test_a_fine_mesh_of_steel_hangs_on_rods(solver):
+    # The rounding of a step falls with the mesh; with multipliers eliminated before their nodes
+    # 5000 elements were 3e-5 m off after 60 steps, and 10 000 did not converge in step 5.
+    ends = []
+    for n in (50, 10_000):
+        scene = ancf.Scene(gravity=(0.0, -9.81))
+        cable = scene.add_beam("thin", (0, 0), (2, 0), n, CABLE, ancf.Material(STEEL, 7850.0, 0.3))
+        scene.rod(cable.start, (0.0, 0.5))
+        scene.rod(cable.end, (2.3, 0.5))
+        run = ancf.simulate(scene, 0.01, 5e-4, solver=solver)
+        ends.append(run.position(cable.end)[-1])
+        assert run.stats.recoveries == 0
+    np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-9)
+
+
 def test_shorter_steps_across_a_hard_one_are_judged_in_their_own_way():
     dt, method = 5e-3, ancf.ModifiedNewton(max_iterations=3)
     scene, rod = pendulum("thin", youngs_modulus=1e9)
