@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.solve.judge import Judge
 from tests.soak import motions, units, worker
 from tests.soak.__main__ import soak
 from tests.soak.report import Find, Report, Tally, as_json, table
@@ -80,16 +81,28 @@ def test_pairs_are_judged_alike_in_all_units(index):
     assert units.run(4, index).outcome == "same"
 
 
+def test_a_hidden_scale_is_found(monkeypatch):
+    def smallest_change(self, dt):  # in no unit at all
+        return 1e-9
+
+    monkeypatch.setattr(Judge, "smallest_change", smallest_change)
+    assert units.run(4, 344).outcome == "differ"
+
+
 def test_what_rounding_decides_is_told_from_what_units_decide():
     # Seeds from finite differences with a dense inverse make much of rounding.
     assert units.run(4, 472).finds == []
-    si = units.Attempt("finished", np.zeros((1, 3)), 100)
-    other = units.Attempt("finished", np.full((1, 3), 1e-5), 110)
-    same = units.Attempt("finished", np.full((1, 3), 1e-9), 101)
-    assert not units.rounding_decides(si, other, [same])
-    assert units.rounding_decides(si, other, [same, other])
-    assert not units.rounding_decides(si, other, [units.Attempt("ended", np.zeros(0), 0)])
-    assert not units.rounding_decides(si, units.Attempt("ended", np.zeros(0), 0), [same])
+
+    def run(place, iterations, ended="finished"):
+        return units.Attempt(ended, np.full((1, 3), place), iterations)
+
+    steady, shaky = [run(0.0, 100), run(1e-9, 101)], [run(0.0, 100), run(2e-5, 130)]
+    for place, iterations in ((1e-5, 100), (0.0, 115)):
+        assert not units.rounding_decides(steady, run(place, iterations), 1.0)
+        assert units.rounding_decides(shaky, run(place, iterations), 1.0)
+        assert not units.rounding_decides(shaky, run(place + 1e-4, iterations + 50), 1.0)
+    assert not units.rounding_decides(steady, run(0.0, 0, "ended"), 1.0)
+    assert units.rounding_decides([*steady, run(0.0, 0, "ended")], run(0.0, 0, "ended"), 1.0)
 
 
 @pytest.mark.parametrize("seed", [5, 6])
