@@ -79,8 +79,8 @@ def in_options(text: str) -> str:
     """
     text = text.replace("an implicit integrator such as GeneralizedAlpha", "GeneralizedAlpha")
     names = "|".join(OPTIONS)
-    said = re.sub(rf"(?<![-\w])({names})\b( ?= ?)?", _option, text)
-    return said.replace("GeneralizedAlpha(0.9)", "--integrator generalized-alpha").replace(
+    renamed = re.sub(rf"(?<![-\w])({names})\b( ?= ?)?", _option, text)
+    return renamed.replace("GeneralizedAlpha(0.9)", "--integrator generalized-alpha").replace(
         "GeneralizedAlpha(rho_inf)", "--integrator generalized-alpha"
     )
 
@@ -197,8 +197,8 @@ def pendulum(
     json_to: JsonOption = None,
 ) -> None:
     """Simulate the paper's flexible pendulum: a rod of 2 m falling from rest about one end."""
-    said = {"strain": strain, "section_strain": section_strain, "curvature": curvature}
-    wish = PendulumRun(
+    options = {"strain": strain, "section_strain": section_strain, "curvature": curvature}
+    request = PendulumRun(
         element=element,
         elements=elements,
         dim=dim,
@@ -213,10 +213,10 @@ def pendulum(
         tolerance=tolerance,
         nu=nu,
         save_every=save_every,
-        options={key: value for key, value in said.items() if value is not None},
+        options={key: value for key, value in options.items() if value is not None},
     )
     with _in_own_words():
-        run, summary = run_pendulum(wish)
+        run, summary = run_pendulum(request)
     if json_to is None:
         tip = ", ".join(f"{x:.9f}" for x in summary["tip"][-1])
         typer.echo(f"{run!r}\n  tip at t = {run.t[-1]:.6g} s: ({tip}) m\n  {run.energy!r}")
@@ -287,8 +287,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     Notes
     -----
-    Exit codes: 0, 1 if a step failed or an accuracy was not reached, 2 if something said cannot be
-    meant.
+    Exit codes: 0, 1 if a step failed or an accuracy was not reached, 2 if an
+    argument is invalid.
     """
     try:
         app(args=arguments, prog_name="ancfsparse")

@@ -14,7 +14,7 @@ class AncfError(Exception):
 
 
 class InputError(AncfError, ValueError):
-    """Something the caller said cannot be meant: a value, a name, a shape."""
+    """An argument is invalid: its value, name or shape."""
 
 
 class SingularSceneError(InputError):

@@ -34,7 +34,7 @@ class Tableau:
         Where the coefficients are published.
     B : (s, s) float, optional
         Weights of the accelerations in the velocities of the stages, where forces may depend on
-        them; then the interval is also one of vibrations that die out, and of what creeps.
+        them; then the interval is also one of vibrations that decay, and of what creeps.
     """
 
     order: int

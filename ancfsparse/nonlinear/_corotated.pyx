@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""An inverse that turns with the body: R H R^T, where H lives in the axes of the seed.
+"""An inverse that turns with the body: R H R^T, where H is kept in the axes of the seed.
 
 Secant pairs are learned in those axes too, so they stay valid when R changes.
 """

@@ -203,8 +203,8 @@ def make_iteration(
     InputError
         If a finite-difference seed cannot be inverted.
     """
-    wish = seed_frame_of(method)
-    turns = wish != "fixed"
+    seed_frame = seed_frame_of(method)
+    turns = seed_frame != "fixed"
     full = isinstance(method, QuasiNewton) and method.memory == "full"
     carry = full or (isinstance(method, QuasiNewton) and method.carry)
     davidon = isinstance(method, QuasiNewton) and method.update == "davidon"
@@ -213,8 +213,8 @@ def make_iteration(
         seed,
         compiled("corotated").Corotated(inverse, frame) if turns else inverse,
         frame if turns else None,
-        rotating=wish == "rotating",
-        compares_frames=wish == "auto",
+        rotating=seed_frame == "rotating",
+        compares_frames=seed_frame == "auto",
         newton=isinstance(method, Newton),
         learns=isinstance(method, QuasiNewton),
         carry=carry,

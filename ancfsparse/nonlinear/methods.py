@@ -14,7 +14,7 @@ SEED_FRAMES = ("auto", "fixed", "rotating")
 
 @dataclass(frozen=True)
 class Newton:
-    """Full Newton: the generated tangent is factored anew in every iteration.
+    """Full Newton: the generated tangent is factored again in every iteration.
 
     Parameters
     ----------

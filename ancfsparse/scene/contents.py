@@ -1,4 +1,4 @@
-"""The beams and meshes of a scene, checked as they are said."""
+"""The beams and meshes of a scene, checked as they are added."""
 
 from __future__ import annotations
 
@@ -108,9 +108,9 @@ class Contents:
             If anything does not fit, with what to give instead.
         """
         label = self._label(name, "beam")
-        said = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
+        given = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
         beam = straight_beam(
-            label, self.dim, element, start, end, n_elements, section, material, said, up, velocity
+            label, self.dim, element, start, end, n_elements, section, material, given, up, velocity
         )
         self._take(beam)
         return beam
@@ -171,9 +171,9 @@ class Contents:
             If anything does not fit, with the first offender and how many there are.
         """
         label = self._label(name, "mesh")
-        said = {"strain": strain}
+        given = {"strain": strain}
         mesh = mesh_of(
-            label, self.dim, nodes, edges, element, section, material, said, smooth, velocity
+            label, self.dim, nodes, edges, element, section, material, given, smooth, velocity
         )
         self._take(mesh)
         return mesh

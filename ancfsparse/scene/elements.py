@@ -1,4 +1,4 @@
-"""Which options of its element a beam takes, out of all that can be said."""
+"""Which of all options the element of a beam takes."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
 NOT_ROUND = 1e-9
 
 
-def options_of(label: str, element: str, dim: int, said: Mapping[str, str]) -> dict[str, str]:
-    """Pick the options an element has out of all that were said.
+def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> dict[str, str]:
+    """Pick the options that an element has out of all that were given.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def options_of(label: str, element: str, dim: int, said: Mapping[str, str]) -> d
         Name of the element.
     dim : int
         Dimension of the scene.
-    said : mapping of str to str
+    given : mapping of str to str
         A value for every option of every element.
 
     Returns
@@ -47,7 +47,7 @@ def options_of(label: str, element: str, dim: int, said: Mapping[str, str]) -> d
             "or make the scene planar with a gravity of 2 components"
         )
     every = {key: values for other in OPTIONS.values() for key, values in other.items()}
-    for key, value in said.items():
+    for key, value in given.items():
         check_choice(key, value, every[key])
         if key not in own and value != every[key][0]:
             owner = next(each for each, other in OPTIONS.items() if key in other)
@@ -56,7 +56,7 @@ def options_of(label: str, element: str, dim: int, said: Mapping[str, str]) -> d
                 f"{label} is made of {element!r}, which has no option {key} (its options: {has}): "
                 f"leave {key}={value!r} out or take {owner!r}"
             )
-    return {key: said[key] for key in own}
+    return {key: given[key] for key in own}
 
 
 def check_make(label: str, element: str, dim: int, section: AnySection, material: Material) -> None:

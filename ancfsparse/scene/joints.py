@@ -185,7 +185,7 @@ class Holds:
 
 
 def _check_place(here: list[Pin | Clamp | Rod]) -> None:
-    """Refuse joints, in the order they were said, that hold one place twice."""
+    """Refuse joints, in the order they were added, that hold one place twice."""
     fixed = [each for each in here if not isinstance(each, Rod)]
     rods = [each for each in here if isinstance(each, Rod)]
     if len(fixed) > 1:

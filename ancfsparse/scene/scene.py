@@ -1,4 +1,4 @@
-"""The scene: a list of beams, joints and loads, checked as they are said."""
+"""The scene: a list of beams, joints and loads, checked as they are added."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Scene(Contents):
         )
 
     def digest(self) -> dict[str, str]:
-        """Describe its parts, so that a file can be told from that of another scene."""
+        """Describe its parts, so that its file can be distinguished from that of another scene."""
         return digest(self, self.joints, self.loads)
 
     def pin(self, node: Node, *, as_constraint: bool = False) -> Pin:

@@ -1,4 +1,4 @@
-"""From what was said about a straight beam to a checked `Beam`."""
+"""From the arguments of a straight beam to a checked `Beam`."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def straight_beam(
     up: ArrayLike | None,
     velocity: ArrayLike | VelocityField | None,
 ) -> Beam:
-    """Check everything said about a straight beam and make its handle.
+    """Check the arguments of a straight beam and make its handle.
 
     Parameters
     ----------

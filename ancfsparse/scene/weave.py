@@ -33,7 +33,7 @@ def mesh_of(
     smooth: float,
     velocity: ArrayLike | VelocityField | None,
 ) -> Mesh:
-    """Check everything said about a mesh and make its handle.
+    """Check the arguments of a mesh and make its handle.
 
     Parameters
     ----------

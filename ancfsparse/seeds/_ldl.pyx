@@ -2,7 +2,7 @@
 """Factor of a sparse symmetric quasi-definite matrix in a given order, and its solves.
 
 Written here because the time loop refactors thousands of small matrices.  What is kept of a supernode,
-and how parts are divided among threads, is told in ``ldl.h``; this file lays out the arrays.
+and how parts are divided among threads, is described in ``ldl.h``; this file lays out the arrays.
 """
 from cpython.pycapsule cimport PyCapsule_New
 from libc.stdint cimport int32_t, int64_t

@@ -51,7 +51,7 @@ class Supernodal:
         self._factor = analyze(self._matrix, mode="supernodal", ordering_method=method)
 
     def factor(self, values: NDArray[np.float64]) -> int:
-        """Factor anew; return 0, or 1 + the place at which the matrix is not positive definite."""
+        """Factor again; return 0, or 1 + the place at which the matrix is not positive definite."""
         self._matrix.data[:] = values
         try:
             self._factor.cholesky_inplace(self._matrix)

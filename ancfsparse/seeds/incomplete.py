@@ -104,7 +104,7 @@ class IncompleteSeed:
         return 4 * self.nnz + 2 * self.n
 
     def factor(self, values: NDArray[np.float64]) -> int:
-        """Factor anew; return 0, or 1 + the first unknown whose pivot was not positive.
+        """Factor again; return 0, or 1 + the first unknown whose pivot was not positive.
 
         In the second case there is a factor of a neighbour, with a larger diagonal.
 

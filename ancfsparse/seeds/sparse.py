@@ -153,7 +153,7 @@ class SparseSeed:
         return count
 
     def factor(self, values: NDArray[np.float64]) -> int:
-        """Factor anew; return 0, or 1 + the first unknown whose pivot has the wrong sign.
+        """Factor again; return 0, or 1 + the first unknown whose pivot has the wrong sign.
 
         Parameters
         ----------

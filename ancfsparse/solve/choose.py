@@ -16,7 +16,7 @@ DENSE_AHEAD = 1.2
 FRAME_UP_TO, FRAME_FROM_FLOPS = 20_000, 100
 
 
-def choose(wish: Method | str, seed: Seed, straight: bool) -> tuple[Method, str]:
+def choose(asked: Method | str, seed: Seed, straight: bool) -> tuple[Method, str]:
     """Return the method and a sentence on the choice.
 
     Where the matrix is nearly full, full-memory BFGS is the fastest, but it presumes positive
@@ -27,18 +27,18 @@ def choose(wish: Method | str, seed: Seed, straight: bool) -> tuple[Method, str]
 
     Parameters
     ----------
-    wish : Method or "auto"
-        What the person said.
+    asked : Method or "auto"
+        The choice of the caller.
     seed : SparseSeed or IncompleteSeed
         Sparse factor, exact or not.
     straight : bool
         Whether all constraint equations are linear, or there are none.
     """
-    check_solver(wish)
+    check_solver(asked)
     incomplete = isinstance(seed, IncompleteSeed)
     sort = "an incomplete" if incomplete else "a sparse"
-    if isinstance(wish, Newton | ModifiedNewton | QuasiNewton):
-        return wish, f"{describe(wish)}{f' on {sort} seed' * incomplete}, as asked"
+    if isinstance(asked, Newton | ModifiedNewton | QuasiNewton):
+        return asked, f"{describe(asked)}{f' on {sort} seed' * incomplete}, as asked"
     n, solve_flops = seed.n, seed.solve_flops
     method: Method
     counts = (

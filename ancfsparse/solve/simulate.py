@@ -34,10 +34,10 @@ from ancfsparse.solve.times import as_double, count_steps
 from ancfsparse.system import System
 
 # Second order, and what the step cannot follow is damped instead of growing (docs/accuracy.md,
-# docs/stability.md): as exact as the trapezoidal rule where that is, and alive where it is not.
+# docs/stability.md): as exact as the trapezoidal rule where that is, and stable where it is not.
 DEFAULT = GeneralizedAlpha(0.9)
 
-# States saved where an accuracy and nothing else is said.
+# States saved where an accuracy and nothing else is given.
 SAVED = 200
 
 # Coordinates from which memory that set-up has freed is worth giving back: vectors of a megabyte.
@@ -155,7 +155,7 @@ def simulate(
         If the motion gains energy that nothing has given it, as the trapezoidal rule lets it where
         steps are large; it carries the trajectory too.
 
-    Runs to an accuracy shorten steps and begin anew before they raise the last errors.  Whatever
+    Runs to an accuracy shorten steps and begin again before they raise the last errors.  Whatever
     ends them carries the best whole motion so far, or what there is of the first.
 
     Notes

@@ -27,7 +27,7 @@ class Tangent:
 
     def __init__(self, balance: Balance) -> None:
         self._balance = balance
-        # Large arrays that are made anew cost more than what is written into them.
+        # Large arrays that are made again cost more than what is written into them.
         n = balance.system.pattern.n_values + 1
         self._values, self._work, self._middle, self._stress, self._last = np.empty((5, n))
         self._q: Vector | None = None

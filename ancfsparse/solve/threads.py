@@ -25,12 +25,12 @@ def check_threads(threads: object) -> int:
     InputError
         If it is not a whole number from 1 to 256.
     """
-    wish = check_count("threads", threads)
-    if wish > MOST:
+    wanted = check_count("threads", threads)
+    if wanted > MOST:
         raise InputError(
-            f"threads must be at most {MOST}, got {wish}: more than the machine has are slower"
+            f"threads must be at most {MOST}, got {wanted}: more than the machine has are slower"
         )
-    return wish
+    return wanted
 
 
 def usable(system: System, threads: int, smallest: int = SMALLEST) -> int:

@@ -30,7 +30,7 @@ class KernelBench:
     lanes : dict of str to (float, float)
         Force with one lane and with full vectors [ns per element]; empty outside of a checkout.
     targets : list of Target
-        What was meant to be reached.
+        The target.
     """
 
     timings: list[Timing]

@@ -65,7 +65,7 @@ class PaperBench:
     speed_ups : dict
         The paper's seconds over ours, by row and column of its table.
     targets : list of Target
-        What was meant to be reached.
+        The target.
     tip_difference : float
         Largest distance between our tip and Exudyn's with the same discretisation [m].
     settings : dict

@@ -150,7 +150,7 @@ class Bench:
     runs : int
         How often a fast cell is run.
     on_time : callable, optional
-        Told the simulated time now and then.
+        Called with the simulated time now and then.
 
     Attributes
     ----------

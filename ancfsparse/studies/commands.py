@@ -156,7 +156,7 @@ def stability(
     output: OutputOption = Path("results"),
     page: PageOption = None,
 ) -> None:
-    """Map which runs live, over step, stiffness, integrator and solver; minutes."""
+    """Map which runs complete, over step, stiffness, integrator and solver; minutes."""
     check_targets(output, page, "stability", "stability-solvers")
     options = {"steps": step, "stiffnesses": stiffness}
     if table is not None:
@@ -203,7 +203,7 @@ def long_runs(
     output: OutputOption = Path("results"),
     page: PageOption = None,
 ) -> None:
-    """Let the pendulum fall for a million steps: memory, energy, and what dies when."""
+    """Let the pendulum fall for a million steps: memory, energy, and what fails when."""
     check_targets(output, page, "long-runs")
     result = run_long_runs(steps, progress=True)
     typer.echo(long_runs_report.table(result))

@@ -109,16 +109,16 @@ class Budget:
 
     def findings(self) -> list[str]:
         """Say for each model which part is largest, and by how much."""
-        said = []
+        sentences = []
         for model in self.references:
             chosen = self.choice(model)
             ranked = sorted(chosen.values(), key=lambda p: p.error, reverse=True)
             first, second = ranked[:2]
-            said.append(
+            sentences.append(
                 f"{model}, {self.elements} elements, dt = {self.dt:g} s: the {first.part} leaves "
                 f"{first.error:.1e} m, {first.error / second.error:.0f} times the {second.part}"
             )
-        return said
+        return sentences
 
     def record(self) -> dict[str, Any]:
         """Return one JSON object."""

@@ -16,7 +16,7 @@ from ancfsparse.studies.files import save, write_csv, write_json
 from ancfsparse.studies.models import MODELS
 
 COLOURS = dict(zip(MODELS, ("#0072b2", "#009e73", "#e69f00", "#d55e00", "#cc79a7"), strict=True))
-"""One colour per model, told apart by colour-blind eyes too."""
+"""One colour per model, distinguished by colour-blind eyes too."""
 
 AXES = {
     "mesh": "elements",
@@ -99,8 +99,8 @@ def chart(budget: Budget) -> Figure:
         ax.set_yscale("log")
         ax.xaxis.set_minor_formatter(NullFormatter())
         ax.grid(alpha=0.3, which="major")
-    said = "hollow: not larger than what the reference may be off"
-    set_legend(figure, shown, len(shown), said)
+    text = "hollow: not larger than what the reference may be off"
+    set_legend(figure, shown, len(shown), text)
     set_head(figure, _headline(budget))
     return figure
 
@@ -136,10 +136,10 @@ def _models(ax: Axes, budget: Budget) -> None:
     ax.tick_params(labelleft=True)
     known = [p.error for p in pairs if p.known]
     if known:
-        said = f"Model: converged motions differ by {min(known):.0e} to {max(known):.0e} m"
+        text = f"Model: converged motions differ by {min(known):.0e} to {max(known):.0e} m"
         alike = [f"{p.model} and {p.value}" for p in pairs if not p.known]
-        said += f"\nnot told apart: {', '.join(alike)}" if alike else ""
-        set_title(ax, said)
+        text += f"\nnot distinguished: {', '.join(alike)}" if alike else ""
+        set_title(ax, text)
 
 
 def _title(budget: Budget, part: str) -> str:

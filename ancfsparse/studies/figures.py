@@ -27,7 +27,7 @@ COLOURS = {
     "Broyden": "#e69f00", "Davidon": "#0072b2", "DFP": "#009e73", "BFGS": "#cc79a7",
     "RK23": "#56b4e9", "LSODA": "#d55e00", "Radau": "#333333",
 }  # fmt: skip
-"""One colour per method, told apart by colour-blind eyes too."""
+"""One colour per method, distinguished by colour-blind eyes too."""
 
 
 def write(table: Table, folder: Path) -> list[Path]:
@@ -53,7 +53,7 @@ def write(table: Table, folder: Path) -> list[Path]:
 
 
 def fill_gallery(table: Table, readme: Path) -> None:
-    """Draw figure 1 anew where a page shows it, in docs/gallery beside the page."""
+    """Draw figure 1 again where a page shows it, in docs/gallery beside the page."""
     gallery = readme.parent / "docs" / "gallery"
     gallery.mkdir(parents=True, exist_ok=True)
     figure1(table).savefig(gallery / "figure1.png", dpi=120)

@@ -1,4 +1,4 @@
-"""What table 1 shows, said in sentences that are worked out from its numbers."""
+"""What table 1 shows, in sentences that are worked out from its numbers."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from ancfsparse.studies import paper
 from ancfsparse.studies.cells import Cell
 from ancfsparse.studies.table1 import Table
 
-# What our quasi-Newton cells are meant to be faster by than the paper's.
+# What our quasi-Newton cells should be faster by than the paper's.
 OVER_PAPER = 50.0
 
-# What Davidon is meant to be faster by than the best of the ode columns.
+# What Davidon should be faster by than the best of the ode columns.
 OVER_ODE = 10.0
 
 
@@ -29,20 +29,20 @@ def findings(table: Table) -> list[str]:
         One sentence each: the claim against the paper, then against SciPy row by row.
     """
     ours = [cell for (_, column), cell in table.cells.items() if column in paper.QUASI_NEWTON]
-    said = []
+    sentences = []
     compared = [cell for cell in ours if not math.isnan(cell.speed_up)]
     if compared:
         slowest = min(compared, key=lambda cell: cell.speed_up)
         holds = slowest.speed_up >= OVER_PAPER
-        said.append(
+        sentences.append(
             f"The quasi-Newton cells are at least {slowest.speed_up:.0f} times faster than the "
             f"paper's ({slowest.row}, {slowest.column}): "
             + _verdict(holds, f"the aim of {OVER_PAPER:.0f} times")
         )
-    said += [
+    sentences += [
         f"{cell.row}, {cell.column}: no result, {cell.note}." for cell in ours if not cell.finished
     ]
-    return said + [sentence for row in table.rows for sentence in _against_ode(table, row)]
+    return sentences + [sentence for row in table.rows for sentence in _against_ode(table, row)]
 
 
 def _against_ode(table: Table, row: str) -> list[str]:
@@ -55,27 +55,27 @@ def _against_ode(table: Table, row: str) -> list[str]:
     best = min(finished, key=lambda cell: cell.seconds)
     ratio = best.seconds / davidon.seconds
     as_good = davidon.tip_error <= best.tip_error
-    said = (
+    text = (
         f"{row}: Davidon at the paper's step is {ratio:.1f} times faster than the fastest SciPy "
         f"method, {best.column}, with a tip error of {davidon.tip_error:.1e} m against "
         f"{best.tip_error:.1e} m"
     )
     if as_good:
-        return [f"{said}: {_verdict(ratio >= OVER_ODE, _aim())}"]
+        return [f"{text}: {_verdict(ratio >= OVER_ODE, _aim())}"]
     match = table.matches[row, best.column]
     holds = match.ratio >= OVER_ODE
     if match.found:
-        said += (
+        text += (
             f". At dt = {match.dt:.3g} s its error is {match.tip_error:.1e} m and it is "
             f"{match.ratio:.1f} times faster: {_verdict(holds, _aim())}"
         )
     else:
         parts = math.sqrt(davidon.tip_error / best.tip_error)
-        said += (
+        text += (
             f". An error that falls with the square of the step would take {parts:.0f} times the "
             f"steps: {_verdict(False, _aim())}"
         )
-    return [said if holds else f"{said} {_why(best)}"]
+    return [text if holds else f"{text} {_why(best)}"]
 
 
 def _why(best: Cell) -> str:

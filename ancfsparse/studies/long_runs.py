@@ -100,7 +100,7 @@ ENTRANTS = (
     ),
     *(Entrant("Newmark(0)", lambda: Newmark(0.0), share, STEEL) for share in (1.0, 4.0, 20.0)),
 )
-"""What falls; the trapezoidal rule also with steps at which it dies."""
+"""What falls; the trapezoidal rule also with steps at which it fails."""
 
 
 @dataclass(frozen=True)

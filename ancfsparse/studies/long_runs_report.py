@@ -23,7 +23,7 @@ COLOURS = {
     "EnergyMomentum": ("#2fbf8f", "#009e73", "#005c43"),
     "RungeKuttaNystrom": ("#000000",),
     "CentralDifference": ("#f2b5a7", "#e07a5f", "#b22222"),
-    # With steps at which it dies: from light to dark.
+    # With steps at which it fails: from light to dark.
     "Newmark": ("#f0e442", "#f6d28b", "#e69f00", "#c07a00", "#8c5500", "#4d2f00"),
 }
 """Of each integrator, from its shortest step to its longest."""
@@ -54,36 +54,36 @@ def _grown(run: LongRun) -> str:
 
 
 def findings(result: LongRuns) -> list[str]:
-    """Say which runs kept their energy, which died, and whether memory grew."""
-    died = [run for run in result.runs if run.reason]
+    """Say which runs kept their energy, which failed, and whether memory grew."""
+    failed = [run for run in result.runs if run.reason]
     grew = [run.label for run in result.runs if run.growth > NOISE]
-    said = []
+    sentences = []
     for steel in (False, True):
         kept = [run for run in result.runs if run.kept and run.steel == steel]
         if kept:
             best = min(kept, key=lambda run: abs(run.energy[-1]))
-            said.append(
+            sentences.append(
                 f"Never above the start by more than {100 * MOST_RISE:g} % of the largest kinetic "
                 f"energy: {'; '.join(run.label for run in kept)}. The one that keeps most is "
                 f"{best.label}: {100 * best.energy[-1]:+.2g} % in {best.t[-1]:.4g} s."
             )
-    said += [f"{run.label} was stopped at {run.stopped:.4g} s: {REASONS[run.reason]}."
-             for run in died]  # fmt: skip
+    sentences += [f"{run.label} was stopped at {run.stopped:.4g} s: {REASONS[run.reason]}."
+             for run in failed]  # fmt: skip
     memory = f"Memory grew in {', '.join(grew)}" if grew else "Memory grew in no run"
-    return [*said, f"{memory} by more than {NOISE / 1e6:g} MB beyond a tenth of it."]
+    return [*sentences, f"{memory} by more than {NOISE / 1e6:g} MB beyond a tenth of it."]
 
 
 def headline(result: LongRuns) -> str:
     """Sum up the chart."""
-    alive = [run for run in result.runs if not run.reason]
-    if not alive:
+    completed = [run for run in result.runs if not run.reason]
+    if not completed:
         return "No run came to its end"
-    said = f"{len(alive)} of {len(result.runs)} runs come to {alive[0].t[-1]:.4g} s"
-    kept = [run for run in alive if run.kept]
+    text = f"{len(completed)} of {len(result.runs)} runs come to {completed[0].t[-1]:.4g} s"
+    kept = [run for run in completed if run.kept]
     if not kept:
-        return f"{said}, none without gaining energy"
+        return f"{text}, none without gaining energy"
     best = min(kept, key=lambda run: abs(run.energy[-1]))
-    return f"{said}; {best.label} keeps its energy best: {100 * best.energy[-1]:+.2g}\u00a0%"
+    return f"{text}; {best.label} keeps its energy best: {100 * best.energy[-1]:+.2g}\u00a0%"
 
 
 def write(result: LongRuns, folder: Path) -> list[Path]:

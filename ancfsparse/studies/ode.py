@@ -153,7 +153,7 @@ def integrate(
     cap : float, optional
         Wall time it may take [s].
     on_time : callable, optional
-        Told the simulated time now and then.
+        Called with the simulated time now and then.
     with_jacobian : bool, optional
         Whether an implicit method is handed the Jacobian instead of making it from differences.
 

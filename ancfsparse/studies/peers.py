@@ -57,13 +57,13 @@ SUNDIALS = {
 
 def missing() -> list[str]:
     """Say which peers cannot run, one sentence each."""
-    said = []
+    sentences = []
     for load in (exudyn_peer.load, sundials_peer.load, elastica_peer.load):
         try:
             load()
         except InputError as error:
-            said.append(str(error))
-    return said
+            sentences.append(str(error))
+    return sentences
 
 
 def installed(load: Callable[[], Any]) -> bool:

@@ -32,7 +32,7 @@ INTEGRATORS = (
 ALPHAS = {"newmark": 0.0, "hht": 0.05}
 ALPHA_METHOD, RHO_INF = "generalized-alpha", 0.9
 THICK, POISSON = "thick", 0.3
-"""The element that Poisson's ratio means something to, and the ratio where none is said."""
+"""The element that Poisson's ratio means something to, and the ratio where none is given."""
 SOLVERS = ("newton", "modified-newton", *UPDATES, "auto")
 
 
@@ -70,7 +70,7 @@ class PendulumRun:
     save_every : int
         Steps from one saved state to the next.
     options : dict of str to str
-        Options of the element that were said.
+        Options of the element that were given.
     """
 
     element: str = "thin"
@@ -90,12 +90,12 @@ class PendulumRun:
     options: dict[str, str] = field(default_factory=dict)
 
 
-def run_pendulum(wish: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
+def run_pendulum(asked: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
     """Simulate and sum up.
 
     Parameters
     ----------
-    wish : PendulumRun
+    asked : PendulumRun
         What to run.
 
     Returns
@@ -107,34 +107,34 @@ def run_pendulum(wish: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         ``residual_evaluations``, ``factorizations``, ``energy_drift`` [-], ``estimated_error`` [m]
         of a run to an accuracy, and ``settings``, made of lists and numbers.
     """
-    alpha = ALPHAS.get(wish.integrator, 0.0) if wish.alpha is None else wish.alpha
-    rho_inf = RHO_INF if wish.rho_inf is None else wish.rho_inf
-    integrator = integrator_of(wish.integrator, alpha, rho_inf)
-    fixed = wish.accuracy is None and isinstance(integrator, Implicit)
-    solver = wish.solver or ("davidon" if fixed else "auto")
-    memory = wish.memory or "full"
-    check_heard(wish, solver)
-    options: dict[str, Any] = wish.options
-    nu = POISSON if wish.nu is None else wish.nu
-    problem = pendulum(wish.element, wish.elements, wish.dim, nu, **options)
-    tolerance = wish.tolerance or ("paper" if fixed else "default")
+    alpha = ALPHAS.get(asked.integrator, 0.0) if asked.alpha is None else asked.alpha
+    rho_inf = RHO_INF if asked.rho_inf is None else asked.rho_inf
+    integrator = integrator_of(asked.integrator, alpha, rho_inf)
+    fixed = asked.accuracy is None and isinstance(integrator, Implicit)
+    solver = asked.solver or ("davidon" if fixed else "auto")
+    memory = asked.memory or "full"
+    check_options(asked, solver)
+    options: dict[str, Any] = asked.options
+    nu = POISSON if asked.nu is None else asked.nu
+    problem = pendulum(asked.element, asked.elements, asked.dim, nu, **options)
+    tolerance = asked.tolerance or ("paper" if fixed else "default")
     run = simulate(
         problem.scene,
-        wish.time,
-        wish.step,
-        accuracy=wish.accuracy,
+        asked.time,
+        asked.step,
+        accuracy=asked.accuracy,
         integrator=integrator,
         solver=solver_of(solver, memory),
         tolerance=_number_or_name("tolerance", tolerance, ("paper", "default")),
-        save_every=wish.save_every,
+        save_every=asked.save_every,
     )
-    settings = asdict(wish) | {
+    settings = asdict(asked) | {
         "solver": solver,
         "tolerance": tolerance,
-        "alpha": alpha if wish.integrator in ALPHAS else None,
+        "alpha": alpha if asked.integrator in ALPHAS else None,
         "rho_inf": rho_inf if isinstance(integrator, GeneralizedAlpha) else None,
         "memory": memory if solver in UPDATES else None,
-        "nu": nu if wish.element == THICK else None,
+        "nu": nu if asked.element == THICK else None,
     }
     settings |= settings.pop("options")
     settings["dim"] = problem.scene.dim
@@ -150,44 +150,44 @@ def run_pendulum(wish: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         "energy_drift": run.energy.drift,
         "settings": settings,
     }
-    if wish.accuracy is not None:
+    if asked.accuracy is not None:
         summary["estimated_error"] = run.stats.error
     return run, summary
 
 
-def check_heard(wish: PendulumRun, solver: str) -> None:
-    """Refuse an option that the chosen method would not hear.
+def check_options(asked: PendulumRun, solver: str) -> None:
+    """Refuse an option that the chosen method does not take.
 
     Parameters
     ----------
-    wish : PendulumRun
-        What was said.
+    asked : PendulumRun
+        The options given.
     solver : str
         What solves the steps.
     """
-    integrator = f"--integrator {wish.integrator}"
-    what_solves = f"--solver {solver}" + ("" if wish.solver else ", the default here")
-    implicit = wish.integrator not in EXPLICIT
+    integrator = f"--integrator {asked.integrator}"
+    what_solves = f"--solver {solver}" + ("" if asked.solver else ", the default here")
+    implicit = asked.integrator not in EXPLICIT
     solves = "--integrator generalized-alpha"
-    for option, said, heard, owners, chosen in (
-        ("--solver", wish.solver, implicit or wish.solver == "auto", solves, integrator),
-        ("--tolerance", wish.tolerance, implicit, solves, integrator),
-        ("--alpha", wish.alpha, wish.integrator in ALPHAS, "--integrator " + " or ".join(ALPHAS),
+    for option, value, taken, owners, chosen in (
+        ("--solver", asked.solver, implicit or asked.solver == "auto", solves, integrator),
+        ("--tolerance", asked.tolerance, implicit, solves, integrator),
+        ("--alpha", asked.alpha, asked.integrator in ALPHAS, "--integrator " + " or ".join(ALPHAS),
          integrator),
-        ("--rho-inf", wish.rho_inf, wish.integrator == ALPHA_METHOD, f"--integrator {ALPHA_METHOD}",
-         integrator),
-        ("--memory", wish.memory, solver in UPDATES, "--solver " + " or ".join(UPDATES),
+        ("--rho-inf", asked.rho_inf, asked.integrator == ALPHA_METHOD,
+         f"--integrator {ALPHA_METHOD}", integrator),
+        ("--memory", asked.memory, solver in UPDATES, "--solver " + " or ".join(UPDATES),
          what_solves),
-        ("--nu", wish.nu, wish.element == THICK, f"--element {THICK}",
-         f"--element {wish.element}"),
+        ("--nu", asked.nu, asked.element == THICK, f"--element {THICK}",
+         f"--element {asked.element}"),
     ):  # fmt: skip
-        if said is not None and not heard:
+        if value is not None and not taken:
             raise InputError(
-                f"{option} {said} means nothing to {chosen}: leave it out, or take {owners}"
+                f"{option} {value} means nothing to {chosen}: leave it out, or take {owners}"
             )
-    if wish.accuracy is not None and solver in UPDATES and wish.memory in (None, "full"):
+    if asked.accuracy is not None and solver in UPDATES and asked.memory in (None, "full"):
         raise InputError(
-            f"--accuracy {wish.accuracy:g} needs a factor that is renewed as the body moves, and "
+            f"--accuracy {asked.accuracy:g} needs a factor that is renewed as the body moves, and "
             f"the full memory of --solver {solver} keeps its first: add --memory 10, or leave "
             "--solver out"
         )

@@ -154,7 +154,7 @@ def race(
     rounds : int
         How often; a failed or a long run is not repeated.
     bar : tqdm
-        Told of every run that is over or left out.
+        Called for every run that is over or left out.
     long : float, optional
         Time from which a run is long [s].
 

@@ -131,8 +131,8 @@ def leave_out(
         Longest run [s], set-up included.
     """
     if before.note:
-        told = before.note.startswith("from ")
-        return {"note": before.note if told else f"from {before.job.size} on: {before.note}"}
+        known = before.note.startswith("from ")
+        return {"note": before.note if known else f"from {before.job.size} on: {before.note}"}
     larger = job.elements / before.job.elements
     split = before.record.get("split") or {}
     if len(split) > 1:

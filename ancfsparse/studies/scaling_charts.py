@@ -30,7 +30,7 @@ COLOURS = dict(
         strict=True,
     )
 )
-"""One colour per solver, told apart by colour-blind eyes too."""
+"""One colour per solver, distinguished by colour-blind eyes too."""
 
 STYLES = dict(zip(TITLES, ("o-", "s--", "^:"), strict=True))
 """One line and marker per scene."""

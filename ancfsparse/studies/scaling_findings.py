@@ -22,7 +22,7 @@ MOST_BYTES, BYTES_FROM = 1500.0, 100_000
 
 
 def aims(result: Scaling) -> dict[str, list[Target]]:
-    """Compare the study with what it is meant to show, where it ran what that takes.
+    """Compare the study with its targets, where it ran what that takes.
 
     Returns
     -------
@@ -58,24 +58,24 @@ def aims(result: Scaling) -> dict[str, list[Target]]:
 
 
 def targets(result: Scaling) -> list[Target]:
-    """Return all that is meant to be reached."""
+    """Return all targets."""
     return [target for about in aims(result).values() for target in about]
 
 
 def findings(result: Scaling) -> list[str]:
     """Say what the study shows: aims first, those that are missed by name, then what grew."""
-    said = [each for what, about in aims(result).items() for each in _verdict(what, about)]
-    said += [
+    sentences = [each for what, about in aims(result).items() for each in _verdict(what, about)]
+    sentences += [
         f"A step of {what} costs {value:.2g} times as much per element with `auto`."
         for what, value in result.growth().items()
     ]
     for group in result.by_size():
-        said += [
+        sentences += [
             f"{name_of(group[0]).capitalize()}: {what} is {value:.2f}."
             for what, value in ratios(group).items()
             if what.startswith("gain of")
         ]
-    return said + [f"Without result: {each}." for each in skipped(result)]
+    return sentences + [f"Without result: {each}." for each in skipped(result)]
 
 
 def _verdict(what: str, about: list[Target]) -> list[str]:
@@ -94,14 +94,16 @@ def _verdict(what: str, about: list[Target]) -> list[str]:
 
 def skipped(result: Scaling) -> list[str]:
     """Say what has no result: scene, solver, first size, and the first clause of why."""
-    said = []
+    sentences = []
     seen = set()
     for row in result.rows:
         if row.note and (row.scene, row.job.solver) not in seen:
             seen.add((row.scene, row.job.solver))
             why = row.note.partition(":")[0].partition(";")[0]
-            said.append(f"{TITLES[row.scene]}, {row.job.solver}, from {size_of(row)} on: {why}")
-    return said
+            sentences.append(
+                f"{TITLES[row.scene]}, {row.job.solver}, from {size_of(row)} on: {why}"
+            )
+    return sentences
 
 
 def size_of(row: Row) -> str:
@@ -150,8 +152,8 @@ def cost_title(result: Scaling, scene: tuple[str, str]) -> str:
 def memory_title(result: Scaling) -> str:
     """Say how memory grows."""
     slopes = [f"{value:.2f}" for key, value in result.slopes().items() if "memory" in key]
-    said = "Memory of auto above an idle process"
-    return f"{said} grows with the elements to the power {', '.join(slopes)}" if slopes else said
+    text = "Memory of auto above an idle process"
+    return f"{text} grows with the elements to the power {', '.join(slopes)}" if slopes else text
 
 
 def split_title(rows: list[Row]) -> str:

@@ -200,7 +200,7 @@ class Worker:
         self.process.communicate()
 
     def run(self, job: Job, limit: float | None = None) -> dict[str, Any]:
-        """Run a job; a process that dies, or is ended, leaves a note in place of its record.
+        """Run a job; a process that crashes, or is ended, leaves a note in place of its record.
 
         Parameters
         ----------
@@ -223,7 +223,7 @@ class Worker:
         except BrokenPipeError:
             answer = ""
         if not answer:
-            return {"note": f"the process died with exit code {self.process.wait()}"}
+            return {"note": f"the process ended with exit code {self.process.wait()}"}
         record: dict[str, Any] = json.loads(answer)
         return record
 

@@ -1,4 +1,4 @@
-"""The stability map: which run lives, over time step, stiffness, integrator and solver.
+"""The stability map: which run completes, over time step, stiffness, integrator and solver.
 
 The whole product would be large and say little: every integrator is run with Newton and with
 ``"auto"``, and every solver with one integrator that keeps energy and one that damps.
@@ -111,12 +111,12 @@ class Stability:
         return [run for run in self.calm() if run.newton > CALM_SHARE]
 
     def borders(self, gain: float = 0.5 * MOST_GAIN) -> list[tuple[Run, Run]]:
-        """Return pairs of neighbours in time step, of which the first lives and the second not.
+        """Return pairs of neighbours in time step: the first completes, the second does not.
 
         Parameters
         ----------
         gain : float, optional
-            Runs that live must be further from gaining energy than this to be a border: one that
+            Complete runs must be further from gaining energy than this to be a border: one that
             is at the watch's limit is decided by rounding.
         """
         found = []

@@ -16,7 +16,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from ancfsparse.studies.charts import SMALL, WIDTH
 from ancfsparse.studies.stability import FOR_ALL_SOLVERS, MOST_GAIN, Stability
-from ancfsparse.studies.stability_findings import alive, headline, solver_headline
+from ancfsparse.studies.stability_findings import completed, headline, solver_headline
 from ancfsparse.studies.stability_run import INTEGRATORS, OUTCOMES, SOLVERS, Run
 
 COLOURS = ("#bfe3d0", "#56b4e9", "#e69f00", "#8c1d04")
@@ -91,10 +91,10 @@ def solver_chart(result: Stability) -> Figure:
     keys = [
         *OUTCOME_KEYS,
         HIDDEN_KEY,
-        Line2D([], [], marker="$3$", color="black", linestyle="", label="so many of them die"),
-        Patch(fill=False, edgecolor="black", linewidth=1.5, label="Newton lives, not all of these"),
+        Line2D([], [], marker="$3$", color="black", linestyle="", label="so many of them fail"),
+        Patch(fill=False, edgecolor="black", linewidth=1.5, label="Newton ends, not all of these"),
         Patch(fill=False, edgecolor="black", linestyle=":", linewidth=1.5,
-              label="Newton dies, not all of these"),
+              label="Newton fails, not all of these"),
     ]  # fmt: skip
     _legend(figure, keys)
     return figure
@@ -127,7 +127,7 @@ def _legend(figure: Figure, keys: Sequence[Artist]) -> None:
 
 
 def _draw(ax: Axes, panel: Panel) -> None:
-    """Colour time step against stiffness by the worst outcome; the corner says how many live."""
+    """Colour time step against stiffness by the worst outcome; the corner tells how many end."""
     steps = sorted({run.place.dt for run in panel.runs})
     stiff = sorted({run.place.youngs_modulus for run in panel.runs})
     cells = np.full((len(stiff), len(steps)), np.nan)
@@ -145,7 +145,7 @@ def _draw(ax: Axes, panel: Panel) -> None:
     ax.set_xticks(range(len(steps)), _some(steps), fontsize=SMALL)
     ax.set_yticks(range(len(stiff)), _some(stiff), fontsize=SMALL)
     ax.tick_params(length=2)
-    share = f"{alive(panel.runs):.0f} %"
+    share = f"{completed(panel.runs):.0f} %"
     ax.text(0.03, 0.96, share, transform=ax.transAxes, fontsize=SMALL, va="top")
 
 
@@ -162,7 +162,7 @@ def _short(value: float) -> str:
 
 
 def _mark(ax: Axes, x: int, y: int, runs: Sequence[Run], alone: bool) -> None:
-    """Say how many of several die, or that one gained energy unseen, or lost much."""
+    """Say how many of several fail, or that one gained energy unseen, or lost much."""
     dead = sum(not run.whole for run in runs)
     if dead and len(runs) > 1:
         dark = max(OUTCOMES.index(run.outcome) for run in runs) == len(OUTCOMES) - 1

@@ -24,7 +24,7 @@ from ancfsparse.studies.stability_run import (
 )
 
 
-def alive(runs: Sequence[Run]) -> float:
+def completed(runs: Sequence[Run]) -> float:
     """Return the share of runs that came to their end [%]."""
     return 100.0 * sum(run.whole for run in runs) / max(len(runs), 1)
 
@@ -52,7 +52,7 @@ def findings(result: Stability) -> list[str]:
     better = sum(run.whole and not newton.whole for run, newton in beside)
     calm, often, hidden = result.calm(), result.often_rescued(), result.hidden_gains()
     most = max((run.newton for run in calm), default=0.0)
-    said = [
+    sentences = [
         f"Other solvers beside Newton at the same {len(beside)} points: {len(lost)} failed and "
         f"{len(gained)} were stopped for energy where Newton finished, {better} finished where "
         "Newton did not.",
@@ -69,7 +69,7 @@ def findings(result: Stability) -> list[str]:
             for run in hidden
         ),
     ]  # fmt: skip
-    return said
+    return sentences
 
 
 def _where(run: Run) -> str:
@@ -82,8 +82,8 @@ def _verdict(holds: bool) -> str:
 
 
 def headline(result: Stability) -> str:
-    """Sum up the first chart: which integrator lives most often and which least."""
-    shares = {name: alive(with_integrator(result, name)) for name in INTEGRATORS}
+    """Sum up the first chart: which integrator completes most often and which least."""
+    shares = {name: completed(with_integrator(result, name)) for name in INTEGRATORS}
     ordered = sorted(shares, key=lambda name: shares[name])
     least, most = ordered[0], ordered[-1]
     return (
@@ -120,7 +120,7 @@ def integrator_table(result: Stability) -> str:
         for scene in result.scenes:
             here = [run for run in runs if run.place.scene == scene]
             step = safe_step(here)
-            cells.append(f"{f'{step:g} s' if step else 'none'}, {alive(here):.0f} %")
+            cells.append(f"{f'{step:g} s' if step else 'none'}, {completed(here):.0f} %")
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
     return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
 

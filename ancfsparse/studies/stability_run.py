@@ -170,8 +170,8 @@ def saved_shares(path: Trajectory) -> tuple[float, float]:
         return 0.0, 0.0
     newton = {e.step for e in stats.events if e.rung != "new seed" and e.step <= stats.steps}
     seed = {e.step for e in stats.events if e.step <= stats.steps} - newton
-    told = stats.steps if len(newton | seed) == stats.recoveries else stats.events[-1].step
-    return len(seed) / told, len(newton) / told
+    listed = stats.steps if len(newton | seed) == stats.recoveries else stats.events[-1].step
+    return len(seed) / listed, len(newton) / listed
 
 
 def largest_changes(path: Trajectory, case: Case) -> tuple[float, float]:
@@ -214,5 +214,5 @@ def kinds(run: Run) -> str:
         return f"recovered by {rung} in {100 * (run.newton + run.new_seed):.2g} % of the steps"
     if run.whole:
         return run.outcome
-    said = f"{run.outcome} at {run.steps * run.place.dt:.3g} s"
-    return f"{said} ({run.reason})" if run.outcome == FAILED else said
+    text = f"{run.outcome} at {run.steps * run.place.dt:.3g} s"
+    return f"{text} ({run.reason})" if run.outcome == FAILED else text

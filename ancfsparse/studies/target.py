@@ -1,4 +1,4 @@
-"""Numbers that are meant to be reached, and whether they are."""
+"""Targets, and whether they are reached."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Target:
-    """A number that is meant to be reached.
+    """A number to be reached.
 
     Attributes
     ----------
     what : str
         The quantity.
     value, wanted : float
-        What it is and what it is meant to be.
+        What it is and what it should be.
     at_most : bool
-        Whether it is meant to stay below, not above.
+        Whether it should stay below, not above.
     """
 
     what: str

@@ -1,4 +1,4 @@
-"""What the study of the whole error shows, said in sentences that are worked out from it."""
+"""What the study of the whole error shows, in sentences that are worked out from it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from ancfsparse.studies.total_error import TotalError
 
 def findings(result: TotalError) -> list[str]:
     """Say what the front says about the paper's choices, the thick element, steps and models."""
-    said = [_about_choice(result, p) for p in result.paper_choices()]
-    said += [about_steps(result, p) for p in result.paper_choices()]
-    said += about_thick(result)
+    sentences = [_about_choice(result, p) for p in result.paper_choices()]
+    sentences += [about_steps(result, p) for p in result.paper_choices()]
+    sentences += about_thick(result)
     low, high = result.model_spread()
     if not math.isnan(low):
-        said.append(
+        sentences.append(
             f"Models that are converged differ by {low:.0e} to {high:.0e} m: below that the choice "
             "of the model decides, not the mesh."
         )
-    return said + _about_peers(result)
+    return sentences + _about_peers(result)
 
 
 def _about_choice(result: TotalError, p: Point) -> str:
@@ -64,23 +64,23 @@ def about_thick(result: TotalError) -> list[str]:
     ratio = thick.error / thin.error
     if ratio < 2.0:
         return [f"Thick on {paper.ELEMENTS} elements does not lock: {thick.error:.1e} m."]
-    said = (
+    text = (
         f"Thick on {paper.ELEMENTS} elements locks: its error is {thick.error:.1e} m, {ratio:.0f} "
         "times that of as many Thin ones"
     )
     needed = result.elements_for("Thick", thin.error)
-    said += (
+    text += (
         f", and of the meshes that were run {needed} do what {paper.ELEMENTS} Thin ones do"
         if needed
         else ", and no number that was run does what the Thin ones do"
     )
     if nodal is not None:
-        said += f"; nodal section strains bring it to {nodal.error:.1e} m"
-    return [said + "."]
+        text += f"; nodal section strains bring it to {nodal.error:.1e} m"
+    return [text + "."]
 
 
 def _about_peers(result: TotalError) -> list[str]:
-    said = []
+    sentences = []
     for program in dict.fromkeys(p.task.program for p in result.points):
         theirs = [p for p in result.points if p.task.program == program and p.finished]
         if program == OURS or not theirs:
@@ -96,13 +96,13 @@ def _about_peers(result: TotalError) -> list[str]:
             f"{best.error:.1e} m after {best.seconds:.2g} s"
         )
         if ours is None:
-            said.append(f"{first}, which no run of ours reaches.")
+            sentences.append(f"{first}, which no run of ours reaches.")
         else:
-            said.append(
+            sentences.append(
                 f"{first}; {_say(ours)} is as good in {1e3 * ours.seconds:.1f} ms, "
                 f"{best.seconds / ours.seconds:.0f} times faster."
             )
-    return said
+    return sentences
 
 
 def headline(result: TotalError) -> str:

@@ -161,11 +161,11 @@ def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str,
     (shown["front"],) = ax.step(
         [p.error for p in best], [size(p) for p in best], "k-", where="pre", linewidth=1.5
     )
-    said = math.inf
+    least = math.inf
     for p in best[:: max(1, len(best) // 6)]:
-        if p.error > said / APART:
+        if p.error > least / APART:
             continue
-        said = p.error
+        least = p.error
         label = f"{p.task.elements}, {p.task.value:.2g} s{'*' * explicit(p)}"
         ax.annotate(
             label, (p.error, size(p)), fontsize=SMALL,
@@ -194,8 +194,8 @@ def _front_title(result: TotalError) -> str:
     """Name the models on the front."""
     names = dict.fromkeys(p.task.model for p in result.front())
     off = [model for model in result.references if model not in names]
-    said = "On the front: " + ", ".join(names)
-    return said + (f"; never: {', '.join(off)}" if off else "")
+    text = "On the front: " + ", ".join(names)
+    return text + (f"; never: {', '.join(off)}" if off else "")
 
 
 def _by_mesh(ax: Axes, result: TotalError) -> None:

@@ -34,7 +34,7 @@ REFERENCE_DT = 3.125e-5
 # Elements whose step needs more corrections and more time get fewer solvers.
 SOLVERS_OF = {"Thick": ("BFGS", "modified Newton")}
 
-# Exudyn's implicit methods are meant to be beaten by this, at errors down to this [m].
+# Exudyn's implicit methods should be beaten by this, at errors down to this [m].
 FACTOR, DOWN_TO = 5.0, 1e-5
 
 
@@ -108,18 +108,20 @@ class WorkPrecision:
         return min(found, default=(math.nan, math.nan))
 
     def targets(self) -> list[Target]:
-        """Say what was meant to be reached against the peers that ran, and whether it was."""
+        """Return the targets against the peers that ran, and whether they were reached."""
         model = EXUDYN_MODEL
-        said = []
+        targets = []
         for program in self.programs(model):
             ratio, level = self.worst(model, program)
             if math.isfinite(ratio):
-                said.append(Target(f"{program}'s best / ours, least at {level:.0e} m", ratio, 1.0))
+                targets.append(
+                    Target(f"{program}'s best / ours, least at {level:.0e} m", ratio, 1.0)
+                )
         if "Exudyn" in self.programs(model):
             ratio, level = self.worst(model, "Exudyn", implicit=True, low=DOWN_TO)
             what = f"Exudyn's implicit best / ours, least at {level:.0e} m"
-            said.append(Target(what, ratio, FACTOR))
-        return said
+            targets.append(Target(what, ratio, FACTOR))
+        return targets
 
     def orders(self) -> dict[str, float]:
         """Return the power of the step with which each curve of ours falls at its fine end.

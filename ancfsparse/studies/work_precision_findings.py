@@ -1,4 +1,4 @@
-"""What the work-precision study shows, said in sentences that are worked out from it."""
+"""What the work-precision study shows, in sentences that are worked out from it."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from ancfsparse.studies.work_precision import LEVELS, WorkPrecision
 
 def findings(result: WorkPrecision) -> list[str]:
     """Say what the numbers show, one sentence for each peer and one for each target."""
-    said = []
+    sentences = []
     for model in result.references:
         for program in result.programs(model):
-            said.append(_finding(result, model, program))
-        said += _alike(result, model)
-        said += _about_counts(result, model)
-    return said + [
+            sentences.append(_finding(result, model, program))
+        sentences += _alike(result, model)
+        sentences += _about_counts(result, model)
+    return sentences + [
         f"Aim, {each.what}: {each.value:.1f}, wanted {each.wanted:g} or more, "
         + ("met." if each.met else "missed.")
         for each in result.targets()
@@ -86,14 +86,14 @@ def headline(result: WorkPrecision) -> str:
         return f"{model}: {best.task.name} reaches {best.error:.0e} m in {best.seconds:.2g} s"
     ratio, level, program = min(found)
     if ratio < 1.0:
-        said = f"{program} needs {ratio:.2f} of the time of our fastest at {level:.0e} m"
+        text = f"{program} needs {ratio:.2f} of the time of our fastest at {level:.0e} m"
     else:
-        said = (
+        text = (
             f"Down to {min(reach):.0e} m no peer is faster than our fastest; the nearest, "
             f"{program}, takes {ratio:.1f} times as long at {level:.0e} m"
         )
     below = [v for v in LEVELS if v < min(reach) and fastest(result.of(model), v) is not None]
-    return said + ("; below, only peers have results" if below else "")
+    return text + ("; below, only peers have results" if below else "")
 
 
 def title(result: WorkPrecision, model: str) -> str:
@@ -102,15 +102,15 @@ def title(result: WorkPrecision, model: str) -> str:
     name = f"{model}, {result.settings['elements']} elements"
     if best is None:
         return name
-    said = f"{name}: 1e-5 m takes {1e3 * best.seconds:.0f} ms ({best.task.name})"
+    text = f"{name}: 1e-5 m takes {1e3 * best.seconds:.0f} ms ({best.task.name})"
     if "Exudyn" in result.programs(model):
         best_of_all = result.ratio(model, "Exudyn", 1e-5)
         alike = result.ratio(model, "Exudyn", 1e-5, implicit=True, alike=True)
         if all(0.0 < each < math.inf for each in (best_of_all, alike)):
-            said += (
+            text += (
                 f", Exudyn {best_of_all:.0f} times as long; implicit against implicit {alike:.0f}"
             )
-    return said
+    return text
 
 
 def count_title(result: WorkPrecision, model: str) -> str:
@@ -120,11 +120,11 @@ def count_title(result: WorkPrecision, model: str) -> str:
     rivals = [p for p in counted if p.task.program != OURS]
     if math.isnan(ours):
         return "Evaluations of the equations"
-    said = f"Evaluations for 1e-5 m: ours {ours:,.0f}"
+    text = f"Evaluations for 1e-5 m: ours {ours:,.0f}"
     if rivals:
         best = min(rivals, key=evaluations)
-        said += f", {best.task.program} {evaluations(best):,.0f} ({best.task.method})"
-    return said
+        text += f", {best.task.program} {evaluations(best):,.0f} ({best.task.method})"
+    return text
 
 
 def evaluations(point: Point) -> float:

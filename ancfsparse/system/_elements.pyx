@@ -171,7 +171,7 @@ cdef ancf_kernel pointer(capsule) except NULL:
 
 cdef void add_run(const Flat *self, const Run *run, int kernel, bint damped, const double *q,
                   const double *a, double *out) noexcept nogil:
-    """Let a kernel add what the elements of a run give, with the parameters of damping if wished."""
+    """Let a kernel add what the elements of a run give, with the parameters of damping if asked for."""
     cdef const Group *group = &self.groups[run.group]
     cdef ancf_kernel call = group.kernels[kernel]
     cdef bint to_matrix = kernel == TANGENT or kernel == MASS or kernel == MATERIAL

@@ -81,7 +81,7 @@ class System:
     def __reduce__(self) -> tuple[type[System], tuple[Scene, Vector]]:
         """Pickle the scene, from which another process compiles its own; and what moves at first.
 
-        The function that told initial velocities may not be known there.
+        The function that gave initial velocities may not be known there.
         """
         return System, (self.scene, self.v0)
 

@@ -1,4 +1,4 @@
-"""What cannot be meant is refused with a sentence, before anything is computed."""
+"""Invalid arguments are refused with a sentence, before anything is computed."""
 
 import math
 from decimal import Decimal

@@ -95,7 +95,7 @@ def test_a_process_that_dies_leaves_a_note():
         worker.process.kill()
         worker.process.wait()
         record = worker.run(Job("chain", 5, "rest", "auto", 1, 5e-4))
-    assert record["note"] == "the process died with exit code -9"
+    assert record["note"] == "the process ended with exit code -9"
 
 
 def test_peers_run_the_same_scenes():

@@ -93,19 +93,19 @@ def test_the_shipped_borders_are_where_runs_end_today(shipped):
     assert len(borders) > 100
     for scene in SCENES:
         of_scene = [pair for pair in borders if pair[0].place.scene == scene]
-        for lives, dies in some(of_scene, 8):
-            assert run_at(lives.place).whole, lives
-            assert not run_at(dies.place).whole, dies
+        for completes, fails in some(of_scene, 8):
+            assert run_at(completes.place).whole, completes
+            assert not run_at(fails.place).whole, fails
 
 
 def test_newton_and_the_others_agree_today(shipped):
     # Independent of what is shipped: at the edge of what Newton solves, the others run once more.
-    edges = [lives for lives, _ in shipped.borders() if lives.place.solver == "Newton"]
-    for lives in some(edges, 6):
-        newton = run_at(lives.place)
+    edges = [completes for completes, _ in shipped.borders() if completes.place.solver == "Newton"]
+    for completes in some(edges, 6):
+        newton = run_at(completes.place)
         assert newton.whole
         for solver in SOLVERS:
-            place = lives.place._replace(solver=solver)
+            place = completes.place._replace(solver=solver)
             if place in shipped.at:
                 run = run_at(place)
                 assert run.outcome != FAILED, run
@@ -168,7 +168,7 @@ def test_saved_steps_are_counted_by_rung():
 
 
 @pytest.mark.parametrize("dt", [2e-3, 4e-3, 5e-3, 1e-2, 2e-2, 5e-2])
-def test_ten_seconds_where_fixed_steps_are_known_to_die(dt):
+def test_ten_seconds_where_fixed_steps_are_known_to_fail(dt):
     # Strong damping of second order comes through; the trapezoidal rule is stopped and says so.
     for integrator in (ancf.GeneralizedAlpha(0.5), ancf.HHT(0.3)):
         energy = ancf.simulate(pendulum("thin").scene, 10.0, dt, integrator=integrator).energy
