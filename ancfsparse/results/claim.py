@@ -35,7 +35,7 @@ class Claim:
             if not locked(self._file, alone=True):
                 raise _busy(path)
             check_replaceable(path, ours=True)
-        except BaseException:
+        except BaseException:  # an interruption, too, must not leave the file locked
             self.release()
             raise
 

@@ -86,7 +86,7 @@ class Writer:
             raise self._refusal(refused) from None
         try:
             self._make(texts, n, m)
-        except BaseException as stop:
+        except BaseException as stop:  # an interruption, too, must not leave the file locked
             self._claim.release()
             if isinstance(stop, OSError):
                 raise self._refusal(stop) from None

@@ -65,7 +65,7 @@ class Applied(ABC):
             return self._checked(self.what, self.value)
         try:
             now = self.value(t)
-        except Exception as error:
+        except Exception as error:  # a function of the caller's may raise anything
             raise self.failure(t, error) from error
         return self.checked(t, now)
 

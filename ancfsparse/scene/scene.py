@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_choice, check_flag, check_vector, shown
 from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.contents import Contents
 from ancfsparse.scene.digest import digest
@@ -209,7 +210,8 @@ class Scene(Contents):
             The load.
         """
         load = PointMoment(self._mine("a moment", check_node("a moment", node)), value)
-        if self.dim == 3 and node.beam.element != "thick" and not callable(value):
+        kind = element_kind(node.beam.element, self.dim, **node.beam.options)
+        if self.dim == 3 and kind.is_cable and not callable(value):
             axis, moment = node.beam.axes_of(node.beam.rows_of(node.index).start)[0], load.at(0.0)
             if moment.any() and np.linalg.norm(np.cross(moment, axis)) <= 1e-9 * np.linalg.norm(
                 moment

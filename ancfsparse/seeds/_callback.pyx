@@ -35,7 +35,7 @@ cdef ptrdiff_t factor(void *context, const double *values) noexcept with gil:
     cdef Callback self = <Callback>context
     try:
         return self.seed.factor(np.asarray(<double[:self.n_values]>values))
-    except BaseException as error:
+    except BaseException as error:  # nothing passes through C: the march raises it when it is back
         self.error = error
         return 1
 

@@ -150,7 +150,7 @@ class Record:
         try:
             with self._recorder() as recorder:
                 yield recorder
-        except BaseException as stop:
+        except BaseException as stop:  # raised again, with the states there are
             if recorder is not None and recorder.rows:
                 self._hand_over(stop)
             raise

@@ -30,15 +30,6 @@ RUNGS = {1: "new seed", 2: "damped Newton", 3: "Newton", 4: "Newton from rest"}
 CAUSES = {outcome: outcome.name.lower().replace("_", " ") for outcome in Outcome}
 CAUSES[Outcome.WOULD_GAIN] = CAUSES[Outcome.GAINED_ENERGY]
 
-WITH_STEPS = (
-    "Try integrator=GeneralizedAlpha(0.8), or 0.5 for long steps, which damps what they cannot "
-    "follow, EnergyMomentum() with tolerance=1e-5 [m/s2], a smaller dt, max_halvings=5 to cross "
-    "such steps in shorter ones, or accuracy=1e-3 [m] instead of dt."
-)
-WITH_ACCURACY = (
-    "Try a smaller accuracy, integrator=GeneralizedAlpha(0.8), which damps more, or smooth loads "
-    "that jump."
-)
 # By what share of their size unknowns are moved for finite differences: about the cube root of
 # rounding, where its error and that of cutting the series off are alike.
 SMALL = 1e-6
@@ -157,12 +148,12 @@ def stopped(
     dt: float,
     max_energy_gain: float,
     path: Trajectory | None,
+    advice: str,
 ) -> StepFailure:
     """Return the error for a run that came to a time in a number of steps, and no further.
 
     Without a trajectory it was a run to an accuracy.
     """
-    advice = WITH_STEPS if path is not None else WITH_ACCURACY
     if outcome == Outcome.GAINED_ENERGY:
         gain, exchanged = march.energy_gain
         advice += ON_ALL_THE_SAME

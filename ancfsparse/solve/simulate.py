@@ -16,6 +16,7 @@ from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Node, Scene, check_scene
 from ancfsparse.seeds import IncompleteSeed, Seed
 from ancfsparse.seeds.blocks import BlockInverse
+from ancfsparse.solve.advice import for_steps
 from ancfsparse.solve.explicit import (
     check_alone,
     instability,
@@ -258,19 +259,20 @@ def simulate(
         )
         outcome = steps.run(n_steps, progress)
     path = record.trajectory()
-    if outcome != Outcome.CONVERGED and isinstance(integrator, Explicit):
+    if outcome == Outcome.CONVERGED:
+        return path
+    if isinstance(integrator, Explicit):
         assert not isinstance(inverse, IncompleteSeed)
         raise instability(system, march, inverse, integrator, outcome, stats.steps, dt, path)
-    if outcome != Outcome.CONVERGED:
-        raise stopped(
-            system,
-            march,
-            iteration,
-            outcome,
-            stats.steps,
-            stats.steps * dt,
-            dt,
-            max_energy_gain,
-            path,
-        )
-    return path
+    raise stopped(
+        system,
+        march,
+        iteration,
+        outcome,
+        stats.steps,
+        stats.steps * dt,
+        dt,
+        max_energy_gain,
+        path,
+        for_steps(scene, integrator, max_halvings),
+    )

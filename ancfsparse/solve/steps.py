@@ -18,6 +18,7 @@ from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, RunStats
 from ancfsparse.seeds import Seed
+from ancfsparse.solve.advice import for_accuracy
 from ancfsparse.solve.breaks import Breaks
 from ancfsparse.solve.passage import Passage
 from ancfsparse.solve.price import Price
@@ -285,6 +286,7 @@ class Stepper:
             self.dt,
             self.max_energy_gain,
             None,
+            for_accuracy(self.system.scene, self.integrator),
         )
 
     def _grown(self) -> float:

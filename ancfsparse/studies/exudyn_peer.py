@@ -145,7 +145,7 @@ def run_exudyn(
     try:
         with contextlib.redirect_stdout(io.StringIO()):  # it says much when it fails
             system.SolveDynamic(settings, solverType=method)
-    except Exception as error:
+    except Exception as error:  # Exudyn documents no class for a solver that gives up
         at = system.sys["dynamicSolver"].it.currentTime
         raise ExudynError(f"gave up at t = {at:.2g} s") from error
     seconds = time.perf_counter() - begin

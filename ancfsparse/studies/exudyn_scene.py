@@ -59,7 +59,7 @@ def march_exudyn(scene: Scene, setting: Setting, dt: float, steps: int) -> dict[
     begin = time.perf_counter()
     try:
         system.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.GeneralizedAlpha)
-    except Exception as error:
+    except Exception as error:  # Exudyn documents no class for a solver that gives up
         raise InputError(f"Exudyn did not finish: {str(error).splitlines()[0]}") from error
     seconds = time.perf_counter() - begin
     done = system.sys["dynamicSolver"].it

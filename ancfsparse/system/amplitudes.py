@@ -71,7 +71,7 @@ class Source:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
                 table = _columns(function(given), len(times), self.width)
-        except Exception:  # single calls will say what is wrong, if anything is
+        except Exception:  # it may raise anything for an array; single calls show what is wrong
             return None
         if table is None or isinstance(function, Signal):
             return table
@@ -90,7 +90,7 @@ class Source:
         try:
             for t in times.tolist():
                 values.append(function(t))
-        except Exception as error:
+        except Exception as error:  # a function of the caller's may raise anything
             failure = self.load.failure(t, error)
             failure.__cause__ = error
         table = _rows(values, self.load.shape)

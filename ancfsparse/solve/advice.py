@@ -1,0 +1,64 @@
+"""What to try after a run that could not be solved or gained energy, for the scene at hand."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from ancfsparse.integrators import EnergyMomentum, Implicit
+from ancfsparse.scene import Scene
+
+# Amplitude that a step leaves of vibrations which it cannot follow, in what may be advised; less
+# damping than this much is hardly felt.
+DAMPINGS, APART = (0.8, 0.5), 0.05
+# Share of the extent of a scene that is a modest accuracy.
+MODEST = 1e-3
+
+
+def for_steps(scene: Scene, integrator: Implicit, max_halvings: int) -> str:
+    """Say what to try instead of a run with fixed steps.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its extent is the measure of an accuracy.
+    integrator : Implicit
+        What failed: advice is another one, or more damping.
+    max_halvings : int
+        How often a step could be halved.
+    """
+    tries = _more_damping(integrator)
+    if not isinstance(integrator, EnergyMomentum):
+        tries.append("EnergyMomentum()")
+    tries.append("a smaller dt")
+    if not max_halvings:
+        tries.append("max_halvings=5 to cross such steps in shorter ones")
+    low = np.min([body.positions.min(axis=0) for body in scene.beams], axis=0)
+    high = np.max([body.positions.max(axis=0) for body in scene.beams], axis=0)
+    tries.append(f"accuracy={MODEST * float(np.max(high - low)):.0e} [m] instead of dt")
+    return _listed(tries)
+
+
+def for_accuracy(scene: Scene, integrator: Implicit) -> str:
+    """Say what to try instead of a run to an accuracy; parameters as `for_steps` takes them."""
+    tries = ["a smaller accuracy", *_more_damping(integrator)]
+    if any(callable(load.value) for load in scene.loads):
+        tries.append("smooth loads in the place of those that jump")
+    return _listed(tries)
+
+
+def _more_damping(integrator: Implicit) -> list[str]:
+    """Return generalised-alpha methods that damp more than an integrator does."""
+    excess = integrator.gamma - 0.5
+    left = (1.0 - excess) / (1.0 + excess)  # of Newmark's family, HHT and generalised-alpha
+    steps = " for long steps" if left > DAMPINGS[0] + APART else ""
+    strong = [rho for rho in DAMPINGS if rho + APART < left]
+    names = [f"integrator=GeneralizedAlpha({rho:g})" for rho in strong[:1]]
+    names += [f"or {rho:g}{steps}" for _, rho in pairwise(strong)]
+    return [f"{', '.join(names)}, which damps what steps cannot follow"] if names else []
+
+
+def _listed(tries: list[str]) -> str:
+    *others, last = tries
+    return f"Try {', '.join(others)}, or {last}." if others else f"Try {last}."
