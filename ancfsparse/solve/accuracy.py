@@ -16,6 +16,7 @@ from ancfsparse.checks import check_positive
 from ancfsparse.errors import AccuracyFailure, InputError, StepFailure
 from ancfsparse.integrators import (
     CentralDifference,
+    DormandPrince,
     EnergyMomentum,
     Explicit,
     GeneralizedAlpha,
@@ -28,11 +29,14 @@ from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
 from ancfsparse.solve.attempts import Attempts, add_counts
 from ancfsparse.solve.breaks import Breaks
+from ancfsparse.solve.equal_runs import EqualRuns
 from ancfsparse.solve.explicit import check_alone
 from ancfsparse.solve.explicit_runs import ExplicitRuns
 from ancfsparse.solve.implicit_runs import ImplicitRuns
 from ancfsparse.solve.progress import progress_bar
-from ancfsparse.solve.stability import check_free
+from ancfsparse.solve.stability import MOST_HELD, check_free
+from ancfsparse.solve.step_plan import StepPlan
+from ancfsparse.solve.waves import Waves
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -199,16 +203,16 @@ def _ways(
     """Return the ways that a scene and what was asked for leave open."""
     breaks = Breaks(system.loads, float(t[-1]))
     ways: list[ImplicitRuns | ExplicitRuns] = []
-    free = not system.n_multipliers and not system.damped and solver == "auto"
+    waves = Waves.of(system, breaks, float(t[-1]))
     force_cost = 0.0
-    if isinstance(integrator, Explicit) or (integrator is None and free):
-        these = [CentralDifference(), RungeKuttaNystrom(4), RungeKuttaNystrom(8)]
-        if isinstance(integrator, Explicit):
-            these = [integrator]
-        explicit = ExplicitRuns(system, t, accuracy, these, max_energy_gain, breaks, attempts.watch)
+    these = [integrator] if isinstance(integrator, Explicit) else _explicit(system)
+    if isinstance(integrator, Explicit) or (integrator is None and solver == "auto" and these):
+        explicit = ExplicitRuns(
+            system, t, accuracy, these, max_energy_gain, breaks, attempts.watch, waves
+        )
         ways, force_cost = [explicit], explicit.force_cost
     if not isinstance(integrator, Explicit):
-        implicit = ImplicitRuns(
+        given = (
             system,
             t,
             accuracy,
@@ -220,8 +224,17 @@ def _ways(
             attempts.watch,
             force_cost,
         )
+        plan = StepPlan.of(waves, breaks, float(t[-1]))
+        implicit = ImplicitRuns(*given) if plan is None else EqualRuns(plan, *given)
         ways.append(implicit)
     return ways
+
+
+def _explicit(system: System) -> list[Explicit]:
+    """Return the explicit integrators that take a scene, by ascending order."""
+    if not system.n_multipliers and not system.damped:
+        return [CentralDifference(), RungeKuttaNystrom(4), RungeKuttaNystrom(8)]
+    return [DormandPrince()] if system.n_multipliers <= MOST_HELD else []
 
 
 def _reason(

@@ -36,12 +36,19 @@ class Breaks:
     ----------
     before, after : (k,) float
         The last time before each, and the first after it [s]; 0 and `t_end` are not among them.
+    times : (n,) float
+        Times of the first look, equally spaced from 0 to `t_end` [s].
+    amplitudes : (n, n_amplitudes) float
+        Loads then.
     """
 
     def __init__(self, loads: Loads, t_end: float) -> None:
+        self.times = np.linspace(0.0, t_end, LOOK + 1)
+        self.amplitudes = np.zeros((LOOK + 1, 0))
         found: list[tuple[float, float]] = []
         if loads.n_amplitudes:
-            found = _merged(_found(loads, t_end), 4.0 * EPSILON * t_end)
+            self.amplitudes = loads.amplitudes(self.times)
+            found = _merged(_found(loads, self.times, self.amplitudes), 4.0 * EPSILON * t_end)
         # What changes within rounding of an end has no step before or after it.
         near = 1e-9 * t_end
         inside = [pair for pair in found if near < pair[0] and pair[1] < t_end - near]
@@ -53,10 +60,8 @@ class Breaks:
         return [(float(a), float(b)) for a, b in zip(begins, ends, strict=True)]
 
 
-def _found(loads: Loads, t_end: float) -> list[tuple[float, float]]:
+def _found(loads: Loads, times: Vector, values: Vector) -> list[tuple[float, float]]:
     """Return the last time before and the first time after each break."""
-    times = np.linspace(0.0, t_end, LOOK + 1)
-    values = loads.amplitudes(times)
     bends = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
     size = np.max(np.abs(values), axis=0)
     rounding = 16.0 * EPSILON * size

@@ -16,6 +16,7 @@ from ancfsparse.solve.content import Content, frequency, phase_lost
 from ancfsparse.solve.explicit_march import ExplicitMarch
 from ancfsparse.solve.states import States, distance
 from ancfsparse.solve.times import MOST_STEPS
+from ancfsparse.solve.waves import Waves
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -23,13 +24,24 @@ Vector = NDArray[np.float64]
 # Steps of the second run are shorter by so much, by the order: the cheapest whose difference tells
 # the error; those of later ones not by more than another factor.
 CLOSER, FURTHEST = {2: 1.25, 4: 1.2, 8: 1.15}, 2.2
+# Where the error is foretold, the first of two runs may have steps longer by so much.
+APART = 1.5
+# The error that runs are planned for, over the one foretold: as long as none is known, and what it
+# may be at least and at most then.
+GUESS, LEAST_SCALE, MOST_SCALE = 1.5, 0.2, 1e3
+# Least share of the error of a run by which its distance from the next exceeds that one's.
+SMALLEST_SHARE, SMALLEST_POWER = 0.1, 0.1
+# The distance of two runs may differ from the one foretold by this factor, or only how it falls is
+# believed; what is added to the error foretold then; and its least share of the first error.
+ALIKE, MARGIN, UNLIKE = 4.0, 1.5, 0.3
+MOST_MORE = 10.0  # times what is foretold that vibrations are believed to be larger
 # The error of the lowest order must be so much less than the motion as a whole lets expect.
 LOOSE = 10.0
 # Share of the accuracy that runs are meant for.
 SAFETY = 0.7
 # Share of the order that is believed of the fall of an error: where the phase lost of what parts
-# two runs is below a bound [rad], and up to one radian.
-BELIEVED, UNRESOLVED, RESOLVED = 0.75, 0.5, 0.1
+# two runs is below a bound [rad], elsewhere, and where both dissipate the fastest vibrations.
+BELIEVED, UNRESOLVED, DISSIPATED, RESOLVED = 0.75, 0.5, 0.35, 0.1
 # Forces that the set-up is worth, about, and share of all cost from which on it does not matter.
 SETUP, CHEAP = 100.0, 0.05
 FINER = 1.05  # ratio of the steps that are thought of
@@ -48,6 +60,8 @@ class ExplicitRuns:
         Where loads jump or kink.
     watch : callable
         Is given the states of a run whenever there are more of them.
+    waves : Waves or None
+        What the motion is made of, where that is known.
 
     Attributes
     ----------
@@ -76,8 +90,13 @@ class ExplicitRuns:
         max_energy_gain: float,
         breaks: Breaks,
         watch: Callable[[States], None],
+        waves: Waves | None,
     ) -> None:
         self._system, self._t_end = system, float(t[-1])
+        self._waves, self._scale = waves, GUESS
+        # The last two runs of one integrator: it, how fine both were, the second first, and how far
+        # apart.
+        self._before: tuple[Explicit, float, float, float] | None = None
         self._accuracy, self._integrators = accuracy, integrators
         self._march = ExplicitMarch(system, t, max_energy_gain, breaks, watch)
         self.force_cost = self._march.force_cost
@@ -103,7 +122,9 @@ class ExplicitRuns:
                 f"{MOST_STEPS:.0e} evaluations of the forces: ask for a shorter time"
             )
             return math.inf
-        if not self._march.is_set_up and SETUP * self.force_cost < CHEAP * cost:
+        if not self._march.is_set_up and (
+            self._waves is not None or SETUP * self.force_cost < CHEAP * cost
+        ):
             self._march.set_up()
             return self._plan()[2]
         return cost
@@ -141,7 +162,7 @@ class ExplicitRuns:
 
         The run is an integrator, and by how much its steps are shorter than stable ones.
         """
-        if self.content is None:
+        if self.content is None and self._waves is None:
             # Nothing is known yet: order 4 where there is a choice, then what tells its error.
             usual = self._integrators[len(self._integrators) // 2]
             closer = CLOSER[usual.tableau.order]
@@ -158,10 +179,9 @@ class ExplicitRuns:
         mine = [finer for each, finer in self._made if each == integrator]
         wanted, cost = self._wanted(integrator), 0.0
         if not mine:
-            first = max(1.0, wanted / closer)
-            both = self._march.cost(integrator, first) + self._march.cost(
-                integrator, closer * first
-            )
+            first = max(1.0, wanted / (closer if self._waves is None else APART))
+            second = max(closer * first, wanted)
+            both = self._march.cost(integrator, first) + self._march.cost(integrator, second)
             return integrator, first, both
         last = max(mine)
         steps = [min(max(wanted, closer * last), FURTHEST * last)]
@@ -172,14 +192,18 @@ class ExplicitRuns:
 
     def _wanted(self, integrator: Explicit) -> float:
         """Return how much finer than stable the steps must be for the accuracy."""
-        assert self.content is not None
         finer = 1.0
-        while finer < 1e6:
-            lost = self._lost(integrator, finer, self.content.omega)
-            if self.content.error(lost) <= SAFETY * self._accuracy:
-                break
+        while finer < 1e6 and self._foretold(integrator, finer) > SAFETY * self._accuracy:
             finer *= FINER
         return finer
+
+    def _foretold(self, integrator: Explicit, finer: float) -> float:
+        """Return the error that a run will have [m]."""
+        if self._waves is not None:
+            step = self._march.step(integrator, finer)
+            return self._scale * self._waves.error(integrator.tableau, step)
+        assert self.content is not None
+        return self.content.error(self._lost(integrator, finer, self.content.omega))
 
     def _take(self, integrator: Explicit, finer: float, states: States) -> None:
         """Estimate the error of the better one of a run and the one before."""
@@ -199,12 +223,41 @@ class ExplicitRuns:
             self._made.insert(0, (integrator, finer))
             self.error = apart
             return
-        # Waves whose phase is lost do not converge with the order: all of the distance counts.
-        share = 1.0
-        if other == integrator and self.content.lost < 1.0:
-            believed = BELIEVED if self.content.lost < RESOLVED else UNRESOLVED
-            share = (finer / coarser) ** (believed * order) - 1.0
-        self._keep(integrator, finer, states, apart / share)
+        self._keep(integrator, finer, states, self._estimate(pair, apart))
+
+    def _estimate(self, pair: tuple[tuple[Explicit, float], ...], apart: float) -> float:
+        """Return the error of the second of two runs, which are so far apart [m]."""
+        assert self.content is not None
+        (other, coarser), (integrator, finer) = pair
+        error, order = apart, integrator.tableau.order
+        if other == integrator:
+            omega = self._march.omega
+            fastest = self._lost(integrator, finer, omega) * omega * self._t_end
+            believed = BELIEVED
+            if self.content.lost > RESOLVED:
+                believed = DISSIPATED if order > 2 and fastest > 1.0 else UNRESOLVED
+            power = believed * order
+            if self._before is not None and self._before[:2] == (integrator, coarser):
+                power = min(power, power_of_fall(*self._before[2:], coarser, finer, apart))
+            error = apart / max((finer / coarser) ** power - 1.0, SMALLEST_SHARE)
+            # Waves whose phase is lost do not converge with the order: all of the distance counts.
+            if self.content.lost > 1.0:
+                error = max(error, apart)
+        self._before = (integrator, finer, coarser, apart)
+        if self._waves is None:
+            return error
+        tableaus = (other.tableau, integrator.tableau)
+        steps = (self._march.step(other, coarser), self._march.step(integrator, finer))
+        foretold = self._waves.apart(tableaus, steps)
+        own, others = (self._waves.error(*each) for each in zip(tableaus, steps, strict=True))
+        scale = apart / max(foretold, UNLIKE * own, np.finfo(float).tiny)
+        if other == integrator and order == 2 and 1.0 / ALIKE < scale < ALIKE:
+            error = min(error, MARGIN * scale * others)
+        error = max(error, min(max(scale, 1.0), MOST_MORE) * self._waves.unseen(tableaus, steps))
+        if other == integrator:
+            scale = error / max(others, np.finfo(float).tiny)
+        self._scale = min(max(scale, LEAST_SCALE), MOST_SCALE)
+        return error
 
     def _keep(self, integrator: Explicit, finer: float, states: States, error: float) -> None:
         self.states, self.error = states, error
@@ -223,3 +276,27 @@ class ExplicitRuns:
         omega = frequency(self._system, states, still)
         lost = self._lost(self._integrators[0], 1.0, omega)
         return LOOSE * amplitude * lost * omega * self._t_end < self._accuracy
+
+
+def power_of_fall(first: float, apart: float, second: float, third: float, nearer: float) -> float:
+    """Return with which power of the step an error falls, by the distances of three runs.
+
+    Parameters
+    ----------
+    first, second, third : float
+        How fine the runs were, ascending.
+    apart, nearer : float
+        Distance of the first two, and of the last two.
+    """
+
+    def ratio(power: float) -> float:
+        a, b, c = (each**-power for each in (first, second, third))
+        return float((a - b) / (b - c))
+
+    low, high = 0.0, 16.0
+    if apart <= nearer * ratio(SMALLEST_POWER):
+        return SMALLEST_POWER
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if ratio(max(middle, 1e-6)) * nearer < apart else (low, middle)
+    return low

@@ -125,7 +125,7 @@ class ImplicitRuns:
         self._local = FIRST * self._aim * math.sqrt(self._aim / size)
         self._pattern: Pattern = []
         self._base = 0  # steps of the first run
-        self._runs: list[tuple[int, States]] = []
+        self._runs: list[tuple[float, States]] = []
         self._mixed: tuple[States, float] | None = None
         self._attempts = self._stuck = 0
         self._mixed_error = math.inf
@@ -195,7 +195,7 @@ class ImplicitRuns:
         cause = CAUSES[Outcome.GAINED_ENERGY] if isinstance(stop, EnergyGain) else "failed"
         stepper.note([Event(stop.step, stop.time, "shorter steps", cause, math.nan)])
         self._local /= SHORTER
-        self._runs = []
+        self._runs, self._mixed = [], None
 
     def _stepper(self, **options: object) -> Stepper:
         local = self._local
@@ -215,7 +215,7 @@ class ImplicitRuns:
         self.running = stepper.stats
         return stepper
 
-    def _take(self, by: int, states: States) -> None:
+    def _take(self, by: float, states: States) -> None:
         """Estimate the error of the last run, and of what it is together with the one before."""
         before, coarse = self._runs[-1]
         apart = max(distance(self._system, states, coarse), np.finfo(float).tiny)
@@ -239,14 +239,22 @@ class ImplicitRuns:
         if self.content.lost > 1.0:
             plain = max(plain, apart)
         error, best = min((plain, 0), (self._mixed_error, 1))
-        self._stuck = self._stuck + 1 if STUCK * self.error < error else 0
+        error = max(error, self._unseen(apart, before, by))
+        still = self._mixed is not None and STUCK * self._mixed[1] < apart
+        self._stuck = self._stuck + 1 if still or STUCK * self.error < error else 0
         if self._stuck == MOST_STUCK:
             self.failure = AccuracyFailure(self._accuracy, error, MOST_STUCK)
         self._mixed = (mixed, apart)
         self.error, self.states = error, (states, mixed)[best]
         self._runs = [(before, coarse), (by, states)]
 
-    def _content(self, apart: float, one: States, other: States, coarse: int, fine: int) -> Content:
+    def _unseen(self, apart: float, coarse: float, fine: float) -> float:
+        """Return what two runs are both off, so that their distance does not show it [m]."""
+        return 0.0
+
+    def _content(
+        self, apart: float, one: States, other: States, coarse: float, fine: float
+    ) -> Content:
         t_end = float(self._t[-1])
         omega = frequency(self._system, one, other)
         z = omega * t_end / self._base
@@ -266,7 +274,7 @@ class ImplicitRuns:
         mixed = by * math.sqrt(math.sqrt(self._raw * z**2 / (SAFETY * self._accuracy)))
         return plain if plain < WORTH * mixed else max(mixed, ONCE_MORE * by)
 
-    def _following(self, by: int, wanted: float) -> int:
+    def _following(self, by: float, wanted: float) -> int:
         if self._stuck:
             return math.ceil(STRIDE * by)
         return math.ceil(min(max(wanted, LEAST * by), MOST * by))

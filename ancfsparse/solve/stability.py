@@ -108,7 +108,7 @@ def start_load(system: System) -> Vector:
 
 def mass_matrix(system: System) -> sp.csc_array:
     """Return the lower triangle of the mass matrix over the free coordinates."""
-    return _free(system, system.assembly.mass)
+    return on_free(system, system.assembly.mass)
 
 
 def mass_seed(system: System) -> SparseSeed:
@@ -139,10 +139,10 @@ def fastest_vibration(
     amplitudes : (n_amplitudes,) float
         Loads that change, because moments stiffen what they turn.
     """
-    lam, mass = np.zeros(system.n_multipliers), _whole(mass_matrix(system))
+    lam, mass = np.zeros(system.n_multipliers), whole(mass_matrix(system))
 
     def highest(values: Vector) -> float:
-        square = _highest(_whole(_free(system, values)), mass, seed)
+        square = _highest(whole(on_free(system, values)), mass, seed)
         return max(square, np.finfo(float).tiny)
 
     omega = math.sqrt(highest(system.assembly.matrix(0.0, 1.0, q, lam, amplitudes)))
@@ -176,16 +176,17 @@ def _highest(matrix: sp.csr_array, mass: sp.csr_array, seed: SparseSeed | BlockI
     return float(found[0])
 
 
-def _free(system: System, values: Vector) -> sp.csc_array:
+def on_free(system: System, values: Vector) -> sp.csc_array:
     """Return the lower triangle over the free coordinates, from values on the pattern."""
     import scipy.sparse as sp
 
     pattern, n = system.pattern, system.n_free
-    whole = sp.csc_array((values, pattern.indices, pattern.indptr))
-    return whole if whole.shape[0] == n else whole[:n, :n].tocsc()
+    lower = sp.csc_array((values, pattern.indices, pattern.indptr))
+    return lower if lower.shape[0] == n else lower[:n, :n].tocsc()
 
 
-def _whole(lower: sp.csc_array) -> sp.csr_array:
+def whole(lower: sp.csc_array) -> sp.csr_array:
+    """Return a symmetric matrix from its lower triangle."""
     import scipy.sparse as sp
 
     return (lower + sp.tril(lower, -1).T).tocsr()

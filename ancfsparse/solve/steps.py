@@ -41,6 +41,8 @@ LANDING = 8
 SAFETY = 0.7
 # In the first steps a step may grow by so many powers at once.
 OPENING, MOST_LEVELS = 64, 2
+# Steps that are given are taken in so many parts at least, so that there is something to hand on.
+PARTS = 8
 # Steps that cost more than so many residuals with their corrections are made shorter, and do not
 # grow again for so many; they are looked at after so many.
 HARD, HOLD, LOOK = 5.5, 128, 16
@@ -223,9 +225,10 @@ class Stepper:
             if dt != self.dt:
                 self._change(dt, now)
             last = now + steps * dt if k + 1 < len(rows) else upto
+            part = max(LOOK, steps // PARTS)
             while steps:
                 taken = self.stats.steps
-                now, outcome = self._advance(now, steps, steps, last, begin, end)
+                now, outcome = self._advance(now, min(steps, part), steps, last, begin, end)
                 steps -= self.stats.steps - taken
                 if outcome != Outcome.CONVERGED:
                     raise self._stopped(outcome, now)

@@ -1,12 +1,17 @@
 """Errors and costs of runs to an accuracy on scenes drawn at random: ``make accuracy``.
 
-usage: python -m tests.solve.accuracy_sweep [first seed] [seed after the last]
+Each scene leaves a reference and a file of its results in ``results/accuracy``, so that a sweep
+that was interrupted goes on where it was; ``--again`` keeps the references alone.  Kinds of scenes
+take turns, so any first few are a fair sample.
 """
 
-from __future__ import annotations
-
+import argparse
+import contextlib
+import json
 import math
+import signal
 import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -15,6 +20,8 @@ from ancfsparse.system import System
 from tests.solve.accuracy_scenes import SAVED, distance, make, positions, reference
 
 ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)  # [m]
+# Longest time of a processor for a reference [s].
+LONGEST = 120.0
 
 
 def cost(stats):
@@ -23,7 +30,7 @@ def cost(stats):
 
 
 def fixed_steps(case, exact):
-    """Give cost and error of fixed steps by the integrators of the package, coarse ones first."""
+    """Give name, cost and error of fixed steps by the integrators of the package."""
     system = System(case.scene)
 
     def run(integrator, steps, **options):
@@ -34,63 +41,145 @@ def fixed_steps(case, exact):
                 save_every=steps // SAVED, max_energy_gain=math.inf, **options,
             )  # fmt: skip
         except (ancf.StepFailure, ancf.InputError):
-            return math.inf, math.inf
-        return cost(found.stats), distance(positions(system, found.q), exact)
+            return repr(integrator), math.inf, math.inf
+        return repr(integrator), cost(found.stats), distance(positions(system, found.q), exact)
 
+    explicit = [ancf.DormandPrince()]
     if not system.damped and not system.n_multipliers:
-        for order in (2, 4, 8):
-            integrator = ancf.RungeKuttaNystrom(order) if order > 2 else ancf.CentralDifference()
-            limit = ancf.stable_step(case.scene, integrator)
-            for finer in (1.0001, 1.1, 1.3, 1.6, 2, 2.5, 3.2, 4, 5, 6.3, 8):
-                spent, error = run(integrator, case.t_end / limit * finer)
-                yield spent, error
-                if error < ACCURACIES[-1]:
-                    break
+        explicit += [ancf.CentralDifference(), *(ancf.RungeKuttaNystrom(k) for k in (4, 8))]
+    for integrator in explicit:
+        limit = ancf.stable_step(case.scene, integrator)
+        for finer in (1.0001, 1.1, 1.3, 1.6, 2, 2.5, 3.2, 4, 5, 6.3, 8):
+            yield (found := run(integrator, case.t_end / limit * finer))
+            if found[2] < ACCURACIES[-1]:
+                break
     for integrator in (ancf.GeneralizedAlpha(0.9), ancf.Newmark(0.0)):
         if system.n_multipliers and integrator == ancf.Newmark(0.0):
             continue
         steps = SAVED
         while steps < 60_000:
-            spent, error = run(integrator, steps, tolerance="default" if steps < 3000 else 1e-4)
-            yield spent, error
-            if error < ACCURACIES[-1]:
+            yield (found := run(integrator, steps, tolerance="default" if steps < 3000 else 1e-4))
+            if found[2] < ACCURACIES[-1]:
                 break
             steps = math.ceil(1.6 * steps)
 
 
-def main(first, last):
-    shares, ratios, failed = [], [], 0
-    for seed in range(first, last):
-        case = make(seed)
-        exact, uncertain = reference(case)
-        swept = list(fixed_steps(case, exact))
-        for accuracy in ACCURACIES:
-            name = f"{seed:3d} {case.kind:16s} {accuracy:.0e} m"
-            try:
-                run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=accuracy)
-            except ancf.AncfError as error:
-                failed += 1
-                print(f"{name}: {error}", flush=True)
-                continue
-            share = max(distance(positions(run.system, run.q), exact) - uncertain, 0.0) / accuracy
-            least = min((spent for spent, error in swept if error <= accuracy), default=math.nan)
-            shares.append(share)
-            ratios.append(cost(run.stats) / least)
-            print(
-                f"{name}: error {share:.2g}, estimate {run.stats.error / accuracy:.2g} of it, "
-                f"cost {ratios[-1]:.2f} times the cheapest; {run.stats.solver}",
-                flush=True,
-            )
-    known = np.array(ratios)[np.isfinite(ratios)]
-    print(
-        f"{last - first} scenes, {len(shares)} runs, {failed} failed\n"
-        f"error over accuracy: largest {max(shares):.2f}, at most 1 in "
-        f"{100 * np.mean(np.array(shares) <= 1):.1f} %\n"
-        f"cost over that of the cheapest fixed step, where one is known ({len(known)} runs): "
-        f"median {np.median(known):.2f}, largest {max(known):.2f}, at most 3 in "
-        f"{100 * np.mean(known <= 3):.1f} %"
+class TooLongError(Exception):
+    """A reference takes longer than it may."""
+
+
+@contextlib.contextmanager
+def at_most(seconds):
+    """End what takes longer on the processor."""
+
+    def end(*_):
+        raise TooLongError
+
+    before = signal.signal(signal.SIGVTALRM, end)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
+def known(case, folder):
+    """Return positions at the saved times and how far they may be off [m]."""
+    path = folder / f"{case.seed}.npz"
+    if not path.exists():
+        with at_most(LONGEST):
+            exact, uncertain = reference(case)
+        np.savez(path, exact=exact, uncertain=uncertain)
+    with np.load(path) as found:
+        return found["exact"], float(found["uncertain"])
+
+
+def measured(case, folder):
+    """Return the results of a scene, made of lists and numbers."""
+    try:
+        exact, uncertain = known(case, folder)
+    except TooLongError:
+        return {"seed": case.seed, "kind": case.kind, "skipped": True, "runs": []}
+    swept, runs = list(fixed_steps(case, exact)), []
+    for accuracy in ACCURACIES:
+        try:
+            run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=accuracy)
+        except ancf.AncfError as error:
+            runs.append({"accuracy": accuracy, "failed": str(error)})
+            continue
+        off = max(distance(positions(run.system, run.q), exact) - uncertain, 0.0)
+        enough = [(spent, name) for name, spent, error in swept if error <= accuracy]
+        least, best = min(enough, default=(None, None))
+        runs.append(
+            {
+                "accuracy": accuracy,
+                "error": off / accuracy,
+                "estimate": run.stats.error / accuracy,
+                "cost": cost(run.stats),
+                "runs": run.stats.runs,
+                "least": least,
+                "best": best,
+                "solver": run.stats.solver,
+            }
+        )
+    return {"seed": case.seed, "kind": case.kind, "uncertain": uncertain, "runs": runs}
+
+
+def line(found, run):
+    """Say in one line how a run went."""
+    name = f"{found['seed']:3d} {found['kind']:16s} {run['accuracy']:.0e} m"
+    if "failed" in run:
+        return f"{name}: {run['failed']}"
+    words = "no fixed step is as exact"
+    if run["least"] is not None:
+        words = f"cost {run['cost'] / run['least']:.2f} times that of {run['best']}"
+    return (
+        f"{name}: error {run['error']:.2g}, estimate {run['estimate']:.2g} of it, {words}; "
+        f"{run['solver']}"
     )
 
 
+def summary(results):
+    """Say in a few lines how all runs went."""
+    runs = [run for found in results for run in found["runs"]]
+    done = [run for run in runs if "failed" not in run]
+    if not done:
+        return "no runs"
+    errors = np.array([run["error"] for run in done])
+    ratios = np.array([run["cost"] / run["least"] for run in done if run["least"] is not None])
+    skipped = sum("skipped" in found for found in results)
+    return (
+        f"{len(results)} scenes, {skipped} skipped, {len(done)} runs, "
+        f"{len(runs) - len(done)} failed\n"
+        f"error over accuracy: largest {errors.max():.2f}, at most 1 in "
+        f"{100 * np.mean(errors <= 1):.1f} %\n"
+        f"cost over that of the cheapest fixed step, where one is known ({len(ratios)} runs): "
+        f"median {np.median(ratios):.2f}, largest {ratios.max():.2f}, at most 3 in "
+        f"{100 * np.mean(ratios <= 3):.1f} %"
+    )
+
+
+def main(words=None):
+    parser = argparse.ArgumentParser(prog="make accuracy", description=__doc__.split("\n")[0])
+    parser.add_argument("first", type=int, nargs="?", default=0, help="first seed")
+    parser.add_argument("last", type=int, nargs="?", default=100, help="seed after the last")
+    parser.add_argument("--again", action="store_true", help="make runs that were made before")
+    parser.add_argument("--folder", type=Path, default=Path("results/accuracy"))
+    given = parser.parse_args(words)
+    given.folder.mkdir(parents=True, exist_ok=True)
+    results = []
+    for seed in range(given.first, given.last):
+        path = given.folder / f"{seed}.json"
+        if given.again or not path.exists():
+            path.write_text(json.dumps(measured(make(seed), given.folder), indent=1))
+        found = json.loads(path.read_text())
+        results.append(found)
+        for run in found["runs"]:
+            print(line(found, run), flush=True)
+    print(summary(results))
+    return 0
+
+
 if __name__ == "__main__":
-    main(*(int(word) for word in (sys.argv[1:] or ("0", "100"))))
+    sys.exit(main())

@@ -1,0 +1,116 @@
+"""Whole motions by an implicit integrator in equal steps, where the error of each is foretold."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.errors import EnergyGain, InputError, StepFailure
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.implicit_runs import ITERATIONS_SHARE, MOST_ATTEMPTS, ImplicitRuns
+from ancfsparse.solve.price import Price
+from ancfsparse.solve.step_plan import BESIDE, StepPlan
+from ancfsparse.solve.steps import Pattern, divided
+from ancfsparse.solve.times import MOST_STEPS
+
+# Residuals with their solutions that a step costs, about, before any is made.
+EACH_STEP = 2.0
+# Least share of the error that is foretold; and the distance of two runs that is foretold, over the
+# error of the first, at least.
+LEAST_SCALE, UNLIKE = 0.3, 0.3
+# What iterations leave of velocities adds up as the root of the steps beyond so many.
+FEW = 300.0
+# How many times as many steps a run takes that gains energy or cannot be solved.
+MORE = 3.0
+
+
+class EqualRuns(ImplicitRuns):
+    """One way to an accuracy, as `ImplicitRuns` without the search for steps.
+
+    Parameters
+    ----------
+    plan : StepPlan
+        Errors by the number of steps.
+    arguments
+        As `ImplicitRuns` takes them.
+    """
+
+    def __init__(self, plan: StepPlan, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._plan, self._scale = plan, 1.0
+        # The error of two runs together, over the one foretold and that scale.
+        self._rough = 1.0
+        self._begin: tuple[int, float] | None = None  # what is planned before the first run
+        # Runs are numbered by their steps.
+        self._base, self._first_steps = 1, 0
+        pattern = self._system.pattern
+        seed = SparseSeed(pattern.indptr, pattern.indices, self._system.n_free, self._threads)
+        price = Price.of(self._system, self._integrator, seed)
+        self._cost = EACH_STEP * (price.residual + price.solve)
+
+    def forecast(self) -> float:
+        """Return what is yet to be spent until the accuracy is met, as `Price` models it."""
+        return math.inf if self.failure is not None else self._planned()[1] * self._cost
+
+    def advance(self, budget: float) -> None:
+        """Make the next run."""
+        pattern = self._next()
+        n = sum(steps for rows in pattern for _, steps in rows)
+        left = ITERATIONS_SHARE * self._accuracy / n * math.sqrt(min(1.0, FEW / n))
+        stepper = self._stepper(pattern=pattern, left=left)
+        try:
+            states = stepper.run()
+        except (EnergyGain, StepFailure) as stop:
+            self._begin_anew(stop, stepper)
+            self.failure = stop if self._attempts == MOST_ATTEMPTS else None
+            self._plan, self._begin = replace(self._plan, fewest=MORE * n), None
+            return
+        finally:
+            self.steps = stepper.stats.steps
+        self._cost = stepper.price.of_run(stepper.stats) / (n + BESIDE)
+        if self._runs:
+            self._take(n, states)
+        else:
+            self._first_steps, self._pattern = n, pattern
+            self._runs, self.states = [(n, states)], states
+
+    def _planned(self) -> tuple[int, float]:
+        """Return the steps of the next run, and what all that follow cost in steps."""
+        accuracy = self._accuracy / self._scale
+        if self._runs:
+            return self._plan.next([steps for steps, _ in self._runs], accuracy, self._rough)
+        if self._begin is None:
+            self._begin = self._plan.first(accuracy)
+        return self._begin
+
+    def _next(self) -> Pattern:
+        """Return the steps of the next run.
+
+        Where loads jump, later runs divide the steps of the first, so that all their steps are in
+        the same proportion.
+        """
+        n, t_end = self._planned()[0], float(self._t[-1])
+        if n > MOST_STEPS:
+            raise InputError(
+                f"a run to t_end = {t_end:g} s would take more than {MOST_STEPS:.0e} steps: "
+                "ask for a shorter time"
+            )
+        if self._runs and len(self._pattern) > 1:
+            last = round(self._runs[-1][0] / self._first_steps)
+            return divided(self._pattern, max(math.ceil(n / self._first_steps), last + 1))
+        begins = [begin for begin, _ in self._breaks.spans(t_end)]
+        lengths = np.diff([0.0, *begins[1:], t_end]).tolist()
+        counts = [math.ceil(n * length / t_end) for length in lengths]
+        return [[(length / k, k)] for length, k in zip(lengths, counts, strict=True)]
+
+    def _unseen(self, apart: float, coarse: float, fine: float) -> float:
+        """Return what two runs are both off, and learn from their distance [m]."""
+        foretold = max(self._plan.apart(coarse, fine), UNLIKE * self._plan.plain(coarse))
+        self._scale = max(apart / max(foretold, np.finfo(float).tiny), LEAST_SCALE)
+        if self._mixed_error < math.inf:
+            mixed = max(self._scale * self._plan.mixed(coarse, fine), np.finfo(float).tiny)
+            self._rough = max(1.0, self._mixed_error / mixed)
+        return self._plan.unseen(coarse, fine)
