@@ -147,7 +147,7 @@ LDL_INLINE void ldl_forward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, p
             }
         for (; gathered < needed; ++gathered)
             x[gathered] = self->r[self->permutation[gathered]];
-        /* Nodes of planar cables, spatial cables and thick beams: loops of known length. */
+        /* Nodes of cables and of thick beams, in the plane and in space: loops of known length. */
         if (width == 3)
             ldl_forward(g, row, n_rows, 3, x, x + column);
         else if (width == 4)
@@ -156,6 +156,8 @@ LDL_INLINE void ldl_forward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, p
             ldl_forward(g, row, n_rows, 6, x, x + column);
         else if (width == 12)
             ldl_forward(g, row, n_rows, 12, x, x + column);
+        else if (width == 7)
+            ldl_forward(g, row, n_rows, 7, x, x + column);
         else
             ldl_forward_wide(g, row, n_rows, width, x, x + column, space);
         g = ldl_ahead(g, n_rows * width);
@@ -203,6 +205,8 @@ LDL_INLINE void ldl_backward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, 
             LDL_BACKWARD(6);
         else if (width == 12)
             LDL_BACKWARD(12);
+        else if (width == 7)
+            LDL_BACKWARD(7);
         else {
             ldl_backward(g, inverse, triangle, row, n_rows, width, x, y, space);
             for (ptrdiff_t c = 0; c < width; ++c)

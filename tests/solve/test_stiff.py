@@ -37,7 +37,10 @@ def test_steel_under_a_damped_scheme_loses_what_exact_steps_lose(dt, hung):
     assert energy[-1] == pytest.approx(exact[-1], rel=0.05, abs=1e-6)
     assert energy.max() < 1e-6
     assert stats.recoveries == 0
-    assert stats.residual_evaluations < 4.8 * stats.steps
+    # A correction with an old seed leaves a seventh of the error of such steps, of 4 ms: it takes
+    # log(5e-4) / log(1/7) = 3.9 of them to leave the share of `judge.SHARE`.  With the rod each
+    # residual is looked at, for what the constraint is off by, and that is one more.
+    assert stats.residual_evaluations < (3.8 + 1.0 if hung else 4.1) * stats.steps
 
 
 @pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.GeneralizedAlpha(0.5),
@@ -125,5 +128,9 @@ def test_shorter_steps_across_a_hard_one_are_judged_in_their_own_way():
     run = ancf.simulate(scene, 0.5, dt, integrator=DAMPED, solver=method, max_halvings=6)
     crossed = [event.rung for event in run.stats.events if "steps of" in event.rung]
     assert any(f"of {dt / 8:.3g} s" in each or f"of {dt / 16:.3g} s" in each for each in crossed)
-    exact = ancf.simulate(scene, 0.5, 2.5e-4, integrator=DAMPED, save_every=20)
-    assert np.abs(run.position(rod.end) - exact.position(rod.end)).max() < 0.1
+    # Where steps are shorter the motion is followed better: nearer than by whole steps, which
+    # are 87 mm off however well they are solved.
+    whole = ancf.simulate(scene, 0.5, dt, integrator=DAMPED)
+    exact = ancf.simulate(scene, 0.5, 2.5e-4, integrator=DAMPED, save_every=20).position(rod.end)
+    halved, off = (np.abs(each.position(rod.end) - exact).max() for each in (run, whole))
+    assert halved < 0.85 * off
