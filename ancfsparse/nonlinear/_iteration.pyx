@@ -21,7 +21,7 @@ cdef class Iteration:
 
     cdef ancf_nonlinear interface
     cdef Loop loop
-    cdef object owners, arrays
+    cdef object kept, owners, arrays
     cdef readonly object capsule
 
     def __cinit__(self, equations, seed, inverse, frame, *,
@@ -35,30 +35,26 @@ cdef class Iteration:
         cdef Loop *loop = &self.loop
         cdef double[:, ::1] vectors
         cdef double[::1] values
-        self.owners = (equations, seed, inverse, frame)
+        self.kept = equations, frame
         loop.equations = <const ancf_equations *>PyCapsule_GetPointer(
             equations.capsule, "ancf_equations")
-        loop.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
-        loop.inverse = <const ancf_inverse *>PyCapsule_GetPointer(inverse.capsule, "ancf_inverse")
+        self.take_seed(seed, inverse, rounds, cost_iteration, cost_seed)
         if frame is not None:
             loop.frame = <const ancf_frame *>PyCapsule_GetPointer(frame.capsule, "ancf_frame")
             if loop.equations.q == NULL:
                 raise ValueError("a frame needs equations that show their coordinates")
         loop.rotating, loop.compares_frames = rotating, compares_frames
         loop.n, loop.parts = loop.equations.n, 1
-        loop.rounds = rounds and loop.seed.round_to_single != NULL
         loop.newton, loop.learns, loop.carry, loop.polishes = newton, learns, carry, polishes
         loop.economical = economical
         loop.by_correction, loop.max_iterations, loop.sure = by_correction, max_iterations, sure
         loop.share, loop.work, loop.floor = share, work, floor
         loop.force_tolerance, loop.constraint_tolerance = force_tolerance, constraint_tolerance
         loop.correction_tolerance, loop.noise = correction_tolerance, noise
-        loop.cost_iteration, loop.cost_seed = cost_iteration, cost_seed
         loop.cost_rotation, loop.patience = cost_rotation, patience
         loop.events = <Event *>calloc(MOST_EVENTS, sizeof(Event))
         if loop.events == NULL:
             raise MemoryError
-        loop.rate = SLOW
         loop.timed = loop.n >= TIMED_FROM
         # The pair and the product are done with whenever a matrix is assembled: they share its room.
         self.arrays = np.zeros((2, loop.n)), np.zeros(max(loop.equations.n_values + 1, 3 * loop.n))
@@ -118,6 +114,18 @@ cdef class Iteration:
     def contraction(self):
         """Last ratio of two residuals in the last attempt; not a number if there was none."""
         return self.loop.contraction
+
+    def take_seed(self, seed, inverse, bint rounds, double cost_iteration, double cost_seed):
+        """Go on with a seed that has no factor yet, and an inverse on it."""
+        cdef Loop *loop = &self.loop
+        self.owners = (seed, inverse)
+        loop.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
+        loop.inverse = <const ancf_inverse *>PyCapsule_GetPointer(inverse.capsule, "ancf_inverse")
+        loop.rounds = rounds and loop.seed.round_to_single != NULL
+        loop.cost_iteration, loop.cost_seed = cost_iteration, cost_seed
+        loop.seeded, loop.rate, loop.extra = False, SLOW, 0.0
+        loop.cost_since, loop.steps_since = 0.0, 0
+        loop.frame_cost[0] = loop.frame_cost[1] = 0.0
 
     def mark_seeded(self):
         """Tell that the inverse was filled from outside (a finite-difference matrix)."""

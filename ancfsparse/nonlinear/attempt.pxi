@@ -53,12 +53,12 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
     cdef double *swap
     cdef ptrdiff_t n = self.n
     cdef int it, halvings
-    cdef bint done, small, learns = not newton and self.learns
+    cdef bint done, small, closer, learns = not newton and self.learns
     # Whether the residual is looked at after every correction, or what it will be is foreseen.
     cdef bint looks = (learns or damped or self.sure or n > eq.n_coordinates
                        or not self.by_correction)
     cdef double size, last_size = 0.0, norm, last_norm = 0.0, norm_new, start, bound = 0.0, allowed, left
-    cdef double theta, last_theta = 0.0, remaining
+    cdef double theta, last_theta = 0.0, remaining, progress
     self.contraction = NAN
     self.extra_before = extra_so_far(self)
     evaluate(self, self.r)
@@ -140,9 +140,10 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                 remaining = norm / bound
             else:
                 remaining = largest(self.r, eq.n_coordinates) / self.force_tolerance
-            if remaining > 1.0 and waiting_costs_more(
-                    self, sqrt(theta * last_theta) if it > 0 else theta, remaining):
-                if not solves_closer(self):
+            progress = sqrt(theta * last_theta) if it > 0 else theta
+            closer = remaining > 1.0 and solves_closer(self, progress)
+            if closer or (remaining > 1.0 and waiting_costs_more(self, progress, remaining)):
+                if not closer:
                     self.counts.reseeds_inside += 1
                     renew_seed(self, newton, attempt_cost(self, used[0]))
                 multiply(self, self.r)

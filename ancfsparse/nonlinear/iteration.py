@@ -13,7 +13,7 @@ from ancfsparse.checks import check_positive
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton, seed_frame_of
-from ancfsparse.seeds import Seed
+from ancfsparse.seeds import Fill, Seed
 
 EPSILON = float(np.finfo(float).eps)
 DENSE_LIMIT = 4000
@@ -123,7 +123,7 @@ class Costs:
     rotation: float = 0.0
 
     @classmethod
-    def of(cls, residual: int, tangent: int, seed: Seed, frame: Any = None) -> Costs:
+    def of(cls, residual: int, tangent: int, seed: Seed | Fill, frame: Any = None) -> Costs:
         """Weigh operation counts as the parts were measured to take them, within a factor of two.
 
         Kernels run in SIMD lanes.  Of a factor every entry has its price, where they are few for
@@ -204,15 +204,14 @@ def make_iteration(
         If a finite-difference seed cannot be inverted.
     """
     seed_frame = seed_frame_of(method)
-    turns = seed_frame != "fixed"
     full = isinstance(method, QuasiNewton) and method.memory == "full"
     carry = full or (isinstance(method, QuasiNewton) and method.carry)
     davidon = isinstance(method, QuasiNewton) and method.update == "davidon"
     loop = compiled("iteration").Iteration(
         equations,
         seed,
-        compiled("corotated").Corotated(inverse, frame) if turns else inverse,
-        frame if turns else None,
+        turned(inverse, method, frame),
+        None if seed_frame == "fixed" else frame,
         rotating=seed_frame == "rotating",
         compares_frames=seed_frame == "auto",
         newton=isinstance(method, Newton),
@@ -248,6 +247,13 @@ def make_iteration(
             ) from None
         loop.mark_seeded()
     return loop
+
+
+def turned(inverse: Any, method: Method, frame: Any) -> Any:
+    """Return an inverse as the loop of a method takes it: in a frame, if its seeds may turn."""
+    if seed_frame_of(method) == "fixed":
+        return inverse
+    return compiled("corotated").Corotated(inverse, frame)
 
 
 def finite_difference(

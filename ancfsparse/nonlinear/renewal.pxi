@@ -8,6 +8,7 @@ cdef enum:
 cdef double SLOW = 0.9  # a contraction from which waiting never pays
 # Share of the residual that an incomplete seed may leave: where other corrections follow, and Newton's.
 cdef double LOOSE = 0.1, CLOSE = 0.01
+cdef double TIRED = 0.6  # a contraction by sweeps from which conjugate gradients pay
 cdef double MARGIN = 0.98  # of the mean cost that a change of frame must undercut
 
 
@@ -75,6 +76,7 @@ cdef void renew_seed(Loop *self, bint newton, double unfinished) noexcept nogil:
         self.seed.round_to_single(self.seed.context)
         self.seconds.factor += clock(self) - start
         self.counts.single_seeds += 1
+    self.fresh = 0.0
     hold(self)
     self.counts.solves += self.inverse.reseed(self.inverse.context)
     self.seeded, self.reseed_due = True, False
@@ -83,10 +85,13 @@ cdef void renew_seed(Loop *self, bint newton, double unfinished) noexcept nogil:
     self.cost_since, self.steps_since = self.cost_seed, 0
 
 
-cdef bint solves_closer(Loop *self) noexcept nogil:
-    """Let an incomplete seed leave less from now on; whether it does so not yet."""
-    if self.seed.refine == NULL or not self.seed.refine(self.seed.context, LOOSE):
+cdef bint solves_closer(Loop *self, double progress) noexcept nogil:
+    """Let an incomplete seed leave less from now on, if corrections by sweeps contract too slowly."""
+    if (self.seed.refine == NULL or progress < TIRED
+            or not self.seed.refine(self.seed.context, LOOSE)):
         return False
+    self.inverse.forget(self.inverse.context)
+    self.fresh = 0.0
     self.counts.refinements += 1
     return True
 
@@ -100,11 +105,19 @@ cdef void start_from_seed(Loop *self) noexcept nogil:
 
 
 cdef bint waiting_costs_more(Loop *self, double progress, double remaining) noexcept nogil:
-    """Whether a new seed now is cheaper than the corrections still needed at this contraction."""
+    """Whether a new seed now is cheaper than the corrections still needed at this contraction.
+
+    A new seed needs two corrections; an incomplete one as many as it did when it was new.
+    """
+    cdef double needed = 2.0
     if progress >= SLOW:
         return True
+    if self.seed.refine != NULL:
+        if self.fresh == 0.0:
+            self.fresh = progress
+        needed = fmax(needed, log(remaining) / -log(self.fresh))
     return (log(remaining) / -log(progress) * iteration_cost(self)
-            > self.cost_seed + 2.0 * iteration_cost(self))
+            > self.cost_seed + needed * iteration_cost(self))
 
 
 cdef void count_cost(Loop *self, double cost) noexcept nogil:

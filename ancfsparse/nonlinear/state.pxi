@@ -83,6 +83,7 @@ cdef struct Loop:
     double frame_cost[2]  # of a step with a fixed and with a rotating seed, 0 if not known
     ptrdiff_t seeds_since_trial
     double rate  # contraction of the corrections, carried from step to step
+    double fresh  # the first contraction that was seen of an incomplete seed, 0 if none was
     double extra, extra_before  # cost of the last solve beyond a sweep; of all before this attempt
     double cost_since  # since the last seed, its own cost included
     ptrdiff_t steps_since

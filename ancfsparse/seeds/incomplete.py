@@ -8,16 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
+from ancfsparse.seeds.groups import Groups
 from ancfsparse.seeds.sparse import Indices
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-# Bytes of a block: twelve numbers in double precision, and its row.
-BLOCK_BYTES = 100
+# Bytes of a block: twelve numbers in double precision, and its row; and of three unknowns: four
+# vectors, their scale, and where they are.
+BLOCK_BYTES, TRIPLE_BYTES = 100, 172
 # What a solution from Python may leave of its right-hand side; by how much each round of conjugate
 # gradients in single precision brings it down, how many iterations that may take, and rounds.
 REST, SHARE, MOST, ROUNDS = 1e-13, 1e-5, 2000, 12
+
+
+# Operations for each entry: a factorisation takes as long as seven sweeps.
+FACTOR_FLOPS = 45
 
 
 class IncompleteSeed:
@@ -35,19 +41,17 @@ class IncompleteSeed:
     ----------
     indptr, indices : integer arrays
         Lower triangle by columns, diagonal included.
-    triples : (n_triples, 3) int
-        Unknowns that are taken together, each unknown in one row; -1 where a row has fewer.
-    node : (n_triples,) int
-        Which of them belong to a node, numbered from 0; in a node they are eliminated in the order
-        given.
+    groups : Groups
+        Up to three unknowns that are taken together, and the nodes that they belong to; in a node
+        they are eliminated in the order given.
 
     Attributes
     ----------
     n, n_positive : int
         Number of unknowns; all must have positive pivots.
     nnz, factor_flops : int
-        Entries below the diagonal, as many as the matrix has; and 0, since operations of the
-        factor grow with these entries alone.
+        Entries below the diagonal, as many as the matrix has; operations of one factorisation, as
+        they are measured to be for each of these.
     threads : int
         1: sweeps are not divided.
     nbytes : float
@@ -57,28 +61,20 @@ class IncompleteSeed:
     """
 
     error: BaseException | None = None
-    factor_flops = 0
     threads = 1
 
-    def __init__(
-        self,
-        indptr: Indices,
-        indices: Indices,
-        triples: NDArray[np.integer[Any]],
-        node: NDArray[np.integer[Any]],
-    ) -> None:
+    def __init__(self, indptr: Indices, indices: Indices, groups: Groups) -> None:
         self.n = self.n_positive = len(indptr) - 1
         self._pattern = np.asarray(indptr, dtype=np.int64), np.asarray(indices, dtype=np.int32)
         self.nnz = len(indices) - self.n
-        meeting = contract(*self._pattern, triples)
-        order = line_order(*meeting, np.asarray(node, dtype=np.int32))
-        tree = compiled("tree")
-        self._start, self._row = tree.lower_columns(*tree.permuted_upper(*meeting, order))
-        self._unknown = np.ascontiguousarray(triples[order], dtype=np.int32)
+        self.factor_flops = FACTOR_FLOPS * self.nnz
+        order, tree = groups.line_order(), compiled("tree")
+        self._start, self._row = tree.lower_columns(*tree.permuted_upper(*groups.meeting, order))
+        self._unknown = np.ascontiguousarray(groups.members[order], dtype=np.int32)
         self._own: Any = None
         self._matrix: sp.csc_array | None = None
-        n_blocks = len(triples) + len(self._row)
-        self.nbytes = float(BLOCK_BYTES * n_blocks + 4 * len(indices) + 172 * len(triples))
+        blocks, triples = len(order) + len(self._row), len(order)
+        self.nbytes = float(BLOCK_BYTES * blocks + TRIPLE_BYTES * triples + 4 * len(indices))
 
     @property
     def own(self) -> Any:
@@ -89,7 +85,8 @@ class IncompleteSeed:
 
     @property
     def capsule(self) -> object:
-        """The structure ``ancf_seed`` for compiled callers."""
+        """The structure ``ancf_seed`` for compiled callers; `solve` then needs a new `factor`."""
+        self._matrix = None
         capsule: object = self.own.capsule
         return capsule
 
@@ -148,49 +145,3 @@ class IncompleteSeed:
         assert self._matrix is not None
         diagonal = np.abs(self._matrix.data[self._pattern[0][:-1]])
         return float(np.sqrt(np.sum(r**2 / diagonal)))
-
-
-def contract(
-    indptr: Indices, indices: Indices, groups: NDArray[np.integer[Any]]
-) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-    """Return the lower triangle by columns of the groups of unknowns that meet.
-
-    Parameters
-    ----------
-    indptr, indices : integer arrays
-        Lower triangle of the unknowns by columns.
-    groups : (n_groups, k) int
-        Unknowns of each group, -1 for none.
-    """
-    of_unknown = np.empty(len(indptr) - 1, dtype=np.int32)
-    there = groups >= 0
-    of_unknown[groups[there]] = np.nonzero(there)[0]
-    found: tuple[NDArray[np.int64], NDArray[np.int32]] = compiled("tree").contracted(
-        indptr, indices, of_unknown, len(groups)
-    )
-    return found
-
-
-def line_order(indptr: Indices, indices: Indices, node: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the order of elimination of the members of nodes, (n,) int32.
-
-    Nodes in reverse order of Cuthill and McKee, members of a node in the order they come in.
-
-    Parameters
-    ----------
-    indptr, indices : integer arrays
-        Lower triangle by columns of the members that meet.
-    node : (n,) int32
-        Node of each member.
-    """
-    import scipy.sparse as sp
-    from scipy.sparse.csgraph import reverse_cuthill_mckee
-
-    n_nodes = int(node.max()) + 1
-    starts, rows = compiled("tree").contracted(indptr, indices, node, n_nodes)
-    lower = sp.csr_array(
-        (np.ones(len(rows), dtype=np.int8), rows, starts), shape=(n_nodes, n_nodes)
-    )
-    rank = np.empty(n_nodes, dtype=np.int32)
-    rank[reverse_cuthill_mckee((lower + lower.T).tocsr(), symmetric_mode=True)] = np.arange(n_nodes)
-    return np.argsort(rank[node], kind="stable").astype(np.int32)

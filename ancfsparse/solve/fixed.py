@@ -10,14 +10,15 @@ import numpy as np
 from ancfsparse.errors import OutputFailure
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Outcome
-from ancfsparse.results import RunStats
+from ancfsparse.results import Event, RunStats
 from ancfsparse.seeds import Seed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.explicit import count_forces
 from ancfsparse.solve.halving import CURABLE, Halving
 from ancfsparse.solve.progress import progress_bar
 from ancfsparse.solve.record import Recorder, buffer_rows
-from ancfsparse.solve.setup import count, events
+from ancfsparse.solve.setup import CAUSES, count, events
+from ancfsparse.solve.way_back import FIRST_LOOK, WayBack
 from ancfsparse.system import System
 
 # Steps that are taken in one go, and rows of loads that are tabulated at once: at most CHUNK, and
@@ -37,6 +38,8 @@ class FixedSteps:
     march, iteration, seed
         Compiled loops of the integrator and of the nonlinear solver (None for explicit ones), and
         what they solve with.
+    back : WayBack or None
+        Leads to an exact seed.
     halving : Halving or None
         Crosses steps that fail.
     stats : RunStats
@@ -56,6 +59,7 @@ class FixedSteps:
         march: Any,
         iteration: Any,
         seed: Seed | BlockInverse,
+        back: WayBack | None,
         halving: Halving | None,
         stats: RunStats,
         recorder: Recorder,
@@ -63,7 +67,8 @@ class FixedSteps:
         dt: float,
     ) -> None:
         self._system, self._integrator = system, integrator
-        self._march, self._iteration, self._seed = march, iteration, seed
+        self._march, self._iteration, self._seeds = march, iteration, [seed]
+        self._back, self._events = back, list[Event]()
         self._halving, self._stats, self._recorder = halving, stats, recorder
         self._save_every, self._dt = save_every, dt
         # Times in a step at which loads are needed, over the step.
@@ -71,6 +76,8 @@ class FixedSteps:
         if isinstance(integrator, Explicit):
             self._nodes = integrator.tableau.c[1:]
         self._chunk = max(1, min(CHUNK, COORDINATES // system.n_all))
+        if back is not None:
+            self._most, self._chunk = self._chunk, min(self._chunk, FIRST_LOOK)
         # Steps of the run, and of the march, before those whose states are in the buffer; None
         # while the march stands inside a step.
         self._before: tuple[int, int] | None = (0, march.steps)
@@ -109,6 +116,8 @@ class FixedSteps:
         with progress_bar("step", progress, self._n_steps) as bar:
             while stats.steps < self._n_steps and outcome == Outcome.CONVERGED:
                 outcome = self._advance()
+                if self._back is not None:
+                    outcome = self._consider(self._back, outcome)
                 if self._halving is not None and outcome in CURABLE:
                     outcome = self._cross(self._halving, outcome)
                 bar.update(stats.steps - bar.n)
@@ -132,13 +141,34 @@ class FixedSteps:
             )
         finally:
             self._stats.march_seconds += time.perf_counter() - clock
-        if self._seed.error is not None:
-            raise self._seed.error
+        for seed in self._seeds:
+            if seed.error is not None:
+                raise seed.error
         self._collect()
         outcome = Outcome(code)
         if failure is not None and outcome == Outcome.CONVERGED:
             raise failure
         return outcome
+
+    def _consider(self, back: WayBack, outcome: Outcome) -> Outcome:
+        """Go on with an exact seed where the incomplete one fails or costs more, and it fits."""
+        failed, steps = outcome in CURABLE, self._stats.steps
+        assert not isinstance(self._seeds[0], BlockInverse)
+        if not failed and not back.pays(self._iteration.counts, self._seeds[0].inner):
+            self._chunk = min(2 * self._chunk, self._most)
+            return outcome
+        exact, self._back = back.take(), None
+        if exact is None:
+            return outcome
+        self._seeds.append(exact)
+        why = "which cost less"
+        if failed:
+            why, time = CAUSES[outcome], self._dt * (steps + 1)
+            rate = self._iteration.contraction
+            self._events.append(Event(steps + 1, time, "exact seed", CAUSES[outcome], rate))
+        self._stats.solver += f"; from step {steps + 1} on an exact seed ({why})"
+        self._iteration.step = steps
+        return Outcome.CONVERGED
 
     def _collect(self) -> None:
         """Hand on and count what the march has taken; doing so again changes nothing."""
@@ -177,9 +207,10 @@ class FixedSteps:
         if isinstance(self._integrator, Explicit):
             count_forces(stats, self._integrator)
         else:
-            assert not isinstance(self._seed, BlockInverse)
-            count(stats, self._iteration, self._seed)
-            stats.events = events(self._iteration.events, 0.0, self._dt)
+            count(
+                stats, self._iteration, *(s for s in self._seeds if not isinstance(s, BlockInverse))
+            )
+            stats.events = events(self._iteration.events, 0.0, self._dt) + self._events
         if self._halving is not None:
             stats.short_steps = self._halving.short_steps
             stats.events += self._halving.events

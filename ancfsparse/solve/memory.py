@@ -14,8 +14,8 @@ from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.kernels.layout import MANY_BLOCKS
 from ancfsparse.machine import GIGABYTE, available
 from ancfsparse.nonlinear import Method, QuasiNewton
-from ancfsparse.scene import Beam, Connect, Mesh, Scene
-from ancfsparse.seeds import Seed
+from ancfsparse.scene import Beam, Connect, Mesh, Pin, Rod, Scene
+from ancfsparse.seeds import IncompleteSeed, Seed
 from ancfsparse.seeds.sparse import BLOCK_ENTRY
 from ancfsparse.solve.fill import counted_fill
 
@@ -24,6 +24,8 @@ from ancfsparse.solve.fill import counted_fill
 VECTORS = 24
 # Bytes for an entry of the matrix, value and row; and of its factor, value and its share of a row.
 MATRIX_ENTRY, FACTOR_ENTRY = 12, 9
+# Bytes of an incomplete factor for an entry of the matrix.
+INCOMPLETE_ENTRY = 20
 # Entries of the factor of a cube of n nodes, over those of the matrix and the third root of n: 0.8
 # to 1.7 for 6 to 18 nodes a side, growing with their logarithm.
 CUBE = 4.0
@@ -51,6 +53,8 @@ class Memory:
     kernels, matrix, factor, vectors, states : float
         Element arrays; matrix and its pattern; its factor, with secant pairs, or dense inverse;
         vectors of the solvers; saved states [bytes].
+    exact : float
+        Where the factor is an incomplete one, what the exact one might take at most [bytes].
     """
 
     kernels: float
@@ -58,6 +62,7 @@ class Memory:
     factor: float
     vectors: float
     states: float
+    exact: float = 0.0
 
     @property
     def total(self) -> float:
@@ -77,6 +82,7 @@ def estimate(
     *,
     whole_runs: int = 0,
     matrices: int = 1,
+    incomplete: bool = False,
 ) -> Memory:
     """Estimate the memory of a run from the scene alone.
 
@@ -96,6 +102,8 @@ def estimate(
         Runs whose states are held with all coordinates, to be compared.
     matrices : int, optional
         Arrays of values on the pattern: `EnergyMomentum` adds one up in another.
+    incomplete : bool, optional
+        Whether the factor may be an incomplete one, and so is where it would fill in.
     """
     kernels = entries = coordinates = 0.0
     n_rows = n_elements = n_nodes = 0
@@ -123,8 +131,30 @@ def estimate(
     if isinstance(solver, QuasiNewton) and solver.memory == "full":
         return replace(needed, factor=8.0 * coordinates**2)
     pairs = int(solver.memory) if isinstance(solver, QuasiNewton) else 0
-    factor = _factor(scene, entries, n_nodes, needed.total)
-    return replace(needed, factor=factor + 8.0 * PAIR * pairs * coordinates)
+    extra = 8.0 * PAIR * pairs * coordinates
+    if incomplete and not _has_multipliers(scene) and _cycles(scene) > 0.1 * n_nodes:
+        factor, most = INCOMPLETE_ENTRY * entries, _cube(entries, n_nodes)
+        return replace(needed, factor=factor + extra, exact=most + extra)
+    return replace(needed, factor=_factor(scene, entries, n_nodes, needed.total) + extra)
+
+
+def _has_multipliers(scene: Scene) -> bool:
+    """Whether joints surely have multipliers; clamps may have some too."""
+    return any(
+        isinstance(joint, Rod) or (isinstance(joint, Pin) and joint.as_constraint)
+        for joint in scene.joints
+    )
+
+
+def _cycles(scene: Scene) -> int:
+    """About how many edges a scene has beyond those of a tree."""
+    cycles = sum(isinstance(joint, Connect) for joint in scene.joints)
+    return cycles + sum(m.n_elements - m.n_nodes for m in scene.beams if isinstance(m, Mesh))
+
+
+def _cube(entries: float, n_nodes: int) -> float:
+    """Bytes of the factor of a cube of nodes."""
+    return BLOCK_ENTRY * CUBE * entries * math.cbrt(n_nodes)
 
 
 def _factor(scene: Scene, entries: float, n_nodes: int, beside: float) -> float:
@@ -134,13 +164,10 @@ def _factor(scene: Scene, entries: float, n_nodes: int, beside: float) -> float:
     cube with its third root.  Which of them a scene is like need only be known, and is counted,
     where a cube might not fit.
     """
-    cycles = sum(isinstance(joint, Connect) for joint in scene.joints)
-    cycles += sum(m.n_elements - m.n_nodes for m in scene.beams if isinstance(m, Mesh))
-    if cycles <= 0.1 * n_nodes:
+    if _cycles(scene) <= 0.1 * n_nodes:
         return FACTOR_ENTRY * entries
     free = available()
-    cube = BLOCK_ENTRY * CUBE * entries * n_nodes ** (1.0 / 3.0)
-    if free is None or beside + cube <= free:
+    if free is None or beside + _cube(entries, n_nodes) <= free:
         return FACTOR_ENTRY * entries * 0.5 * math.log2(n_nodes)
     return BLOCK_ENTRY * counted_fill(scene)
 
@@ -158,7 +185,7 @@ def check_fits(needed: Memory) -> None:
         return
     parts = {
         "saved states": needed.states,
-        "the factor or inverse": needed.factor,
+        "the incomplete factor" if needed.exact else "the factor or inverse": needed.factor,
         "the matrix": needed.matrix,
         "element arrays": needed.kernels,
         "vectors": needed.vectors,
@@ -168,10 +195,14 @@ def check_fits(needed: Memory) -> None:
         advice = "a larger save_every, save_nodes=[...], or output='run.h5', which keeps them there"
     else:
         advice = "fewer elements or a sparse solver such as solver='auto'"
+    other = ""
+    if needed.exact:
+        other = f" (the factor {needed.factor / GIGABYTE:.3g} GB as an incomplete one, and as an "
+        other += f"exact one up to {needed.exact / GIGABYTE:.3g} GB)"
     raise InputError(
         f"the run would need about {needed.total / GIGABYTE:.3g} GB, more than there is: "
         f"{free / GIGABYTE:.3g} GB of memory are free, and {name} alone would take "
-        f"{parts[name] / GIGABYTE:.3g} GB; try {advice}"
+        f"{parts[name] / GIGABYTE:.3g} GB{other}; try {advice}"
     )
 
 
@@ -204,5 +235,8 @@ def check_factor(needed: Memory, seed: Seed) -> None:
     seed : SparseSeed or IncompleteSeed
         Ordered, but not yet factored.
     """
-    factor = max(needed.factor, seed.nbytes)
-    check_fits(replace(needed, kernels=0.0, matrix=0.0, factor=factor))
+    if isinstance(seed, IncompleteSeed):
+        here = replace(needed, factor=seed.nbytes)
+    else:
+        here = replace(needed, factor=max(needed.factor, seed.nbytes), exact=0.0)
+    check_fits(replace(here, kernels=0.0, matrix=0.0))

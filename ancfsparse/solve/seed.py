@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
+from ancfsparse.machine import available
 from ancfsparse.nonlinear import Method, QuasiNewton
-from ancfsparse.seeds import IncompleteSeed, Seed, SparseSeed
+from ancfsparse.scene import Connect, Mesh
+from ancfsparse.seeds import Groups, IncompleteSeed, Seed, SparseSeed
+from ancfsparse.seeds.sparse import OWN_ENTRY
+from ancfsparse.solve.memory import Memory, check_factor
 from ancfsparse.system import System
 from ancfsparse.system.vectors import vectors_of
 
 SEEDS = ("auto", "exact", "incomplete")
+# Coordinates up to which an exact factor costs next to nothing.
+SMALL = 300
+# Blocks of an exact factor for each of the matrix up to which it is taken: its solves cost three
+# sweeps, and incomplete seeds take half as many corrections again.
+MOST_FILL = 3.0
 
 
 def check_seed(kind: str, solver: Method | str, accuracy: float | None) -> str:
@@ -34,8 +43,14 @@ def check_seed(kind: str, solver: Method | str, accuracy: float | None) -> str:
     return kind
 
 
-def make_seed(system: System, kind: str, solver: Method | str, threads: int) -> Seed:
+def make_seed(
+    system: System, kind: str, solver: Method | str, threads: int, needed: Memory
+) -> tuple[Seed, Groups | None]:
     """Make the seed of a run, ordered but not yet factored.
+
+    Where the choice is free, it is the exact factor as long as that does not fill in: on trees, and
+    up to three blocks for each of the matrix.  A solver that is asked for gets the exact factor
+    too, wherever it fits.
 
     Parameters
     ----------
@@ -47,20 +62,60 @@ def make_seed(system: System, kind: str, solver: Method | str, threads: int) -> 
         How the equations of a step are solved.
     threads : int
         Most threads for an exact factor.
+    needed : Memory
+        What else the run takes.
+
+    Returns
+    -------
+    seed : SparseSeed or IncompleteSeed
+        With what corrections are solved.
+    groups : Groups or None
+        Where an incomplete seed was chosen, of what an exact one would be made.
 
     Raises
     ------
     InputError
-        If an incomplete seed is asked for where there are multipliers.
+        If an incomplete seed is asked for where there are multipliers, or if no seed fits.
     """
-    pattern = system.pattern
-    if kind == "incomplete":
-        if system.n_multipliers:
-            raise InputError(
-                "seed='incomplete' needs a positive definite matrix, which multipliers prevent: "
-                f"the {system.constraints.labels[0]} has one ({system.n_multipliers} in all); "
-                "leave out seed, or use joints without multipliers, such as pins"
-            )
-        vectors, node = vectors_of(system.places, system.dim, system.n_free)
-        return IncompleteSeed(pattern.indptr, pattern.indices, vectors, node)
-    return SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
+    indptr, indices = system.pattern.indptr, system.pattern.indices
+    if kind == "incomplete" and system.n_multipliers:
+        raise InputError(
+            "seed='incomplete' needs a positive definite matrix, which multipliers prevent: "
+            f"the {system.constraints.labels[0]} has one ({system.n_multipliers} in all); "
+            "leave out seed, or use joints without multipliers, such as pins"
+        )
+    if kind == "incomplete" or (kind == "auto" and _may_fill_in(system, solver)):
+        groups = Groups.of(indptr, indices, *vectors_of(system.places, system.dim, system.n_free))
+        if kind == "incomplete" or _fills_in(groups, solver, needed):
+            incomplete = IncompleteSeed(indptr, indices, groups)
+            check_factor(needed, incomplete)
+            return incomplete, None if kind == "incomplete" else groups
+        del groups
+    exact = SparseSeed(indptr, indices, system.n_free, threads)
+    check_factor(needed, exact)
+    return exact, None
+
+
+def _may_fill_in(system: System, solver: Method | str) -> bool:
+    """Whether there may be more fill than is worth a thought, and no need of an exact factor."""
+    if system.n_multipliers or system.n_free <= SMALL:
+        return False
+    if isinstance(solver, QuasiNewton) and solver.memory == "full":
+        return False
+    scene = system.scene
+    return any(isinstance(b, Mesh) for b in scene.beams) or any(
+        isinstance(joint, Connect) for joint in scene.joints
+    )
+
+
+def _fills_in(groups: Groups, solver: Method | str, needed: Memory) -> bool:
+    """Whether an exact factor costs more than a sweep or two, or does not fit."""
+    if groups.cycles == 0:
+        return False
+    if isinstance(solver, str):
+        return groups.exact_fill(MOST_FILL) is None
+    free = available()
+    if free is None:
+        return False
+    left = free - needed.vectors - needed.states
+    return groups.exact_fill(left / (OWN_ENTRY * groups.nnz)) is None

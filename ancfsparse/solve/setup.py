@@ -11,15 +11,16 @@ from ancfsparse.errors import EnergyGain, StepFailure
 from ancfsparse.integrators import EnergyMomentum, Implicit
 from ancfsparse.integrators.march import make_march
 from ancfsparse.nonlinear import Method, Outcome, QuasiNewton, seed_frame_of
-from ancfsparse.nonlinear.iteration import EPSILON, Costs, make_inverse, make_iteration
+from ancfsparse.nonlinear.iteration import EPSILON, Costs, make_inverse, make_iteration, turned
 from ancfsparse.results import Event, RunStats, Trajectory
-from ancfsparse.seeds import Seed
+from ancfsparse.seeds import Fill, Seed, SparseSeed
 from ancfsparse.solve.choose import choose
 from ancfsparse.solve.judge import Judge
-from ancfsparse.solve.memory import NOTHING, Memory, check_factor
-from ancfsparse.solve.seed import make_seed
+from ancfsparse.solve.memory import NOTHING, Memory
+from ancfsparse.solve.seed import MOST_FILL, make_seed
 from ancfsparse.solve.start import regularize, starting_state
 from ancfsparse.solve.threads import divide
+from ancfsparse.solve.way_back import WayBack
 from ancfsparse.system import System
 from ancfsparse.system.rotation import frame_of
 
@@ -47,14 +48,14 @@ def prepare(
     threads: int = 1,
     needed: Memory = NOTHING,
     kind: str = "exact",
-) -> tuple[Any, Any, Seed, Judge, str, Vector]:
+) -> tuple[Any, Any, Seed, Judge, str, Vector, WayBack | None]:
     """Return compiled march and nonlinear loop, seed, judge, why this method, and a at t = 0.
 
-    The seed is of a kind of `SEEDS`.  A factor is refused if it cannot fit beside what else is
-    `needed`.
+    The seed is of a kind of `SEEDS`; where an incomplete one was chosen, the way back comes last.
+    A factor is refused if it cannot fit beside what else is `needed`.
     """
-    seed = make_seed(system, kind, solver, threads)
-    check_factor(needed, seed)
+    pattern = system.pattern
+    seed, groups = make_seed(system, kind, solver, threads, needed)
     method, why = choose(solver, seed, straight=system.constraints.linear)
     scale = integrator.scale * dt**2
     regularize(system, scale)
@@ -84,7 +85,22 @@ def prepare(
     divide(system, threads, march, iteration, inverse)
     if by_differences:
         why += ", first inverse from finite differences"
-    return march, iteration, seed, judge, why, a
+    if groups is not None:
+        why += f"; an exact one would have more than {MOST_FILL:g} blocks for each of the matrix"
+    if groups is None:
+        return march, iteration, seed, judge, why, a, None
+
+    def take_exact() -> Seed:
+        exact = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
+        inverse = make_inverse(method, exact, weights, judge.norm, judge.smallest_change(dt))
+        inverse.set_threads(threads)
+        cost = costs(system, integrator, exact, frame)
+        inverse = turned(inverse, method, frame)
+        iteration.take_seed(exact, inverse, True, cost.iteration, cost.seed)
+        return exact
+
+    back = WayBack(groups, lambda each: costs(system, integrator, each, None), seed, take_exact)
+    return march, iteration, seed, judge, why, a, back
 
 
 def difference_steps(system: System) -> Vector:
@@ -100,7 +116,7 @@ def difference_steps(system: System) -> Vector:
     return steps
 
 
-def costs(system: System, integrator: Implicit, seed: Seed, frame: Any) -> Costs:
+def costs(system: System, integrator: Implicit, seed: Seed | Fill, frame: Any) -> Costs:
     """Weigh an iteration and a seed by the kernels that an integrator calls for them."""
     residual, tangent = system.operations("residual"), system.operations("tangent")
     if isinstance(integrator, EnergyMomentum):
@@ -109,8 +125,8 @@ def costs(system: System, integrator: Implicit, seed: Seed, frame: Any) -> Costs
     return Costs.of(residual, tangent, seed, frame)
 
 
-def count(stats: RunStats, iteration: Any, seed: Seed) -> None:
-    """Copy counts and times of the compiled loop and its seed."""
+def count(stats: RunStats, iteration: Any, *seeds: Seed) -> None:
+    """Copy counts and times of the compiled loop and its seeds."""
     counts = iteration.counts
     stats.iterations = counts["iterations"]
     stats.last_corrections = counts["last_corrections"]
@@ -121,7 +137,9 @@ def count(stats: RunStats, iteration: Any, seed: Seed) -> None:
     stats.rotating_seeds = counts["rotating_seeds"]
     stats.single_seeds = counts["single_seeds"]
     stats.shifted_seeds = counts["shifted_seeds"]
-    stats.sweeps, stats.products = seed.inner
+    stats.sweeps, stats.products = (
+        sum(x) for x in zip(*(seed.inner for seed in seeds), strict=True)
+    )
     stats.solves = counts["solves"]
     stats.skipped_pairs = counts["skipped_pairs"]
     stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]

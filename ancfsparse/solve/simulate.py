@@ -94,7 +94,10 @@ def simulate(
         What corrections are solved with.  ``"exact"``: the factor of the matrix of a step, which
         fills in the more the larger a net or lattice is.  ``"incomplete"``: a factor without fill,
         whose time and memory are linear in the mesh, with a few conjugate gradients where a sweep
-        is too little; without multipliers only.  ``"auto"`` is ``"exact"``.
+        is too little; without multipliers only.  ``"auto"``, with ``solver="auto"``: incomplete
+        where an exact factor would have more than three times the blocks of the matrix, and back to
+        exact in the middle of the run where counts say that this costs less, or where a step fails;
+        with a solver or an accuracy that is asked for exact wherever that fits.
     tolerance : "default", "paper" or float, optional
         What the iteration of a step may leave.  ``"default"``: a two-thousandth of what the step
         changes in the accelerations, which is less than a hundredth of the integrator's own error,
@@ -200,7 +203,14 @@ def simulate(
     compared = 4 if accuracy is not None else 0
     matrices = 2 if isinstance(integrator, EnergyMomentum) else 1
     needed = estimate(
-        scene, rows, kept, output is not None, solver, whole_runs=compared, matrices=matrices
+        scene,
+        rows,
+        kept,
+        output is not None,
+        solver,
+        whole_runs=compared,
+        matrices=matrices,
+        incomplete=seed != "exact" and accuracy is None and isinstance(integrator, Implicit),
     )
     check_fits(needed)
     system = System(scene)
@@ -233,14 +243,14 @@ def simulate(
                 system, times, accuracy, named, solver, max_energy_gain, progress, attempts
             )
         return record.trajectory()
-    iteration, halving = None, None
+    iteration, halving, back = None, None, None
     inverse: Seed | BlockInverse
     if isinstance(integrator, Explicit):
         check_alone(integrator, solver, tolerance, max_halvings, seed)
         march, inverse, why = prepare_explicit(system, dt, n_steps, integrator, max_energy_gain)
         a = march.state[2]
     else:
-        march, iteration, inverse, judge, why, a = prepare(
+        march, iteration, inverse, judge, why, a, back = prepare(
             system, dt, integrator, solver, tolerance, max_energy_gain, threads, needed, seed
         )
         halving = Halving(system, march, iteration, integrator, judge, dt, max_halvings)
@@ -254,7 +264,17 @@ def simulate(
         if system.n_all >= LARGE:
             give_back()
         steps = FixedSteps(
-            system, integrator, march, iteration, inverse, halving, stats, recorder, save_every, dt
+            system,
+            integrator,
+            march,
+            iteration,
+            inverse,
+            back,
+            halving,
+            stats,
+            recorder,
+            save_every,
+            dt,
         )
         outcome = steps.run(n_steps, progress)
     path = record.trajectory()

@@ -119,7 +119,7 @@ class Stepper:
         self._given, self.pattern = pattern, list[list[tuple[float, int]]]()
         self._breaks, self._watch, self._budget = breaks, watch, budget
         self.seed: Seed
-        self.march, self.iteration, self.seed, self.judge, why, a = prepare(
+        self.march, self.iteration, self.seed, self.judge, why, a, _ = prepare(
             system, self.dt, integrator, solver, "default", max_energy_gain, threads
         )
         self.price = Price.of(system, integrator, self.seed)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matrices import lower_csc
 
-from ancfsparse.seeds import IncompleteSeed
+from ancfsparse.seeds import Groups, IncompleteSeed
 
 ROUNDING = 2.0**-24
 """Of a number in single precision (IEEE 754)."""
@@ -50,7 +50,7 @@ def tree(rng, n):
 def seed_of(a, groups, node=None):
     indptr, indices, values = lower_csc(a)
     node = np.arange(len(groups)) if node is None else node
-    return IncompleteSeed(indptr, indices, groups, node), values
+    return IncompleteSeed(indptr, indices, Groups.of(indptr, indices, groups, node)), values
 
 
 def inverse_of(seed):

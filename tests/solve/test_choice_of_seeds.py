@@ -1,0 +1,154 @@
+"""Which seed a run is on: by counts of fill and of what steps take, and by memory."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import chain, lattice, net
+from ancfsparse.seeds import Groups, SparseSeed
+from ancfsparse.solve import memory, seed, way_back
+from ancfsparse.system import System
+from ancfsparse.system.vectors import vectors_of
+
+STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0}
+INCOMPLETE = "on an incomplete seed"
+
+
+def comb(teeth=60):
+    """A tree: cables that hang on one."""
+    scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
+    section, material = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
+    back = scene.add_beam("thin", (0, 0, 0), (teeth, 0, 0), teeth, section, material)
+    for k in range(teeth):
+        tooth = scene.add_beam("thin", (k, 0, 0), (k, 0, -1), 4, section, material)
+        scene.connect(back.node(k), tooth.start)
+    scene.pin(back.start)
+    scene.pin(back.end)
+    return scene
+
+
+def solver_of(scene, **options):
+    return ancf.simulate(scene, 2e-3, 1e-3, **options).stats.solver
+
+
+def groups_of(system):
+    indptr, indices = system.pattern.indptr, system.pattern.indices
+    return Groups.of(indptr, indices, *vectors_of(system.places, system.dim, system.n_free))
+
+
+@pytest.mark.parametrize("make", [lambda: lattice(6).scene, lambda: net(20).scene])
+def test_where_the_factor_fills_in_it_is_incomplete(make):
+    told = solver_of(make())
+    assert INCOMPLETE in told
+    assert "more than 3 blocks for each of the matrix" in told
+
+
+@pytest.mark.parametrize(
+    "make", [lambda: chain(500).scene, comb, lambda: lattice(3).scene, lambda: net(5).scene]
+)
+def test_where_it_hardly_does_it_is_exact(make):
+    assert INCOMPLETE not in solver_of(make())
+
+
+def test_solvers_and_accuracies_that_are_asked_for_get_the_exact_one():
+    assert INCOMPLETE not in solver_of(lattice(5).scene, solver=ancf.ModifiedNewton())
+    assert INCOMPLETE not in solver_of(lattice(5).scene, seed="exact")
+    run = ancf.simulate(lattice(3).scene, 1e-3, accuracy=1e-4)
+    assert INCOMPLETE not in run.stats.solver
+
+
+def test_multipliers_get_the_exact_one():
+    scene, mesh = lattice(5)
+    scene.rod(mesh.node(0), (0.0, 0.0, -1.0))
+    assert INCOMPLETE not in solver_of(scene)
+
+
+def test_cycles_are_those_of_the_graph():
+    n = 4
+    assert groups_of(System(lattice(n).scene)).cycles == 3 * n * n * (n - 1) - n**3 + 1
+    assert groups_of(System(comb())).cycles == 0
+
+
+@pytest.mark.parametrize("make", [lambda: lattice(7).scene, lambda: net(25).scene])
+def test_fill_is_that_of_the_exact_factor(make):
+    system = System(make())
+    exact = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    groups = groups_of(system)
+    fill = groups.exact_fill(np.inf)
+    # Ordered by vectors and not by coordinates, which fills in a little more.
+    assert fill.nnz == pytest.approx(exact.nnz, rel=0.2)
+    assert fill.factor_flops == pytest.approx(exact.factor_flops, rel=0.3)
+    assert fill.solve_flops == pytest.approx(exact.solve_flops, rel=0.2)
+    ratio = fill.nnz / groups.nnz
+    assert groups.exact_fill(1.1 * ratio) == fill
+    assert groups.exact_fill(0.9 * ratio) is None
+    assert groups.exact_fill(0.1 * ratio) is None
+
+
+def test_what_does_not_fit_exactly_is_marched(monkeypatch):
+    scene = lattice(9).scene
+    told = memory.estimate(scene, 3, None, False, "auto", incomplete=True)
+    for module in (memory, seed, way_back):
+        monkeypatch.setattr(module, "available", lambda: 1.2 * told.total)
+    with pytest.raises(ancf.InputError, match="would need about"):
+        solver_of(scene, seed="exact")
+    assert INCOMPLETE in solver_of(scene)
+    assert INCOMPLETE in solver_of(scene, solver=ancf.ModifiedNewton())
+
+
+def test_if_neither_fits_both_are_named(monkeypatch):
+    scene = lattice(9).scene
+    told = memory.estimate(scene, 3, None, False, "auto", incomplete=True)
+    monkeypatch.setattr(memory, "available", lambda: 0.5 * told.total)
+    sentence = r"the factor .* GB as an incomplete one, and as an exact one up to .* GB"
+    with pytest.raises(ancf.InputError, match=sentence):
+        solver_of(scene)
+    exact = SparseSeed(*_pattern(scene))
+    assert exact.nbytes <= told.exact <= 8.0 * exact.nbytes
+
+
+def _pattern(scene):
+    system = System(scene)
+    return system.pattern.indptr, system.pattern.indices, system.n_free
+
+
+def test_the_estimate_is_near_what_an_incomplete_factor_takes():
+    system = System(lattice(12).scene)
+    told = memory.estimate(system.scene, 1, 0, False, "auto", incomplete=True)
+    made, _ = seed.make_seed(system, "incomplete", "auto", 1, memory.NOTHING)
+    assert made.own.nbytes <= 1.05 * told.factor
+    assert told.factor <= 1.5 * made.own.nbytes
+
+
+def test_long_steps_go_back_to_exact_seeds_where_those_cost_less():
+    run = ancf.simulate(lattice(5, **STEEL).scene, 1.25, 0.05)
+    assert "from step 6 on an exact seed (which cost less)" in run.stats.solver
+    assert run.stats.steps == 25
+    incomplete = ancf.simulate(lattice(5, **STEEL).scene, 1.25, 0.05, seed="incomplete")
+    assert run.stats.sweeps < incomplete.stats.sweeps  # none after the change
+    assert run.stats.iterations > 0
+    assert np.abs(run.q - incomplete.q).max() <= 1e-6
+
+
+def test_short_steps_stay_on_incomplete_seeds():
+    run = ancf.simulate(lattice(6).scene, 0.05, 1e-3)
+    assert "exact seed" not in run.stats.solver
+
+
+def test_a_step_that_fails_is_solved_on_an_exact_seed(monkeypatch):
+    scene = lattice(8, "rough", **STEEL).scene
+    with pytest.raises(ancf.StepFailure):
+        ancf.simulate(scene, 0.01, 1e-3, seed="incomplete")
+    run = ancf.simulate(scene, 0.01, 1e-3)
+    assert run.stats.steps == 10
+    (event,) = [event for event in run.stats.events if event.rung == "exact seed"]
+    assert f"from step {event.step} on an exact seed" in run.stats.solver
+    # Without room for it the run ends as it would have.
+    monkeypatch.setattr(way_back, "available", lambda: 1e5)
+    with pytest.raises(ancf.StepFailure):
+        ancf.simulate(scene, 0.01, 1e-3)
+
+
+def test_runs_repeat_bit_for_bit():
+    runs = [ancf.simulate(lattice(5, **STEEL).scene, 1.25, 0.05) for _ in range(2)]
+    assert np.array_equal(runs[0].q, runs[1].q)
