@@ -72,6 +72,10 @@ def compiled(name: str, instruction_set_name: str | None = None) -> ModuleType:
     instruction_set_name : str, optional
         One of `available_instruction_sets`; by default the one in use.
     """
-    module = f"ancfsparse.compiled.{name}_{instruction_set_name or instruction_set()}"
+    return _loaded(f"ancfsparse.compiled.{name}_{instruction_set_name or instruction_set()}")
+
+
+@cache
+def _loaded(module: str) -> ModuleType:
     with brief_waits():
         return import_module(module)

@@ -17,8 +17,10 @@ def available() -> float | None:
     """Return the memory that is free for this process [bytes], None where nobody says."""
     free = []
     try:
-        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-        free += [1024.0 * int(each.split()[1]) for each in lines if "MemAvailable" in each]
+        with open("/proc/meminfo", encoding="ascii") as lines:
+            found = next((each for each in lines if each.startswith("MemAvailable")), None)
+        if found is not None:
+            free.append(1024.0 * int(found.split()[1]))
         free += _left_to_process()
         group = Path("/sys/fs/cgroup")
         most = (group / "memory.max").read_text(encoding="ascii").strip()
