@@ -87,6 +87,14 @@ static inline int ancf_watch_gains(const ancf_watch *watch, int strict)
            && !(watch->beyond <= watch->limit * (strict ? watch->kinetic : watch->exchanged));
 }
 
+/* Whether the energy has risen by that much since a look before.  A motion that has lost energy can
+ * gain for long before it has more than it was given. */
+static inline int ancf_watch_rises(const ancf_watch *watch, const ancf_watch *before)
+{
+    double rise = watch->gain - before->gain - sqrt(watch->unsure) - watch->noise;
+    return !isinf(watch->limit) && !(rise <= watch->limit * watch->exchanged);
+}
+
 /* Whether a state that would be the next has gained far more than that, once a motion has begun. */
 static inline int ancf_watch_gains_much(const ancf_watch *watch)
 {

@@ -111,8 +111,12 @@ typedef struct {
 typedef struct {
     void *context;
     int (*solve)(void *context); /* one step; 0 or a reason of nonlinear/outcome.py */
+    /* The energy of the solution found is odd: 0 if there is that of Newton to compare it with,
+     * which counts as what saved the step only if it is preferred. */
+    int (*confirm)(void *context);
+    void (*prefer)(void *context);
     /* The solution found is refused, for a reason: 0 if there is another one, else the reason or
-     * that of the last attempt.  Without a reason, after all others: back to the one of Newton. */
+     * that of the last attempt. */
     int (*again)(void *context, int reason);
     /* Whether the solution was sought because another one was refused, or from another start: it
      * may be one of several. */

@@ -63,5 +63,7 @@ cdef extern from "solver_abi.h":
     ctypedef struct ancf_nonlinear:
         void *context
         int (*solve)(void *) noexcept nogil
+        int (*confirm)(void *) noexcept nogil
+        void (*prefer)(void *) noexcept nogil
         int (*again)(void *, int) noexcept nogil
         const int *doubtful

@@ -63,6 +63,7 @@ cdef class Iteration:
         loop.s, loop.y, loop.z = &values[0], &values[loop.n], &values[2 * loop.n]
         loop.values = &values[0]
         self.interface.context, self.interface.solve, self.interface.again = loop, solve, again
+        self.interface.confirm, self.interface.prefer = confirm, prefer
         self.interface.doubtful = &loop.doubtful
         self.capsule = PyCapsule_New(&self.interface, "ancf_nonlinear", NULL)
 

@@ -74,17 +74,37 @@ cdef int solve(void *context) noexcept nogil:
     return CONVERGED
 
 
+cdef int confirm(void *context) noexcept nogil:
+    """Find Newton's solution beside one that is not Newton's; it counts only if it is preferred."""
+    cdef Loop *self = <Loop *>context
+    cdef Rung rung = self.rung
+    cdef int used = 0, outcome = GAINED_ENERGY
+    if self.newton or rung > NEW_SEED:
+        return outcome
+    outcome = climb(self, NEWTON, CONVERGED, &used)
+    if outcome == CONVERGED:
+        tally(self, -1)
+    self.rung, self.doubtful = rung, False
+    return outcome
+
+
+cdef void prefer(void *context) noexcept nogil:
+    """Take the solution of `confirm` for what saved the step."""
+    cdef Loop *self = <Loop *>context
+    tally(self, -1)
+    record(self, NEWTON, GAINED_ENERGY)
+    self.rung = NEWTON
+    tally(self, 1)
+
+
 cdef int again(void *context, int reason) noexcept nogil:
     """Look for another solution of the step: the one of Newton, then the one of another start.
 
-    A step of rough motion can have several; which one an iteration finds is its own affair.  If no
-    other one is better either, Newton's is what is left: without a reason, it is found once more.
+    A step of rough motion can have several; which one an iteration finds is its own affair.
     """
     cdef Loop *self = <Loop *>context
     cdef int used = 0
     tally(self, -1)
-    if reason == CONVERGED:
-        return climb(self, NEWTON, CONVERGED, &used)
     if self.rung < NEWTON and not self.newton:
         reason = climb(self, NEWTON, reason, &used)
         if reason == CONVERGED:

@@ -166,8 +166,9 @@ def simulate(
     A step that does not converge is tried again with a new seed, then with Newton, damped and
     whole, then from a start without the last acceleration; these are counted in
     ``stats.recoveries``.  A hard step whose solution would gain energy is solved again by Newton,
-    and from that start.  Then it is halved, if that is allowed; if not, Newton's solution is taken,
-    and the next regular look at the energy decides.  No step is accepted unconverged.
+    and from that start.  Then it is halved, if that is allowed; if not, the solution that gains
+    least is taken, and the next regular look at the energy decides.  One whose energy only rises,
+    in a motion that has lost some, is compared with Newton's.  No step is accepted unconverged.
     """
     check_scene(scene)
     if accuracy is not None:

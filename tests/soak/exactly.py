@@ -1,0 +1,77 @@
+"""What of a run's energy comes from its scheme, and what from how its steps were solved.
+
+Rough motions are chaotic: a run by another solver is another motion, and tells nothing of this one.
+So each step is solved once more from the very state before it, by Newton.
+"""
+
+import math
+
+import numpy as np
+
+import ancfsparse as ancf
+from ancfsparse.integrators.march import Start, make_march
+from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.judge import Judge
+from ancfsparse.solve.start import regularize, starting_state
+from ancfsparse.system import System
+
+NEWTON = ancf.Newton()
+
+
+class Steps:
+    """The steps of one run of a scene, all of whose states are saved."""
+
+    def __init__(self, drawn, integrator, path):
+        self.system, self.integrator, self.dt = System(drawn.scene), integrator, drawn.dt
+        system, pattern = self.system, self.system.pattern
+        regularize(system, integrator.scale * self.dt**2)
+        self.seed = SparseSeed(pattern.indptr, pattern.indices, system.n_free)
+        start, _ = starting_state(system, self.seed, integrator, self.dt)
+        self.states = [(start.q, start.v, start.a, start.lam)]
+        self.states += zip(path.q[1:], path.v[1:], path.a[1:], path.lam[1:], strict=True)
+        self.b = [start.b]
+        m, f = getattr(integrator, "alpha_m", 0.0), getattr(integrator, "alpha_f", 0.0)
+        for (_, _, a0, _), (_, _, a1, _) in zip(self.states, self.states[1:], strict=False):
+            self.b.append(((1.0 - f) * a1 + f * a0 - m * self.b[-1]) / (1.0 - m))
+        self.loads = system.loads.amplitudes(self.dt * np.arange(len(self.states) + 1.0))
+        self.judge = Judge(system, integrator, "default")
+
+    def gain(self, k, state):
+        """Give the energy that a state after step k + 1 has above the one before it [J]."""
+        (q0, v0, *_), (q1, v1, *_) = self.states[k], state
+        kinetic, elastic, _ = self.system.energies(np.stack([q0, q1]), np.stack([v0, v1]))
+        energy = kinetic + elastic - np.stack([q0, q1]) @ self.system.dead_load
+        work = self.system.assembly.load_work(q0, self.loads[k], q1, self.loads[k + 1])
+        return float(energy[1] - energy[0] - work)
+
+    def solved_again(self, k):
+        """Give the state after step k + 1 that Newton finds, or None."""
+        system, (q, v, a, lam) = self.system, self.states[k]
+        start = Start(q, v, a, self.b[k], lam, self.loads[k])
+        march = make_march(system, self.dt, self.integrator, start, np.inf, 0.0)
+        march.weigh(self.judge.mass, self.judge.total)
+        inverse = make_inverse(NEWTON, self.seed, None, self.judge.norm, 0.0)
+        tolerance = self.judge.at(self.dt)
+        loop = make_iteration(march, self.seed, inverse, NEWTON, tolerance, Costs(1.0, 1.0))
+        n, m = system.n_all, system.n_multipliers
+        room = [np.empty((2, width)) for width in (n, n, n, m)]
+        taken, _ = march.advance(loop, 1, self.loads[k + 1 : k + 2], 1, 0, *room)
+        return march.state if taken else None
+
+
+def gain_by_newton(drawn, integrator, path, last):
+    """Add up what Newton's solutions of the steps up to the last gain, from this run's states [J].
+
+    The last may be one that the run did not accept; if Newton finds no solution of it either, the
+    sum is infinite.  Where Newton finds none of another step the run's own solution counts.
+    """
+    steps, gained = Steps(drawn, integrator, path), 0.0
+    for k in range(last):
+        state = steps.solved_again(k)
+        if state is None:
+            if k + 1 == len(steps.states):
+                return math.inf
+            state = steps.states[k + 1]
+        gained += steps.gain(k, state)
+    return gained
