@@ -156,7 +156,13 @@ def pendulum(
         float, typer.Option(help="Time step, or with --accuracy time between saved states [s].")
     ] = 5e-4,
     time: Annotated[float, typer.Option(help="Simulated time [s], whole steps.")] = 2.0,
-    integrator: Annotated[str, typer.Option(help=", ".join(INTEGRATORS))] = "newmark",
+    integrator: Annotated[
+        str | None,
+        typer.Option(
+            help=", ".join(INTEGRATORS)
+            + " [default: newmark; with --accuracy whichever costs least, which is printed]."
+        ),
+    ] = None,
     accuracy: Annotated[
         float | None,
         typer.Option(help="Largest error of a position that the steps may cause [m]."),

@@ -154,6 +154,7 @@ def test_a_folder_that_is_missing_is_noticed_before_the_run(capsys, tmp_path):
         (("--integrator", "energy-momentum"), "quasi-Newton (davidon, full memory)"),
         (("--integrator", "central-difference", "--step", "2e-4"), "CentralDifference()"),
         (("--integrator", "rkn8", "--step", "2.5e-4"), "RungeKuttaNystrom(order=8)"),
+        (("--integrator", "dormand-prince", "--step", "5e-4"), "DormandPrince()"),
     ],
 )
 def test_integrators_by_name_agree(capsys, words, name):
@@ -173,6 +174,30 @@ def test_an_accuracy_is_asked_for_and_told(capsys):
     assert len(data["time"]) == 11
     assert data["settings"]["solver"] == "auto"
     assert "modified Newton" in data["settings"]["chosen"]
+
+
+def test_a_run_to_an_accuracy_names_the_integrator_it_took(capsys):
+    words = (
+        "pendulum",
+        "--elements",
+        "4",
+        "--time",
+        "0.05",
+        "--accuracy",
+        "1e-6",
+        "--step",
+        "5e-3",
+    )
+    _, out, _ = run(capsys, *words)
+    assert re.search(
+        r"(CentralDifference|RungeKuttaNystrom|GeneralizedAlpha)\(.*\).* in \d+ steps", out
+    )
+    _, out, _ = run(capsys, *words, "--json", "-")
+    settings = json.loads(out)["settings"]
+    assert settings["integrator"] == "auto"
+    assert settings["chosen"] in out
+    code, _, err = run(capsys, *words, "--rho-inf", "0.8")
+    assert (code, "--integrator auto: leave it out" in err) == (2, True)
 
 
 def test_an_unknown_integrator_is_refused(capsys):

@@ -167,7 +167,11 @@ def solve_accurately(
             costs = [way.forecast() for way in ways]
             first = int(np.argmin(costs))
             way, others = ways[first], min(costs[:first] + costs[first + 1 :], default=math.inf)
-            if costs[first] == math.inf or total.runs >= MOST_RUNS:
+            # No other way leads where exact waves do not converge.
+            hopeless = isinstance(ways[0], ExplicitRuns) and isinstance(
+                ways[0].failure, AccuracyFailure
+            )
+            if hopeless or costs[first] == math.inf or total.runs >= MOST_RUNS:
                 raise _failure(ways, accuracy, total)
             try:
                 way.advance(others)

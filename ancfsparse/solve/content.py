@@ -17,6 +17,8 @@ from ancfsparse.integrators.nystrom import Tableau
 from ancfsparse.solve.states import States
 from ancfsparse.system import System
 
+SMALLEST_POWER = 0.1  # of the step with which an error is thought to fall
+
 
 @dataclass(frozen=True)
 class Content:
@@ -88,3 +90,27 @@ def _lost(tableau: Tableau, z: float) -> float:
 def phase_lost_implicitly(z: float) -> float:
     """Return that of the trapezoidal rule, which takes 2 atan(z / 2) for `z`."""
     return 1.0 - 2.0 * math.atan(0.5 * z) / z if z > 0.0 else 0.0
+
+
+def power_of_fall(first: float, apart: float, second: float, third: float, nearer: float) -> float:
+    """Return with which power of the step an error falls, by the distances of three runs.
+
+    Parameters
+    ----------
+    first, second, third : float
+        How fine the runs were, ascending.
+    apart, nearer : float
+        Distance of the first two, and of the last two.
+    """
+
+    def ratio(power: float) -> float:
+        a, b, c = (each**-power for each in (first, second, third))
+        return float((a - b) / (b - c))
+
+    low, high = 0.0, 16.0
+    if apart <= nearer * ratio(SMALLEST_POWER):
+        return SMALLEST_POWER
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if ratio(max(middle, 1e-6)) * nearer < apart else (low, middle)
+    return low

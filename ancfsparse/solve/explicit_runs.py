@@ -8,11 +8,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import AccuracyFailure, InputError
 from ancfsparse.integrators.explicit import Explicit
 from ancfsparse.results import RunStats
 from ancfsparse.solve.breaks import Breaks
-from ancfsparse.solve.content import Content, frequency, phase_lost
+from ancfsparse.solve.content import Content, frequency, phase_lost, power_of_fall
 from ancfsparse.solve.explicit_march import ExplicitMarch
 from ancfsparse.solve.states import States, distance
 from ancfsparse.solve.times import MOST_STEPS
@@ -23,14 +23,14 @@ Vector = NDArray[np.float64]
 
 # Steps of the second run are shorter by so much, by the order: the cheapest whose difference tells
 # the error; those of later ones not by more than another factor.
-CLOSER, FURTHEST = {2: 1.25, 4: 1.2, 8: 1.15}, 2.2
+CLOSER, FURTHEST = {2: 1.35, 4: 1.3, 8: 1.25}, 2.2
 # Where the error is foretold, the first of two runs may have steps longer by so much.
 APART = 1.5
 # The error that runs are planned for, over the one foretold: as long as none is known, and what it
 # may be at least and at most then.
 GUESS, LEAST_SCALE, MOST_SCALE = 1.5, 0.2, 1e3
 # Least share of the error of a run by which its distance from the next exceeds that one's.
-SMALLEST_SHARE, SMALLEST_POWER = 0.1, 0.1
+SMALLEST_SHARE = 0.1
 # The distance of two runs may differ from the one foretold by this factor, or only how it falls is
 # believed; what is added to the error foretold then; and its least share of the first error.
 ALIKE, MARGIN, UNLIKE = 4.0, 1.5, 0.3
@@ -42,6 +42,10 @@ SAFETY = 0.7
 # Share of the order that is believed of the fall of an error: where the phase lost of what parts
 # two runs is below a bound [rad], elsewhere, and where both dissipate the fastest vibrations.
 BELIEVED, UNRESOLVED, DISSIPATED, RESOLVED = 0.75, 0.5, 0.35, 0.1
+# Share of its distance from a run of lower order that one of higher order is taken to be off.
+LEAST_OF_TWO = 0.5
+# An error that falls by less than this, in so many runs, is not one of the steps.
+STUCK, MOST_STUCK = 0.7, 4
 # Forces that the set-up is worth, about, and share of all cost from which on it does not matter.
 SETUP, CHEAP = 100.0, 0.05
 FINER = 1.05  # ratio of the steps that are thought of
@@ -94,6 +98,7 @@ class ExplicitRuns:
     ) -> None:
         self._system, self._t_end = system, float(t[-1])
         self._waves, self._scale = waves, GUESS
+        self._smallest, self._stuck = math.inf, 0
         # The last two runs of one integrator: it, how fine both were, the second first, and how far
         # apart.
         self._before: tuple[Explicit, float, float, float] | None = None
@@ -153,6 +158,7 @@ class ExplicitRuns:
             self._made = [(each, shorter * fine) for each, fine in self._made]
             return
         self._take(integrator, finer, states)
+        self._look_for_chaos()
         if self._other is not None and self.states is not None:
             # Two ways have no error in common.
             self.error = min(self.error, distance(self._system, self.states, self._other))
@@ -225,6 +231,15 @@ class ExplicitRuns:
             return
         self._keep(integrator, finer, states, self._estimate(pair, apart))
 
+    def _look_for_chaos(self) -> None:
+        """Give up where errors do not go down in many runs: the motion forgets its start."""
+        if self.error == math.inf:
+            return
+        self._stuck = self._stuck + 1 if self.error > STUCK * self._smallest else 0
+        self._smallest = min(self._smallest, self.error)
+        if self._stuck == MOST_STUCK:
+            self.failure = AccuracyFailure(self._accuracy, self._smallest, MOST_STUCK)
+
     def _estimate(self, pair: tuple[tuple[Explicit, float], ...], apart: float) -> float:
         """Return the error of the second of two runs, which are so far apart [m]."""
         assert self.content is not None
@@ -235,7 +250,8 @@ class ExplicitRuns:
             fastest = self._lost(integrator, finer, omega) * omega * self._t_end
             believed = BELIEVED
             if self.content.lost > RESOLVED:
-                believed = DISSIPATED if order > 2 and fastest > 1.0 else UNRESOLVED
+                sudden = self._waves is not None  # smooth loads set off few of the fastest
+                believed = DISSIPATED if sudden and order > 2 and fastest > 1.0 else UNRESOLVED
             power = believed * order
             if self._before is not None and self._before[:2] == (integrator, coarser):
                 power = min(power, power_of_fall(*self._before[2:], coarser, finer, apart))
@@ -243,6 +259,9 @@ class ExplicitRuns:
             # Waves whose phase is lost do not converge with the order: all of the distance counts.
             if self.content.lost > 1.0:
                 error = max(error, apart)
+        else:
+            # The distance is at least what the lower order is off less what the higher one is.
+            error *= LEAST_OF_TWO
         self._before = (integrator, finer, coarser, apart)
         if self._waves is None:
             return error
@@ -276,27 +295,3 @@ class ExplicitRuns:
         omega = frequency(self._system, states, still)
         lost = self._lost(self._integrators[0], 1.0, omega)
         return LOOSE * amplitude * lost * omega * self._t_end < self._accuracy
-
-
-def power_of_fall(first: float, apart: float, second: float, third: float, nearer: float) -> float:
-    """Return with which power of the step an error falls, by the distances of three runs.
-
-    Parameters
-    ----------
-    first, second, third : float
-        How fine the runs were, ascending.
-    apart, nearer : float
-        Distance of the first two, and of the last two.
-    """
-
-    def ratio(power: float) -> float:
-        a, b, c = (each**-power for each in (first, second, third))
-        return float((a - b) / (b - c))
-
-    low, high = 0.0, 16.0
-    if apart <= nearer * ratio(SMALLEST_POWER):
-        return SMALLEST_POWER
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if ratio(max(middle, 1e-6)) * nearer < apart else (low, middle)
-    return low

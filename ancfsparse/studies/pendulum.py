@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from ancfsparse.checks import check_choice
@@ -11,6 +11,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.integrators import (
     HHT,
     CentralDifference,
+    DormandPrince,
     EnergyMomentum,
     Explicit,
     GeneralizedAlpha,
@@ -24,11 +25,13 @@ from ancfsparse.problems import pendulum
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
 
-EXPLICIT = ("central-difference", "rkn4", "rkn8")
+EXPLICIT = ("central-difference", "rkn4", "rkn8", "dormand-prince")
 INTEGRATORS = (
     *("newmark", "hht", "generalized-alpha", "energy-momentum"),
     *EXPLICIT,
 )
+AUTO = "auto"
+"""The integrator of a run to an accuracy where none is given: whichever costs least."""
 ALPHAS = {"newmark": 0.0, "hht": 0.05}
 ALPHA_METHOD, RHO_INF = "generalized-alpha", 0.9
 THICK, POISSON = "thick", 0.3
@@ -50,8 +53,8 @@ class PendulumRun:
         2 or 3; None takes 3 for the thick beam and 2 for the cables.
     step, time : float
         Time step, or with an accuracy the time between saved states, and simulated time [s].
-    integrator : str
-        One of `INTEGRATORS`.
+    integrator : str or None
+        One of `INTEGRATORS`; None takes Newmark's, with an accuracy whichever costs least.
     accuracy : float or None
         Largest error that the steps may cause [m], instead of a fixed step.
     solver : str or None
@@ -78,7 +81,7 @@ class PendulumRun:
     dim: int | None = None
     step: float = 5e-4
     time: float = 2.0
-    integrator: str = "newmark"
+    integrator: str | None = None
     accuracy: float | None = None
     solver: str | None = None
     memory: str | None = None
@@ -107,9 +110,11 @@ def run_pendulum(asked: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         ``residual_evaluations``, ``factorizations``, ``energy_drift`` [-], ``estimated_error`` [m]
         of a run to an accuracy, and ``settings``, made of lists and numbers.
     """
-    alpha = ALPHAS.get(asked.integrator, 0.0) if asked.alpha is None else asked.alpha
+    name = asked.integrator or ("newmark" if asked.accuracy is None else AUTO)
+    asked = replace(asked, integrator=name)
+    alpha = ALPHAS.get(name, 0.0) if asked.alpha is None else asked.alpha
     rho_inf = RHO_INF if asked.rho_inf is None else asked.rho_inf
-    integrator = integrator_of(asked.integrator, alpha, rho_inf)
+    integrator = AUTO if name == AUTO else integrator_of(name, alpha, rho_inf)
     fixed = asked.accuracy is None and isinstance(integrator, Implicit)
     solver = asked.solver or ("davidon" if fixed else "auto")
     memory = asked.memory or "full"
@@ -131,7 +136,7 @@ def run_pendulum(asked: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
     settings = asdict(asked) | {
         "solver": solver,
         "tolerance": tolerance,
-        "alpha": alpha if asked.integrator in ALPHAS else None,
+        "alpha": alpha if name in ALPHAS else None,
         "rho_inf": rho_inf if isinstance(integrator, GeneralizedAlpha) else None,
         "memory": memory if solver in UPDATES else None,
         "nu": nu if asked.element == THICK else None,
@@ -214,6 +219,8 @@ def integrator_of(name: str, alpha: float = 0.0, rho_inf: float = 0.9) -> Implic
         return EnergyMomentum()
     if name == "central-difference":
         return CentralDifference()
+    if name == "dormand-prince":
+        return DormandPrince()
     return RungeKuttaNystrom(int(name.removeprefix("rkn")))
 
 

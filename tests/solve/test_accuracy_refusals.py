@@ -1,0 +1,110 @@
+"""Runs to an accuracy that are refused, or that end without it: a sentence each."""
+
+import math
+import pickle
+import re
+
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.cli import main
+from ancfsparse.errors import AccuracyFailure
+from ancfsparse.problems import pendulum
+from tests.solve.accuracy_problems import MATERIAL, SECTION, swing, swinging_pendulum
+
+
+@pytest.mark.parametrize(
+    ("options", "part"),
+    [
+        ({}, "needs a time step or an accuracy"),
+        ({"accuracy": -1e-3}, "accuracy must be positive"),
+        ({"accuracy": math.nan}, "accuracy must be finite"),
+        ({"accuracy": 1e-14}, "below what double precision can hold"),
+        ({"accuracy": 1e-4, "tolerance": 1e-3}, "sets the tolerance of the iteration by itself"),
+        ({"accuracy": 1e-4, "integrator": ancf.Newmark(0.1)}, "is of first order"),
+        ({"accuracy": 1e-4, "integrator": ancf.EnergyMomentum()}, "changes steps"),
+        (
+            {"accuracy": 1e-4, "integrator": ancf.CentralDifference(), "solver": ancf.Newton()},
+            "solves no equations",
+        ),
+        ({"accuracy": 1e-4, "solver": ancf.QuasiNewton("bfgs")}, "a factor that is renewed"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(options, part):
+    with pytest.raises(ancf.InputError, match=part):
+        ancf.simulate(swinging_pendulum(), 1.0, **options)
+
+
+def test_the_trapezoidal_rule_is_refused_where_steps_change_and_constraints_have_multipliers():
+    with pytest.raises(ancf.InputError, match=r"rod at .*GeneralizedAlpha\(0.9\)"):
+        ancf.simulate(swing(), 1.0, accuracy=1e-4, integrator=ancf.Newmark(0.0))
+
+
+def test_a_rotating_seed_is_refused():
+    solver = ancf.ModifiedNewton(seed_frame="rotating")
+    with pytest.raises(ancf.InputError, match="a factor of the body as it lies"):
+        ancf.simulate(swinging_pendulum(), 1.0, accuracy=1e-4, solver=solver)
+
+
+def test_an_error_that_stays_whatever_the_steps_is_told(monkeypatch):
+    monkeypatch.setattr("ancfsparse.solve.implicit_runs.distance", lambda *_: 1.0)
+    with pytest.raises(AccuracyFailure, match="no longer follows the steps") as caught:
+        ancf.simulate(
+            swinging_pendulum(), 0.05, accuracy=1e-4, integrator=ancf.GeneralizedAlpha(0.9)
+        )
+    assert caught.value.accuracy == 1e-4
+    assert 0.01 < caught.value.error <= 1.0
+    assert caught.value.runs <= 8
+    assert caught.value.trajectory.t[-1] == 0.05
+    assert not caught.value.trajectory.finished
+
+
+def test_the_command_ends_with_a_sentence_where_an_accuracy_is_out_of_reach(monkeypatch, capsys):
+    monkeypatch.setattr("ancfsparse.solve.implicit_runs.distance", lambda *_: 1.0)
+    with pytest.raises(SystemExit) as left:
+        main(["pendulum", "--time", "0.05", "--accuracy", "1e-4", "--step", "0.01",
+              "--integrator", "newmark"])  # fmt: skip
+    assert left.value.code == 1
+    assert "no longer follows the steps" in capsys.readouterr().err
+
+
+def test_an_accuracy_near_rounding_ends_with_what_is_in_reach(monkeypatch):
+    monkeypatch.setattr("ancfsparse.solve.accuracy.EPSILON", 1e-10)  # as if by fewer digits
+    scene, _ = pendulum("l2t2", 2)
+    with pytest.raises(AccuracyFailure, match="the rounding of so many steps") as caught:
+        ancf.simulate(scene, 0.02, accuracy=1e-10, integrator=ancf.GeneralizedAlpha(0.9))
+    failure = caught.value
+    assert failure.trajectory.t[-1] == 0.02
+    reach = float(re.search(r"Ask for (\S+) m", str(failure))[1])
+    again = ancf.simulate(scene, 0.02, accuracy=reach, integrator=ancf.GeneralizedAlpha(0.9))
+    assert again.stats.error <= reach
+
+
+def test_an_accuracy_failure_can_be_sent():
+    failure = AccuracyFailure(1e-6, 1e-5, 3, 5e-5)
+    assert str(pickle.loads(pickle.dumps(failure))) == str(failure)
+
+
+@pytest.mark.parametrize("integrator", ["auto", ancf.HHT(), ancf.RungeKuttaNystrom(4)])
+def test_times_that_steps_cannot_cross_are_refused(integrator):
+    def run(t_end):
+        ancf.simulate(swinging_pendulum(), t_end, accuracy=1e-4, integrator=integrator)
+
+    run(1e-30)
+    with pytest.raises(ancf.InputError, match="would take more than 9e\\+15"):
+        run(1e30)
+    for t_end in (1e-300, 1e308):
+        with pytest.raises(ancf.InputError, match="in the range of floating-point numbers"):
+            run(t_end)
+
+
+def test_a_motion_that_forgets_its_start_ends_early():
+    # A soft cable that falls and whips: exact waves, too, are apart by a third of its length.
+    scene = ancf.Scene((0.0, -9.81))
+    cable = scene.add_beam("thin", (0, 0), (1, 0), 3, SECTION, MATERIAL)
+    scene.clamp(cable.start)
+    with pytest.raises(AccuracyFailure, match="a chaotic motion forgets its start") as caught:
+        ancf.simulate(scene, 7.0, accuracy=1e-3)
+    assert caught.value.error > 0.05
+    assert caught.value.trajectory.stats.residual_evaluations < 800_000  # a second or two
+    assert caught.value.runs <= 15
