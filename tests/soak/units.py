@@ -2,7 +2,7 @@
 
 Where a decision hangs on rounding, the scene differs from itself in units that are SI but for
 rounding, too: within 1e-14.  If only rounding decides, the run in other units is one more draw of
-the same kind, and lies among those.
+the same kind, and no further from those than they are from each other.
 """
 
 from dataclasses import dataclass
@@ -94,13 +94,10 @@ def allowed(run):
 
 
 def rounding_decides(alike, two, size):
-    """Whether a run lies among others, which rounding alone tells from each other."""
+    """Whether a run is no further from runs that only rounding separates than these are apart."""
     near = [each for each in alike if each.ended == two.ended]
     if two.ended != "finished" or not near:
         return bool(near)
-    spread = max(one.apart(other)[0] for one in near for other in near)
-    apart, more = zip(*(one.apart(two) for one in near), strict=True)
-    counts = [one.iterations for one in near]
-    return min(apart) <= max(spread, SAME * size) and (
-        min(counts) <= two.iterations <= max(counts) or min(more) <= allowed(two)
-    )
+    spread = np.max([one.apart(other) for one in near for other in near], axis=0)
+    apart = np.min([one.apart(two) for one in near], axis=0)
+    return bool(np.all(apart <= np.maximum(spread, [SAME * size, allowed(two)])))
