@@ -38,15 +38,17 @@ def test_the_trapezoidal_rule_with_too_large_a_step_is_stopped():
 
 
 def test_a_gain_in_easy_steps_is_found_at_the_next_look():
+    # What 1 m/s2 leaves of the balance does so much work that any order of seeds gains 1e-8.
     scene, _ = pendulum("thin")
     with pytest.raises(EnergyGain) as caught:
         ancf.simulate(
-            scene, 1.0, 5e-4, integrator=ancf.Newmark(), max_energy_gain=1e-8, tolerance=0.1
+            scene, 1.0, 1e-3, integrator=ancf.Newmark(), max_energy_gain=1e-8, tolerance=1.0
         )
     gain, path = caught.value, caught.value.trajectory
     assert path.stats.steps == gain.step == len(path.t) - 1
     energy = path.energy
-    assert energy.total[-1] - energy.total[0] == pytest.approx(gain.gain, rel=1e-9)
+    rounding = 1e-13 * gain.exchanged
+    assert energy.total[-1] - energy.total[0] == pytest.approx(gain.gain, rel=1e-9, abs=rounding)
 
 
 def test_the_watch_can_be_widened_and_switched_off():
