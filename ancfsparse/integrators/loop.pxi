@@ -225,6 +225,13 @@ cdef class TimeLoop:
         matrix(&self.motion, &view[0])
         return out[: self.interface.n_values]
 
+    def material(self):
+        """Return those of its definite neighbour, without what stresses add."""
+        out = np.empty(self.interface.n_values + 1)
+        cdef double[::1] view = out
+        material(&self.motion, &view[0])
+        return out[: self.interface.n_values]
+
     def advance(self, nonlinear, ptrdiff_t n_steps, const double[:, ::1] amplitudes,
                 ptrdiff_t save_every, ptrdiff_t steps_done, double[:, ::1] q_out,
                 double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] lam_out):

@@ -350,3 +350,19 @@ def test_no_rare_step_is_accepted_with_a_residual_that_does_work():
     path = ancf.simulate(pendulum("thin").scene, 74.0, 2e-3, integrator=ancf.EnergyMomentum())
     change = np.abs(np.diff(path.energy.total)) / path.energy.kinetic.max()
     assert change.max() < 1e-7
+
+
+@pytest.mark.parametrize("integrator", [KEEPS, ancf.GeneralizedAlpha(0.8)], ids=repr)
+def test_the_definite_neighbour_of_a_matrix_is_the_matrix_where_nothing_is_stressed(integrator):
+    values = []
+    for damping in (1e-3, 0.0):
+        scene = ancf.Scene((0.0, 0.0))
+        material = ancf.Material(1e8, 4000.0, axial_damping=damping, bending_damping=damping)
+        rod = scene.add_beam("thin", (0, 0), (2, 0), 6, SECTION, material)
+        scene.pin(rod.start)
+        march, *_ = prepare(System(scene), 1e-3, integrator, "auto", "default", np.inf)
+        values.append(march.matrix())
+        atol = 1e-12 * np.abs(march.matrix()).max()
+        np.testing.assert_allclose(march.material(), march.matrix(), rtol=1e-9, atol=atol)
+    # Half of the damping would show.
+    assert np.abs(values[0] - values[1]).max() > 0.1 * np.abs(values[1]).max()
