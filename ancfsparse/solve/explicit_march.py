@@ -74,8 +74,7 @@ class ExplicitMarch:
         solves = 1 if system.constraints.linear else 1 + system.n_multipliers
         forces = "residual" if system.damped else "force"
         self.force_cost = 0.1 * system.operations(forces) + 0.5 * solves * self._seed.solve_flops
-        size = float(np.max(np.abs(system.q0)))
-        self._noise = 100.0 * EPSILON * system.force_scale(system.q0) * size
+        self._noise = 100.0 * EPSILON * system.energy_scale(system.q0)
         self._unstable = 0
         self.failure: Instability | None = None
 

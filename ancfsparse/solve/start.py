@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -249,10 +250,21 @@ def initial_jerk(system: System, seed: Seed, a: Vector, lam: Vector, reach: floa
     if system.loads.amplitudes(np.zeros(1)).size:
         for t, weight in ((0.0, -1.5), (reach, 2.0), (2.0 * reach, -0.5)):
             rate += weight / reach * _forces(system, system.q0, system.v0, lam, t)
-    # Quadratic constraints: 0 = phi_q jerk + 3 v.phi_qq.a, the last by polarization.
-    curvature = system.constraints.curvature
-    bent = 0.75 * (curvature(system.v0 + a) - curvature(system.v0 - a))
-    return _solve(system, seed, -rate, -bent)[0]
+    return _solve(system, seed, -rate, -_bending(system, a))[0]
+
+
+def _bending(system: System, a: Vector) -> Vector:
+    """Return ``3 v.phi_qq.a`` at the start, what moves constraints are bent by, (m,) [m/s3].
+
+    By polarization of the curvature, which is quadratic; over a time in which the accelerations
+    make velocities like the initial ones, or the smaller would be lost beside the larger.
+    """
+    v, inertia, curvature = system.v0, system.assembly.inertia, system.constraints.curvature
+    moving, pushed = float(v @ inertia(v)), float(a @ inertia(a))
+    if moving == 0.0 or pushed == 0.0:
+        return np.zeros(system.n_multipliers)
+    time = math.sqrt(moving / pushed)
+    return np.asarray(0.75 / time * (curvature(v + time * a) - curvature(v - time * a)))
 
 
 def _rate(system: System) -> float:

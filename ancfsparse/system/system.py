@@ -222,11 +222,6 @@ class System:
             out[k] = np.where(places < self.n_free, held[places], (r + held)[places])
         return out
 
-    def force_scale(self, q: Vector) -> float:
-        """Return the size of the terms that cancel in the residual [N]: max |K_ii| max |q|."""
-        diagonal = self.stiffness_diagonal(q)
-        return float(np.max(np.abs(diagonal), initial=0.0) * np.max(np.abs(q)))
-
     def energy_scale(self, q: Vector) -> float:
         """Return the size of the terms that cancel in the strain energy [J]: max |K_ii| q_i^2."""
         return float(np.max(np.abs(self.stiffness_diagonal(q)) * q[: self.n_free] ** 2))

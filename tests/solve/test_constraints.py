@@ -7,8 +7,14 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
+from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.setup import prepare
-from ancfsparse.solve.start import check_constraints
+from ancfsparse.solve.start import (
+    check_constraints,
+    initial_acceleration,
+    initial_jerk,
+    regularize,
+)
 from ancfsparse.system import System
 
 TIGHT = 1e-9
@@ -273,3 +279,30 @@ def test_a_steel_chain_of_ten_thousand_hangs_on_a_rod(solver):
     assert run.stats.iterations_per_step < 3.0
     lengths = np.linalg.norm(run.position(chain.end) - (2000, 1), axis=1)
     np.testing.assert_allclose(lengths, 1.0, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("unit", [2.0**-40, 1.0, 2.0**40])
+def test_how_a_motion_bends_constraints_does_not_depend_on_the_unit_of_time(unit):
+    # Velocities and accelerations are of different units: their sum loses the smaller of them.
+    scene = ancf.Scene((0.0, -9.81 / unit**2))
+    rod = scene.add_beam(
+        "thin", (0, 0), (1, 0), 2, ancf.Rectangle(0.01, 0.01), ancf.Material(1e7 / unit**2, 1e3),
+        velocity=lambda x: np.outer(3.0 * x[:, 0] / unit, (0.0, 1.0)),
+    )  # fmt: skip
+    scene.pin(rod.start)
+    scene.rod(rod.end, (2.0, 0.0))
+    system = System(scene)
+    regularize(system, 1e-6 * unit**2)
+    pattern = system.pattern
+    seed = SparseSeed(pattern.indptr, pattern.indices, system.n_free)
+    seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, np.zeros(1), np.zeros(0)))
+    a, lam = initial_acceleration(system, seed)
+    found = initial_jerk(system, seed, a, lam, 1e-5 * unit) * unit**3
+    # phi = (|d|^2 - 1) / 2 up to a factor, d from the anchor to the end: 0 = d.jerk + 3 v.a.
+    point, weights = system.point(rod.end)
+    d, v, acceleration, jerk = (
+        np.asarray(x)[point] @ weights for x in (system.q0, system.v0 * unit, a * unit**2, found)
+    )
+    d = d - (2.0, 0.0)
+    assert d @ jerk == pytest.approx(-3.0 * v @ acceleration, rel=1e-9)
+    assert abs(v @ acceleration) > 1.0

@@ -193,7 +193,7 @@ def test_pattern_of_a_chain_grows_with_its_length():
     assert sizes[2] - sizes[1] == 200 * (10 + 16)
 
 
-def test_energies_and_force_scale_are_those_of_the_state(system, rng):
+def test_energies_and_their_scale_are_those_of_the_state(system, rng):
     q, v, _ = state(system, rng)
     hand = ByHand(system)
     kinetic, elastic, potential = system.energies(q[None], v[None])
@@ -205,7 +205,8 @@ def test_energies_and_force_scale_are_those_of_the_state(system, rng):
     assert potential[0] == pytest.approx(-q @ hand.mass @ field, rel=1e-12)
     diagonal = np.diag(hand.tangent(q))[: system.n_free]
     if not system.loads.moment_place:
-        assert system.force_scale(q) == pytest.approx(diagonal.max() * np.abs(q).max(), rel=1e-12)
+        terms = np.abs(diagonal) * q[: system.n_free] ** 2
+        assert system.energy_scale(q) == pytest.approx(terms.max(), rel=1e-12)
 
 
 def test_an_empty_scene_is_refused():
