@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.problems import pendulum
 from ancfsparse.solve.judge import Judge
 from tests.soak import motions, units, worker
 from tests.soak.__main__ import soak
 from tests.soak.report import Find, Report, Tally, as_json, table
-from tests.soak.scenes import Units, draw
+from tests.soak.scenes import Drawn, Units, draw
 
 
 def raise_error(*_):
@@ -62,6 +63,20 @@ def test_a_gain_of_energy_and_a_wrong_energy_are_seen():
     assert any("more than was given" in find for find in motions.judge(drawn, path))
     drawn.beams[0].__dict__["material"] = ancf.Material(1e3, 1.0)
     assert any("computed independently" in find for find in motions.judge(drawn, path))
+
+
+def test_an_alarm_must_be_one_for_newton_too():
+    scene, rod = pendulum("thin")
+    drawn, integrator = Drawn(scene, [rod], 5e-3, 2000), ancf.Newmark(0.0)
+    with pytest.raises(ancf.EnergyGain) as caught:
+        ancf.simulate(drawn.scene, drawn.t_end, drawn.dt, integrator=integrator)
+    stop = caught.value
+    assert motions.alarm(drawn, integrator, stop) == []
+    # Up to its hundredth step the run gained nothing.
+    false = ancf.EnergyGain(
+        stop.gain, stop.exchanged, stop.limit, 100 * drawn.dt, 100, drawn.dt, stop.trajectory
+    )
+    assert "Newton's solutions of its steps" in motions.alarm(drawn, integrator, false)[0]
 
 
 def test_scenes_in_other_units_are_the_same_scene():
