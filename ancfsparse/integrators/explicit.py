@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import shown
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.march import Mechanics
 from ancfsparse.integrators.nystrom import EIGHTH, FOURTH, VERLET, Tableau, dormand_prince
+from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
 

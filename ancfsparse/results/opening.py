@@ -10,9 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ancfsparse.checks import shown
 from ancfsparse.errors import InputError
 from ancfsparse.results.locks import in_use
+from ancfsparse.words import shown
 
 if TYPE_CHECKING:
     import h5py

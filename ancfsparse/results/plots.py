@@ -9,13 +9,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_count, check_finite, check_reals, shown
+from ancfsparse.checks import check_count, check_finite, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.machine import check_room
 from ancfsparse.results.source import Array
 from ancfsparse.results.trajectory import Trajectory
 from ancfsparse.scene import Beam, Body, Mesh, Node
+from ancfsparse.words import shown
 
 Rows = NDArray[np.intp]
 

@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_integer, shown
+from ancfsparse.checks import check_integer
 from ancfsparse.errors import InputError
 from ancfsparse.scene.functions import sendable
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection
+from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
 Numbers = NDArray[np.int32]

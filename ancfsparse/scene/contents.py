@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_vector, shown
+from ancfsparse.checks import check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import Body, VelocityField
@@ -17,6 +17,7 @@ from ancfsparse.scene.mesh import Mesh
 from ancfsparse.scene.sections import AnySection
 from ancfsparse.scene.straight import straight_beam
 from ancfsparse.scene.weave import mesh_of
+from ancfsparse.words import shown
 
 
 class Contents:

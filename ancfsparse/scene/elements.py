@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ancfsparse.checks import check_choice, shown
+from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import OPTIONS, PLANAR
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
+from ancfsparse.words import shown
 
 # Second moments further apart than this share make a section that is not round.
 NOT_ROUND = 1e-9

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import shown
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.scene.bodies import Node
+from ancfsparse.words import shown
 
 # Share of a beam's length within which two nodes count as being at one place.
 SAME_PLACE = 1e-9

@@ -10,10 +10,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite, check_reals, check_vector, keep, shown
+from ancfsparse.checks import check_finite, check_reals, check_vector, keep
 from ancfsparse.errors import InputError, LoadFailure
 from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.functions import sendable
+from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
 Value = ArrayLike | Callable[[float], ArrayLike]

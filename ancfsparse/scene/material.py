@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
 
-from ancfsparse.checks import check_finite, check_positive, keep, shown
+from ancfsparse.checks import check_finite, check_positive, keep
 from ancfsparse.errors import InputError
+from ancfsparse.words import shown
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.checks import check_choice, check_flag, check_vector, shown
+from ancfsparse.checks import check_choice, check_flag, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene.bodies import Body, Node
@@ -27,6 +27,7 @@ from ancfsparse.scene.joints import (
 )
 from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
 from ancfsparse.scene.straight import FARTHEST, place
+from ancfsparse.words import shown
 
 AnyJoint = TypeVar("AnyJoint", Pin, Clamp, Rod, Connect)
 

@@ -22,9 +22,9 @@ from ancfsparse.checks import (
     check_positive,
     check_reals,
     keep,
-    shown,
 )
 from ancfsparse.errors import InputError
+from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
 Value = float | tuple[float, ...]

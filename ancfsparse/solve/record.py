@@ -11,7 +11,6 @@ from typing import Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import shown
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.machine import GIGABYTE
 from ancfsparse.results import RunStats, Trajectory
@@ -22,6 +21,7 @@ from ancfsparse.results.tables import Chosen
 from ancfsparse.results.writer import Writer
 from ancfsparse.scene import Node
 from ancfsparse.system import System
+from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.integer[Any]]

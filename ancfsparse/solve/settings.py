@@ -5,10 +5,11 @@ from __future__ import annotations
 import difflib
 import math
 
-from ancfsparse.checks import check_finite, check_positive, shown
+from ancfsparse.checks import check_finite, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.nonlinear.methods import UPDATES
+from ancfsparse.words import shown
 
 # Solvers by the names a caller may give them, which are those of the command line too.
 SOLVERS = {

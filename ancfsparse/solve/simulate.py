@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ancfsparse.checks import check_count, check_flag, check_positive, shown
+from ancfsparse.checks import check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.nonlinear import Method, Outcome
@@ -33,6 +33,7 @@ from ancfsparse.solve.start import check_constraints, check_energy
 from ancfsparse.solve.threads import check_threads, usable
 from ancfsparse.solve.times import as_double, count_steps
 from ancfsparse.system import System
+from ancfsparse.words import shown
 
 # Second order, and what the step cannot follow is damped instead of growing (docs/accuracy.md,
 # docs/stability.md): as exact as the trapezoidal rule where that is, and stable where it is not.

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import shown
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.explicit import Explicit
 from ancfsparse.nonlinear import Newton
@@ -17,6 +16,7 @@ from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.memory import NOTHING, check_factor, estimate, memory_for
 from ancfsparse.system import System
+from ancfsparse.words import shown
 
 if TYPE_CHECKING:
     import scipy.sparse as sp

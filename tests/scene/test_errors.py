@@ -15,7 +15,6 @@ from ancfsparse.checks import (
     check_positive,
     check_reals,
     check_vector,
-    shown,
 )
 from ancfsparse.errors import (
     AncfError,
@@ -24,6 +23,7 @@ from ancfsparse.errors import (
     SingularSceneError,
     StepFailure,
 )
+from ancfsparse.words import shown
 
 
 def test_every_error_is_one_of_ours_and_of_the_builtin_kind():

@@ -6,67 +6,13 @@ from contextlib import redirect_stderr
 
 import numpy as np
 import pytest
+from equilibria import cable, square_net, unbalanced
 
 import ancfsparse as ancf
 from ancfsparse.problems import chain, roll_up
-from ancfsparse.solve.relax import NotFoundError
 from ancfsparse.system import System
 
 SIZES = [1e-9, 1e-6, 1.0, 1e4, 1e9]
-
-
-def unbalanced(equilibrium):
-    """Largest share of the loads that is unbalanced, by an independent sum."""
-    system, q = equilibrium.system, equilibrium.q
-    rest = np.zeros(system.n_all)
-    amplitudes = system.loads.amplitudes(np.zeros(1))[0]
-    r, phi = system.assembly.residual(q, rest, rest, equilibrium.lam, system.dead_load, amplitudes)
-    assert np.abs(phi).max(initial=0.0) <= 1e-13 * np.abs(system.q0).max()
-    return np.abs(r[: system.n_free]).max() / np.abs(system.dead_load[: system.n_free]).max()
-
-
-def eigenvalues(equilibrium):
-    """Eigenvalues of the stiffness over the motions that the constraints allow."""
-    system = equilibrium.system
-    pattern, n = system.pattern, system.n_free
-    amplitudes = system.loads.amplitudes(np.zeros(1))[0]
-    values = system.assembly.matrix(0.0, 1.0, equilibrium.q, equilibrium.lam, amplitudes)
-    whole = np.zeros((pattern.n, pattern.n))
-    column = np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))
-    whole[pattern.indices, column] = whole[column, pattern.indices] = values
-    allowed = (
-        np.linalg.svd(whole[n:, :n])[2][system.n_multipliers :] if pattern.n > n else np.eye(n)
-    )
-    return np.linalg.eigvalsh(allowed @ whole[:n, :n] @ allowed.T)
-
-
-def cable(length=1.0, thickness=0.02, n=8, hold="pin", **options):
-    """A cable between two holds under gravity, with loads that bend it alike at any length."""
-    scene = ancf.Scene((0.0, -9.81))
-    section = ancf.Circle(thickness * length)
-    material = ancf.Material(1e9 * length, 1000.0)
-    rod = scene.add_beam("thin", (0, 0), (length, 0), n, section, material, **options)
-    for node in (rod.start, rod.end):
-        getattr(scene, hold)(node)
-    return scene, rod
-
-
-def square_net(n, side=4.0, youngs_modulus=1e8, diameter=0.02, **options):
-    """A flat net whose rim is pinned."""
-    x, y = np.meshgrid(np.linspace(0, side, n), np.linspace(0, side, n), indexing="ij")
-    nodes = np.stack([x.ravel(), y.ravel(), np.zeros(n * n)], axis=1)
-    number = np.arange(n * n).reshape(n, n)
-    along, across = (number[:-1], number[1:]), (number[:, :-1], number[:, 1:])
-    scene = ancf.Scene((0.0, 0.0, -9.81))
-    section, material = ancf.Circle(diameter), ancf.Material(youngs_modulus, 1000.0)
-    pairs = np.concatenate([np.reshape(each, (2, -1)).T for each in (along, across)])
-    net = scene.add_mesh(nodes, pairs, "thin", section, material, **options)
-    for k in np.unique([number[0], number[-1], number[:, 0], number[:, -1]]):
-        scene.pin(net.node(int(k)))
-    return scene, net.node(int(number[n // 2, n // 2]))
-
-
-# One law at all sizes.
 
 
 @pytest.mark.parametrize("element", ["thin", "thick"])
@@ -134,19 +80,6 @@ def test_where_slopes_alone_can_move_rounding_is_known_too(size, far):
     bending = 7.5e10 * np.pi * 6e-3**4 / 64
     expected = 600.0 * 9.81 * np.pi * 6e-3**2 / 4 / (96 * bending)
     assert sag == pytest.approx(expected, rel=0.03)
-
-
-def test_an_unstable_equilibrium_serves_where_no_other_is_found(monkeypatch):
-    def lost(_balance, state, load, _tolerance):
-        raise NotFoundError("it does not come to rest", state, load)
-
-    monkeypatch.setattr("ancfsparse.solve.statics.settle", lost)
-    monkeypatch.setattr("ancfsparse.solve.statics.SHORTEST", 1.0)
-    scene, _ = column(1.5, 1e-3)
-    with pytest.warns(ancf.UnstableEquilibrium):
-        equilibrium = ancf.solve_static(scene)
-    assert equilibrium.stats.steps == 1
-    assert unbalanced(equilibrium) < 1e-8
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
@@ -266,87 +199,6 @@ def test_a_beam_that_rolls_up_is_found_also_where_the_whole_load_is_too_much(tur
 
 
 # Stability.
-
-
-def column(share, push=0.0, element="thin", dim=2):
-    """A clamped column under a share of Euler's load, pushed aside by a share of that."""
-    scene = ancf.Scene((0.0,) * dim)
-    end = np.eye(dim)[0]
-    section, material = ancf.Circle(0.02), ancf.Material(1e9, 1000.0)
-    rod = scene.add_beam(element, (0.0,) * dim, end, 16, section, material)
-    scene.clamp(rod.start)
-    load = share * math.pi**2 * rod.parameters()["bending_stiffness"] / 4
-    scene.point_force(rod.end, -load * end + push * load * np.eye(dim)[1])
-    return scene, rod
-
-
-@pytest.mark.parametrize(("element", "dim"), [("thin", 2), ("thin", 3), ("thick", 2), ("thick", 3)])
-@pytest.mark.parametrize("share", [0.5, 0.99, 1.01, 2.0])
-def test_a_column_is_stable_up_to_eulers_load(share, element, dim):
-    scene, _ = column(share, element=element, dim=dim)
-    if share < 1.0:
-        equilibrium = ancf.solve_static(scene)
-        assert equilibrium.stable
-        assert "unstable" not in repr(equilibrium)
-    else:
-        # In space it can leave in two directions.
-        with pytest.warns(ancf.UnstableEquilibrium, match="beyond its buckling load") as caught:
-            equilibrium = ancf.solve_static(scene)
-        assert caught[0].message.negative == equilibrium.stats.negative_pivots == dim - 1
-        assert not equilibrium.stable
-        assert f"unstable ({dim - 1} negative pivots)" in repr(equilibrium)
-        assert caught[0].filename == __file__
-    negative = np.count_nonzero(eigenvalues(equilibrium) < 0.0)
-    assert equilibrium.stats.negative_pivots == negative
-
-
-@pytest.mark.parametrize("push", [1e-3, -1e-3])
-def test_a_column_that_is_pushed_buckles_to_that_side(push):
-    scene, rod = column(1.5, push)
-    equilibrium = ancf.solve_static(scene)
-    assert equilibrium.stable
-    assert np.sign(equilibrium.position(rod.end)[1]) == np.sign(push)
-    # Far beyond its load it has bent by more than half its length: the elastica of a tip load.
-    assert abs(equilibrium.position(rod.end)[1]) == pytest.approx(0.789, abs=2e-3)
-
-
-def arch(force, *, as_constraint=False):
-    scene = ancf.Scene((0.0, 0.0))
-    section, material = ancf.Circle(0.02), ancf.Material(1e9, 1e3)
-    one = scene.add_beam("thin", (0, 0), (1, 0.1), 10, section, material)
-    two = scene.add_beam("thin", (1, 0.1), (2, 0), 10, section, material)
-    scene.pin(one.start, as_constraint=as_constraint)
-    scene.pin(two.end, as_constraint=as_constraint)
-    scene.connect(one.end, two.start)
-    scene.point_force(one.end, (0, -force))
-    return scene, one
-
-
-def test_an_arch_snaps_through():
-    # Beyond the end of its path of equilibria: where it settles.
-    scene, one = arch(1000.0)
-    equilibrium = ancf.solve_static(scene)
-    assert equilibrium.stable
-    assert equilibrium.position(one.end)[1] < -0.1
-
-
-@pytest.mark.parametrize("as_constraint", [False, True])
-def test_multipliers_do_not_change_what_is_counted(as_constraint):
-    scene, _ = arch(100.0, as_constraint=as_constraint)
-    with pytest.warns(ancf.UnstableEquilibrium):
-        equilibrium = ancf.solve_static(scene)
-    assert equilibrium.stats.negative_pivots == np.count_nonzero(eigenvalues(equilibrium) < 0.0) > 0
-
-
-def test_moments_in_space_have_no_potential_and_no_warning():
-    scene, rod = roll_up("thin", 16, dim=3)
-    equilibrium = ancf.solve_static(scene)
-    flat_scene, flat = roll_up("thin", 16)
-    expected = ancf.solve_static(flat_scene).position(flat.end)
-    np.testing.assert_allclose(equilibrium.position(rod.end)[:2], expected, rtol=0, atol=1e-7)
-
-
-# What it needs and shows.
 
 
 def test_progress_is_drawn_where_it_is_asked_for():

@@ -1,0 +1,68 @@
+"""How messages show a value, and which names they suggest."""
+
+from __future__ import annotations
+
+import difflib
+import reprlib
+import sys
+from collections.abc import Iterable
+
+# Integers beyond have no floating-point number, and cannot even be printed from 4300 digits on.
+LARGEST = int(sys.float_info.max)
+
+
+def shown(value: object) -> str:
+    """Write what was given in one short line, whatever it is.
+
+    Parameters
+    ----------
+    value : object
+        Anything, an array or an integer of a million digits too.
+
+    Returns
+    -------
+    str
+        Its ``repr``, shortened; its type where there is none.
+    """
+    if isinstance(value, int) and abs(value) > LARGEST:
+        return "an integer beyond 1.8e308"
+    try:
+        return " ".join(_SHORT.repr(value).split())
+    except Exception:  # a repr of the caller's may raise anything
+        return f"an object of type {type(value).__name__}"
+
+
+class _Short(reprlib.Repr):
+    """Keep texts, numbers and handles whole; shorten long tables."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxstring = self.maxlong = self.maxother = 80
+
+    def repr_int(self, x: int, level: int) -> str:
+        """Write an integer that may have more digits than Python prints."""
+        return shown(x) if abs(x) > LARGEST else super().repr_int(x, level)
+
+
+_SHORT = _Short()
+
+
+def suggest(name: object, valid: Iterable[str]) -> str:
+    """Say which names are valid, the nearest one first.
+
+    Parameters
+    ----------
+    name : object
+        What was given; anything but a string has no nearest name.
+    valid : iterable of str
+        The names that would have been understood.
+
+    Returns
+    -------
+    str
+        For example ``did you mean 'thin'? Valid are 'l2t2', 'thin', 'thick'``.
+    """
+    names = list(valid)
+    listing = "valid are " + ", ".join(repr(each) for each in names)
+    near = difflib.get_close_matches(name.lower(), names, 1, 0.5) if isinstance(name, str) else []
+    return f"did you mean {near[0]!r}? V{listing[1:]}" if near else listing
