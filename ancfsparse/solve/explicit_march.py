@@ -28,6 +28,8 @@ Vector = NDArray[np.float64]
 
 # Share of the stable step at the start that is taken: beams that are stretched vibrate faster.
 MARGIN = 0.95
+# Steps of a run at least: shorter ones must be more of them, and states between need neighbours.
+FEWEST = 12
 # By how much the fastest vibration is taken to have grown, at least, where a run became unstable.
 FASTER, MOST_UNSTABLE = 1.1, 5
 # Steps that are taken in one go at most, and coordinates of all of them.
@@ -98,8 +100,9 @@ class ExplicitMarch:
         self.omega = fastest_vibration(self._system, self._seed, self._system.q0, load)
 
     def step(self, integrator: Explicit, finer: float) -> float:
-        """Return a step that is so much shorter than the stable one [s]."""
-        return MARGIN * integrator.tableau.interval / (self.omega * finer)
+        """Return a step that is so much shorter than the longest one [s]."""
+        stable = MARGIN * integrator.tableau.interval / self.omega
+        return min(stable, float(self._t[-1]) / FEWEST) / finer
 
     def cost(self, integrator: Explicit, finer: float) -> float:
         """Return the modelled cost of a motion in such steps."""

@@ -60,7 +60,7 @@ NEAR = 10.0
 LEAST_FORCES = 900.0
 # Power of the step with which the error of what is left once the second power is taken off falls,
 # as far as it is believed: where steps resolve all that is left, and where not.
-BELIEVED, UNRESOLVED = 1.5, 0.75
+BELIEVED, UNRESOLVED = 1.25, 0.75
 LEAST_LEFT = 1.0 / 12.0  # share of a difference that is always left
 HALF = 0.5  # share of it that counts beside the error of the second power
 # Phase that may be lost of what is resolved [rad].

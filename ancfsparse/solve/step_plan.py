@@ -25,6 +25,9 @@ CLOSER, FURTHEST, TWICE = 1.5, 3.5, 2.0
 SAFETY = 0.55
 # A load must not change by more of itself than this in a step.
 CHANGE = 0.3
+# Power of the step with which the rest without the second power falls, as far as that is believed;
+# share of a difference that is always left.
+BELIEVED, LEAST_LEFT = 1.25, 1.0 / 12.0
 # Phase [rad] up to which errors of two runs are taken to cancel.
 REGULAR = 1.0
 
@@ -115,7 +118,7 @@ class StepPlan:
         known = self.mixed(before, near)
 
         def regular(n: float) -> bool:
-            share = max(1.0 / ((n / runs[0]) ** 1.5 - 1.0), 1.0 / 12.0)
+            share = max(1.0 / ((n / runs[0]) ** BELIEVED - 1.0), LEAST_LEFT)
             return bool(rough * max(self.mixed(near, n), known * share) <= aim)
 
         then, total = self._following(near, regular)

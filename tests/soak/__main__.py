@@ -17,6 +17,7 @@ from tests.soak.worker import KINDS, Worker, one
 # Shares of the time.
 SHARES = {
     "motions": 8,
+    "accuracy": 3,
     "odd-calls": 5,
     "units": 3,
     "statics": 1,

@@ -8,7 +8,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
 from ancfsparse.solve.judge import Judge
-from tests.soak import motions, units, worker
+from tests.soak import accuracy, motions, units, worker
 from tests.soak.__main__ import soak
 from tests.soak.report import Find, Report, Tally, as_json, table
 from tests.soak.scenes import Drawn, Units, draw
@@ -124,3 +124,19 @@ def test_what_rounding_decides_is_told_from_what_units_decide():
 def test_no_random_run_is_stopped_that_newton_finishes_and_none_gains_unseen(seed):
     finds = [(index, find) for index in range(60) for find in motions.run(seed, index).finds]
     assert finds == []
+
+
+def test_an_error_above_the_accuracy_is_seen(monkeypatch):
+    assert accuracy.run(0, 2) == Report("met", [], accuracy.run(0, 2).tried)
+    simulate = ancf.simulate
+
+    def wrong(*words, **options):
+        path = simulate(*words, **options)
+        if "accuracy" in options:
+            path.q[-1] += 10.0 * options["accuracy"]
+        return path
+
+    monkeypatch.setattr(ancf, "simulate", wrong)
+    found = accuracy.run(0, 2)
+    assert found.outcome == "missed"
+    assert "times the accuracy" in found.finds[0]

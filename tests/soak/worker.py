@@ -11,11 +11,12 @@ import traceback
 import warnings
 
 import ancfsparse as ancf
-from tests.soak import files, interruptions, motions, nets, odd, statics, units
+from tests.soak import accuracy, files, interruptions, motions, nets, odd, statics, units
 from tests.soak.report import Report
 
 KINDS = {
     "motions": motions.run,
+    "accuracy": accuracy.run,
     "odd-calls": odd.run,
     "units": units.run,
     "statics": statics.run,

@@ -23,7 +23,7 @@ ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)  # [m]
 # Longest time of a processor for a reference [s].
 LONGEST = 120.0
 # Forces of a fixed run beyond which nothing is compared with it.
-DEAREST = 500_000
+DEAREST = 150_000
 
 
 def cost(stats):

@@ -1,0 +1,90 @@
+"""Runs to an accuracy: the error that was achieved, against much finer fixed steps."""
+
+import numpy as np
+
+import ancfsparse as ancf
+from tests.soak.report import Report
+from tests.soak.scenes import draw
+
+SAVED = 20  # times at which motions are compared, the start not counted
+# A miss is an error of more than so many times the accuracy.
+MISSED = 2.0
+# A reference that is less certain than this share of the accuracy judges nothing.
+CERTAIN = 0.3
+# Forces that a reference may cost, shares of the stable step of its two runs, and steps of those
+# that have none.
+MOST, SHARES, IMPLICIT = 400_000, (0.45, 0.15), (4000, 8000)
+FEWEST = 12  # steps from one time to the next of the coarser one
+
+
+def run(seed, index):
+    """Run a random scene to a random accuracy by a random way."""
+    rng = np.random.default_rng([seed, index])
+    drawn = draw(rng, tame=True)
+    length = drawn.words["length"]
+    accuracy = float(length * 10 ** rng.uniform(-7, -3))
+    integrator = ["auto", "auto", "auto", ancf.GeneralizedAlpha(0.9), ancf.HHT(0.05)][
+        rng.integers(5)
+    ]
+    tried = f"accuracy={accuracy:.3g}, {integrator!r}, {drawn.words}"
+    every = drawn.t_end / SAVED
+    try:
+        found = ancf.simulate(
+            drawn.scene, drawn.t_end, every, accuracy=accuracy, integrator=integrator
+        )
+    except ancf.AncfError as refused:
+        return Report(f"refused ({type(refused).__name__})", [], tried)
+    finds = []
+    if not found.stats.error <= accuracy:
+        finds.append(f"its estimate is {found.stats.error / accuracy:.2g} times the accuracy")
+    exact, uncertain = reference(drawn)
+    if not uncertain <= CERTAIN * accuracy:
+        return Report("not judged", finds, tried)
+    error = apart(positions(found), exact) / accuracy
+    if error > MISSED:
+        finds.append(
+            f"its error is {error:.3g} times the accuracy, its estimate "
+            f"{found.stats.error / accuracy:.2g}, by {found.stats.solver}"
+        )
+    return Report("met" if error <= 1.0 else "missed", finds, tried)
+
+
+def reference(drawn):
+    """Return positions by fixed steps, and how far two lengths of step are apart [m]."""
+    options = {"max_energy_gain": np.inf}
+    for method in (ancf.RungeKuttaNystrom(8), ancf.DormandPrince()):
+        try:
+            limit = ancf.stable_step(drawn.scene, method)
+        except ancf.InputError:
+            continue
+        coarse = max(drawn.t_end / (SHARES[0] * limit), FEWEST * SAVED)
+        steps = [coarse, coarse * SHARES[0] / SHARES[1]]
+        if steps[1] * method.tableau.forces <= MOST:
+            options["integrator"] = method
+            break
+    else:
+        steps = IMPLICIT
+        options |= {"integrator": ancf.GeneralizedAlpha(0.9), "tolerance": 1e-6}
+    try:
+        runs = [positions(fixed(drawn, n, options)) for n in steps]
+    except ancf.AncfError:
+        return None, np.inf
+    if steps is IMPLICIT:  # of second order
+        runs = [runs[1], (4.0 * runs[1] - runs[0]) / 3.0]
+    return runs[1], apart(*runs)
+
+
+def fixed(drawn, steps, options):
+    every = int(np.ceil(steps / SAVED))
+    dt = drawn.t_end / (SAVED * every)
+    return ancf.simulate(drawn.scene, drawn.t_end, dt, save_every=every, **options)
+
+
+def positions(path):
+    """All nodes at all saved times, (k, n, dim) [m]."""
+    dim = path.system.dim
+    return np.concatenate([path.q[:, places[:, :dim]] for places in path.system.places], axis=1)
+
+
+def apart(one, other):
+    return float(np.linalg.norm(one - other, axis=2).max())
