@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind, element_kind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
-from ancfsparse.kernels.layout import pack
 from ancfsparse.scene import Body, Connect, Node, Scene, check_node, check_point, check_scene
 from ancfsparse.system.constraints import constraints_of
+from ancfsparse.system.flatten import assembly_of, pattern_of
 from ancfsparse.system.loads import loads_of
 from ancfsparse.system.numbering import Places, number
-from ancfsparse.system.pattern import Pattern, build
 
 Vector = NDArray[np.float64]
 
@@ -73,8 +68,8 @@ class System:
         self.n_multipliers = len(self.constraints.offset)
         self.loads = loads_of(scene, self.n_all, self.point, self.frame, self.elements)
         self.damped = any(beam.strains_damped or beam.masses_damped for beam in scene.beams)
-        self.pattern = self._pattern()
-        self.assembly = self._assembly()
+        self.pattern = pattern_of(self)
+        self.assembly = assembly_of(self)
         self.capsule = self.assembly.capsule
         self.gravity_load = self._gravity()
 
@@ -272,102 +267,9 @@ class System:
         except KeyError:
             raise InputError(f"{beam!r} is not part of this scene") from None
 
-    def _unknowns(self, places: Places) -> Places:
-        """Turn places, in place, into numbers of unknowns in the matrix; -1 for the fixed ones."""
-        places[places >= self.n_free] = -1
-        return places
-
-    def _term_unknowns(self) -> Places:
-        """Per constraint term its equation and the one or two coordinates in it, (n_terms, 3)."""
-        c = self.constraints
-        row, i, j = (np.array(x, dtype=np.int32) for x in (c.row, c.i, c.j))
-        return np.stack([self.n_free + row, self._unknowns(i), self._unknowns(j)], axis=1)
-
-    def _pattern(self) -> Pattern:
-        cliques = [self._unknowns(self.elements(beam)) for beam in self.scene.beams]
-        cliques += [
-            self._unknowns(frame.reshape(1, -1).copy()) for frame in self.loads.moment_place
-        ]
-        return build(self.n_free + self.n_multipliers, [*cliques, self._term_unknowns()])
-
-    def _assembly(self) -> Any:
-        groups = []
-        for beam, kind in zip(self.scene.beams, self.kinds, strict=True):
-            slots = self.pattern.slots(self._unknowns(self.elements(beam)))
-            base = _base(beam, kind, beam.stiffnesses())
-            layout = pack(kind, self.elements(beam), slots, base)
-            del slots
-            groups.append(
-                {
-                    "layout": layout.compressed(),
-                    "kernels": kind.kernels,
-                    **_damping(beam, kind, self.elements(beam)),
-                }
-            )
-        constraints, changing, moments = self._terms()
-        return compiled("assembly").Assembly(
-            self.n_free,
-            self.n_all,
-            self.pattern.n_values,
-            self.loads.n_amplitudes,
-            compiled("elements").Elements(groups),
-            compiled("moments").Moments(moments),
-            constraints,
-            changing,
-        )
-
     def _gravity(self) -> Vector:
         """Return gravity as a generalized force, (n_all,) [N, N m]."""
         uniform = np.zeros(self.n_all)
         for places in self.places:
             uniform[places[:, : self.dim]] = self.scene.gravity
         return np.asarray(self.assembly.inertia(uniform))
-
-    def _terms(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Constraints, changing loads and moments as arrays for the assembly."""
-        c, loads = self.constraints, self.loads
-        # Pairs by rows: (row, row), (i, row), (i, i), (j, row), (j, i), (j, j).
-        pairs = self.pattern.slots(self._term_unknowns())
-        ends = self.n_free + np.arange(self.n_multipliers)
-        constraints = {
-            "row": np.array(c.row, dtype=np.int32),
-            "i": np.array(c.i, dtype=np.int32),
-            "j": np.array(c.j, dtype=np.int32),
-            "slot_i": pairs[:, 1].copy(),
-            "slot_j": pairs[:, 3].copy(),
-            "slot_ij": pairs[:, 4].copy(),
-            "coefficient": np.array(c.coefficient, dtype=float),
-            "about": np.array(c.about, dtype=float),
-            "offset": np.array(c.offset, dtype=float),
-            "diagonal": self.pattern.slots(ends[:, None])[:, 0].copy(),
-        }
-        changing = {
-            "place": np.array(loads.place, dtype=np.int32),
-            "column": np.array(loads.column, dtype=np.int32),
-            "weight": np.array(loads.weight, dtype=float),
-        }
-        places = np.array(loads.moment_place, dtype=np.int32).reshape(-1, 3 * self.dim)
-        moments = {
-            "place": places,
-            "slot": self.pattern.slots(self._unknowns(places.copy())),
-            "column": np.array(loads.moment_column, dtype=np.int32).ravel(),
-        }
-        return constraints, changing, moments
-
-
-def _damping(body: Body, kind: ElementKind, places: Places) -> dict[str, Any]:
-    """Return what the assembly needs to damp a body, as few arrays as it can."""
-    flags = {"strains_damped": body.strains_damped, "masses_damped": body.masses_damped}
-    if not any(flags.values()):
-        return flags
-    layout = pack(kind, places, places, _base(body, kind, body.viscosities()))
-    return flags | {"damping_set_of": layout.set_of, "damping_parameters": layout.parameters}
-
-
-def _base(body: Body, kind: ElementKind, common: Mapping[str, float]) -> Vector:
-    """Return the base parameters of every element, (n_e, n_base), all but the length in common."""
-    lengths = body.lengths
-    base = np.empty((body.n_elements, len(kind.parameters)))
-    for k, name in enumerate(kind.parameters):
-        base[:, k] = lengths if name == "length" else common[name]
-    return base
