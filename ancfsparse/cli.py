@@ -175,6 +175,10 @@ def pendulum(
         str | None,
         typer.Option(help="'full' or a number of secant pairs, for quasi-Newton [default: full]."),
     ] = None,
+    seed: Annotated[
+        str | None,
+        typer.Option(help="auto, exact or incomplete: what corrections are solved with."),
+    ] = None,
     alpha: Annotated[
         float | None,
         typer.Option(help="Numerical damping of Newmark's method [0] or HHT's [0.05]."),
@@ -214,6 +218,7 @@ def pendulum(
         accuracy=accuracy,
         solver=solver,
         memory=memory,
+        seed=seed,
         alpha=alpha,
         rho_inf=rho_inf,
         tolerance=tolerance,

@@ -221,6 +221,10 @@ def test_an_unknown_integrator_is_refused(capsys):
         (("--tolerance", "1e-3", "--integrator", "rkn4"), "--tolerance 1e-3 means nothing to"),
         (("--solver", "bfgs", "--accuracy", "1e-3", "--integrator", "hht"),
          "the full memory of --solver bfgs keeps its first: add --memory 10"),
+        (("--seed", "exact", "--integrator", "rkn4"), "--seed exact means nothing to"),
+        (("--seed", "best"), "unknown seed 'best'"),
+        (("--seed", "incomplete"), "the full memory of --solver davidon, the default here, starts"),
+        (("--seed", "incomplete", "--accuracy", "1e-3"), "leave out --seed incomplete"),
         (("--nu", ".4"), "--nu 0.4 means nothing to --element thin: leave it out, or take "
          "--element thick"),
     ],
@@ -229,6 +233,11 @@ def test_an_option_that_nothing_hears_is_refused(capsys, words, sentence):
     code, out, err = run(capsys, *SHORT, *words)
     assert (code, out) == (2, "")
     assert sentence in err
+
+
+def test_a_seed_that_is_asked_for_is_taken(capsys):
+    _, out, _ = run(capsys, *SHORT, "--solver", "modified-newton", "--seed", "incomplete")
+    assert "on an incomplete seed" in json.loads(out)["settings"]["chosen"]
 
 
 def test_settings_are_those_that_were_heard(capsys):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
+from ancfsparse.errors import InputError
 from ancfsparse.seeds.groups import Groups
 from ancfsparse.seeds.sparse import Indices
 
@@ -22,6 +23,8 @@ BLOCK_BYTES, TRIPLE_BYTES = 100, 172
 REST, SHARE, MOST, ROUNDS = 1e-13, 1e-5, 2000, 12
 
 
+# Blocks whose numbers, twelve each, can be counted in 32 bits.
+MOST_BLOCKS = (2**31 - 1) // 12
 # Operations for each entry: a factorisation takes as long as seven sweeps.
 FACTOR_FLOPS = 45
 
@@ -74,6 +77,11 @@ class IncompleteSeed:
         self._own: Any = None
         self._matrix: sp.csc_array | None = None
         blocks, triples = len(order) + len(self._row), len(order)
+        if blocks > MOST_BLOCKS:
+            raise InputError(
+                f"an incomplete factor has at most {MOST_BLOCKS:,} blocks, and this one would have "
+                f"{blocks:,}: try fewer elements"
+            )
         self.nbytes = float(BLOCK_BYTES * blocks + TRIPLE_BYTES * triples + 4 * len(indices))
 
     @property

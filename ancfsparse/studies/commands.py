@@ -11,6 +11,7 @@ from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.studies import (
     error_budget_report,
+    lattices_report,
     long_runs_report,
     memory_report,
     paper,
@@ -23,6 +24,7 @@ from ancfsparse.studies import (
 )
 from ancfsparse.studies.error_budget import error_budget as run_error_budget
 from ancfsparse.studies.files import check_targets, fill_page
+from ancfsparse.studies.lattices import lattices as run_lattices
 from ancfsparse.studies.long_runs import long_runs as run_long_runs
 from ancfsparse.studies.memory import memory as run_memory
 from ancfsparse.studies.scaling import scaling as run_scaling
@@ -73,6 +75,31 @@ def scaling(
     typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
     if page is not None:
         fill_page(page, "scaling", scaling_report.as_markdown(result), written[-1])
+
+
+@study.command()
+def lattices(
+    largest: Annotated[int, typer.Option(help="Nodes along a side of the largest lattice.")] = 22,
+    largest_net: Annotated[int, typer.Option(help="Nodes along a side of the largest net.")] = 100,
+    largest_exact: Annotated[
+        int, typer.Option(help="Nodes along a side of the largest lattice on exact seeds.")
+    ] = 16,
+    steps: Annotated[int, typer.Option(help="Time steps.")] = 20,
+    output: OutputOption = Path("results"),
+    page: PageOption = None,
+) -> None:
+    """Measure exact and incomplete seeds on lattices and nets: time, memory and counts by size."""
+    check_targets(output, page, "lattices")
+    for name, size in (("largest", largest), ("largest-net", largest_net)):
+        check_count(name, size, 2)
+    check_count("largest-exact", largest_exact, 0)
+    check_count("steps", steps)
+    rows = run_lattices(largest, largest_net, largest_exact, steps, progress=True)
+    typer.echo(lattices_report.as_text(rows))
+    written = lattices_report.write(rows, output)
+    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+    if page is not None:
+        fill_page(page, "lattices", lattices_report.as_markdown(rows), written[-1])
 
 
 @study.command()

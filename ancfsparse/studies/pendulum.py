@@ -61,6 +61,8 @@ class PendulumRun:
         One of `SOLVERS`; None takes Davidon's where steps are fixed and implicit, else "auto".
     memory : str or None
         ``"full"`` or a number of secant pairs, for the quasi-Newton methods; None takes "full".
+    seed : str or None
+        ``"auto"``, ``"exact"`` or ``"incomplete"``, as in `simulate`; None takes "auto".
     alpha : float or None
         Numerical damping of Newmark's method or HHT's; None takes 0 and 0.05 [-].
     rho_inf : float or None
@@ -85,6 +87,7 @@ class PendulumRun:
     accuracy: float | None = None
     solver: str | None = None
     memory: str | None = None
+    seed: str | None = None
     alpha: float | None = None
     rho_inf: float | None = None
     tolerance: str | None = None
@@ -130,6 +133,7 @@ def run_pendulum(asked: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         accuracy=asked.accuracy,
         integrator=integrator,
         solver=solver_of(solver, memory),
+        seed=asked.seed or "auto",
         tolerance=_number_or_name("tolerance", tolerance, ("paper", "default")),
         save_every=asked.save_every,
     )
@@ -177,6 +181,7 @@ def check_options(asked: PendulumRun, solver: str) -> None:
     for option, value, taken, owners, chosen in (
         ("--solver", asked.solver, implicit or asked.solver == "auto", solves, integrator),
         ("--tolerance", asked.tolerance, implicit, solves, integrator),
+        ("--seed", asked.seed, implicit, solves, integrator),
         ("--alpha", asked.alpha, asked.integrator in ALPHAS, "--integrator " + " or ".join(ALPHAS),
          integrator),
         ("--rho-inf", asked.rho_inf, asked.integrator == ALPHA_METHOD,
@@ -190,7 +195,18 @@ def check_options(asked: PendulumRun, solver: str) -> None:
             raise InputError(
                 f"{option} {value} means nothing to {chosen}: leave it out, or take {owners}"
             )
-    if asked.accuracy is not None and solver in UPDATES and asked.memory in (None, "full"):
+    dense = solver in UPDATES and asked.memory in (None, "full")
+    if asked.seed == "incomplete" and asked.accuracy is not None:
+        raise InputError(
+            f"--accuracy {asked.accuracy:g} estimates errors with an exact factor: leave out "
+            "--seed incomplete, or --accuracy"
+        )
+    if asked.seed == "incomplete" and dense:
+        raise InputError(
+            f"--seed incomplete approximates a sparse factor, and the full memory of {what_solves},"
+            " starts from the whole inverse: add --memory 10, or take --solver auto"
+        )
+    if asked.accuracy is not None and dense:
         raise InputError(
             f"--accuracy {asked.accuracy:g} needs a factor that is renewed as the body moves, and "
             f"the full memory of --solver {solver} keeps its first: add --memory 10, or leave "

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from ancfsparse import QuasiNewton, simulate
-from ancfsparse.problems import chain, net
+from ancfsparse.problems import chain, lattice, net
 from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.memory import NOTHING
+from ancfsparse.solve.seed import make_seed
 from ancfsparse.studies.scaling_job import Job, Worker, counts
 from ancfsparse.system import System
 
@@ -89,6 +91,38 @@ def test_iterations_on_nets_do_not_grow_with_the_size():
         assert stats.factorizations <= 2
         per_step.append(stats.iterations_per_step)
     assert max(per_step) <= 1.25 * min(per_step)
+
+
+LATTICES = (6, 10, 15)
+
+
+def test_incomplete_seeds_are_linear_in_the_mesh():
+    elements, nbytes, factored = [], [], []
+    for n in LATTICES:
+        system = System(lattice(n).scene)
+        made, _ = make_seed(system, "incomplete", "auto", 1, NOTHING)
+        elements.append(3 * n * n * (n - 1))
+        nbytes.append(made.own.nbytes)
+        factored.append(made.nnz)
+    # Lattices have a surface: less and less of them is outside.
+    assert np.all(np.abs(slopes(elements, nbytes) - 1.0) < 0.04)
+    assert np.all(np.abs(slopes(elements, factored) - 1.0) < 0.04)
+    assert nbytes[-1] / elements[-1] < 1200
+
+
+@pytest.mark.parametrize("steel", [False, True], ids=["soft", "steel"])
+@pytest.mark.parametrize("dt", [1e-3, 4e-3])
+def test_work_on_lattices_does_not_grow_with_the_size(dt, steel):
+    stiff = {"youngs_modulus": 2.1e11, "density": 7800.0} if steel else {}
+    corrections, inner = [], []
+    for n in LATTICES:
+        stats = simulate(lattice(n, **stiff).scene, 10 * dt, dt, seed="incomplete").stats
+        assert stats.recoveries == 0
+        corrections.append(stats.iterations_per_step)
+        inner.append((stats.sweeps + stats.products) / stats.steps)
+    assert max(corrections) <= 1.5 * min(corrections)
+    assert inner[-1] <= 1.35 * inner[0]
+    assert inner[-1] <= 1.2 * inner[1]
 
 
 def test_peak_memory_of_1e5_elements():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from matrices import lower_csc
 
+from ancfsparse.errors import InputError
 from ancfsparse.seeds import Groups, IncompleteSeed
 
 ROUNDING = 2.0**-24
@@ -217,6 +218,13 @@ def test_what_is_no_number_is_not_mended(rng):
     assert seed.own.factor(values) > 0
     assert not seed.own.mend(values)
     assert np.isnan(seed.own.solve(np.ones(len(a)))).all()
+
+
+def test_too_many_blocks_are_refused(rng, monkeypatch):
+    a, groups = coupled(rng, 16, grid(4))
+    monkeypatch.setattr("ancfsparse.seeds.incomplete.MOST_BLOCKS", 30)
+    with pytest.raises(InputError, match="at most 30 blocks, and this one would have 41"):
+        seed_of(a, groups)
 
 
 def test_solves_repeat_bit_for_bit(rng):
