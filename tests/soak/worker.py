@@ -9,6 +9,7 @@ import tempfile
 import time
 import traceback
 import warnings
+from pathlib import Path
 
 import ancfsparse as ancf
 from tests.soak import accuracy, files, interruptions, motions, nets, odd, statics, units
@@ -24,8 +25,9 @@ KINDS = {
     "files": files.run,
     "interruptions": interruptions.run,
 }
-# Longest time of a trial [s]; a run in it takes seconds on a machine that is free.
-LIMIT = 60.0
+# Longest time of a trial on a processor [s], of which a run takes seconds; and how many times that
+# by the clock, if the machine has more to do, before it is taken to wait for ever.
+LIMIT, IDLE = 60.0, 5.0
 
 
 def one(kind, seed, index):
@@ -90,13 +92,27 @@ class Worker:
         self._pipe.send((kind, seed, index))
         report = None
         with contextlib.suppress(EOFError):
-            if self._pipe.poll(self.limit):
+            if self._answers():
                 report = self._pipe.recv()
         if report is None:
             word = "hangs" if self._process.is_alive() else "crashes"
             self._end()
             report = Report(word, [f"{word}: {self._where()}"])
         return report, time.monotonic() - begin
+
+    def _answers(self):
+        """Wait for a report; whether it comes in time."""
+        spent, begin = self._spent(), time.monotonic()
+        while not self._pipe.poll(0.1 * self.limit):
+            if self._spent() - spent > self.limit or time.monotonic() - begin > IDLE * self.limit:
+                return False
+        return True
+
+    def _spent(self):
+        """Give the time that the process has had a processor [s]."""
+        stat = Path(f"/proc/{self._process.pid}/stat").read_text()
+        user, system = stat.rpartition(")")[2].split()[11:13]
+        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
 
     def _start(self):
         open(self._notes, "w").close()
