@@ -66,6 +66,7 @@ STUDIES := \
   'study stability --page docs/stability.md' \
   'table1 --readme README.md' \
   'study memory --page docs/large.md' \
+  'study lattices --largest 46 --largest-net 200 --page docs/large.md' \
   'study long-runs --page docs/stability.md' \
   'study total-error --peers --page docs/accuracy.md' \
   'study work-precision --peers --page docs/accuracy.md' \

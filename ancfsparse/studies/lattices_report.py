@@ -47,8 +47,12 @@ def as_text(rows: Sequence[Row]) -> str:
 
 
 def as_markdown(rows: Sequence[Row]) -> str:
-    """Set the table for a page."""
-    lines = ["| | nodes a side | " + " | ".join(HEAD) + " |", "|---|---:|---|" + "---:|" * 7]
+    """Set the chart and the table for a page."""
+    lines = [
+        "![Time and memory of exact and incomplete seeds against size](gallery/lattices.png)",
+        "",
+    ]
+    lines += ["| | nodes a side | " + " | ".join(HEAD) + " |", "|---|---:|---|" + "---:|" * 7]
     lines += [
         f"| {row.job.title} | {row.job.size} | " + " | ".join(_cells(row)) + " |" for row in rows
     ]
