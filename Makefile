@@ -58,8 +58,8 @@ bench-time: .venv/.peers ## Measure seconds against the error of the steps, besi
 bench-error: .venv/.peers ## Measure the whole error against its cost, beside peers
 	$(ONE_THREAD) $(BIN)/ancfsparse study total-error --peers $(ARGS)
 
-accuracy: setup ## Measure errors and costs of runs to an accuracy on 100 scenes, e.g. ARGS="0 20"; half an hour
-	$(BIN)/python -m tests.solve.accuracy_sweep $(ARGS)
+accuracy: setup ## Measure errors and costs of runs to an accuracy on 100 scenes, e.g. ARGS="0 20"; ten minutes
+	$(ONE_THREAD) $(BIN)/python -m tests.solve.accuracy_sweep $(ARGS)
 
 # First what counts and looks at no clock, last what takes longest; each says that it begins.
 STUDIES := \

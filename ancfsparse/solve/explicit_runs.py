@@ -57,7 +57,7 @@ class ExplicitRuns:
     Parameters
     ----------
     system, t, accuracy, max_energy_gain
-        As `solve_accurately` takes them; without multipliers and damping.
+        As `solve_accurately` takes them.
     integrators : list of Explicit
         Those that may be taken, by ascending order.
     breaks : Breaks
@@ -259,7 +259,7 @@ class ExplicitRuns:
             # Waves whose phase is lost do not converge with the order: all of the distance counts.
             if self.content.lost > 1.0:
                 error = max(error, apart)
-        else:
+        elif self.content.lost < 1.0:
             # The distance is at least what the lower order is off less what the higher one is.
             error *= LEAST_OF_TWO
         self._before = (integrator, finer, coarser, apart)
@@ -268,13 +268,13 @@ class ExplicitRuns:
         tableaus = (other.tableau, integrator.tableau)
         steps = (self._march.step(other, coarser), self._march.step(integrator, finer))
         foretold = self._waves.apart(tableaus, steps)
-        own, others = (self._waves.error(*each) for each in zip(tableaus, steps, strict=True))
-        scale = apart / max(foretold, UNLIKE * own, np.finfo(float).tiny)
+        first, second = (self._waves.error(*each) for each in zip(tableaus, steps, strict=True))
+        scale = apart / max(foretold, UNLIKE * first, np.finfo(float).tiny)
         if other == integrator and order == 2 and 1.0 / ALIKE < scale < ALIKE:
-            error = min(error, MARGIN * scale * others)
+            error = min(error, MARGIN * scale * second)
         error = max(error, min(max(scale, 1.0), MOST_MORE) * self._waves.unseen(tableaus, steps))
         if other == integrator:
-            scale = error / max(others, np.finfo(float).tiny)
+            scale = error / max(second, np.finfo(float).tiny)
         self._scale = min(max(scale, LEAST_SCALE), MOST_SCALE)
         return error
 
