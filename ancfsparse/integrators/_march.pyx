@@ -218,91 +218,6 @@ cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     return 0
 
 
-cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
-    """Look at the energy of a hard step before it is accepted; whether a solution passes.
-
-    Such a step can have several.  One whose energy rises is compared with that of Newton.  One that
-    gains energy is refused as long as there is another that may not, or as steps can be made
-    shorter; if all of them gain, the one that gains least passes unless it gains much, and the next
-    regular look decides.  Steps that errors are estimated of are made shorter at once.
-    """
-    cdef ancf_watch before = self.watch, best
-    cdef bint varies = self.scheme.control.seed == NULL
-    cdef bint gains = see(self, solver.doubtful[0])
-    if not gains and not (varies and ancf_watch_rises(&self.watch, &before)):
-        return pass_it(self)
-    best = self.watch
-    unsee(self, &before)
-    if not varies:
-        return False
-    keep(self, True)
-    if not gains:
-        if solver.confirm(solver.context) == 0:
-            if not see(self, False) and ancf_watch_rises(&best, &self.watch):
-                solver.prefer(solver.context)
-                return pass_it(self)
-            unsee(self, &before)
-        keep(self, False)
-        see(self, False)
-        return pass_it(self)
-    while solver.again(solver.context, GAINED_ENERGY) == 0:
-        if not see(self, solver.doubtful[0]):
-            return pass_it(self)
-        if self.watch.gain < best.gain or best.gain != best.gain:
-            keep(self, True)
-            best = self.watch
-        unsee(self, &before)
-    if self.shortens:
-        return False
-    keep(self, False)
-    see(self, False)
-    if not ancf_watch_gains_much(&self.watch):
-        return pass_it(self)
-    unsee(self, &before)
-    return False
-
-
-cdef bint see(Motion *self, bint strict) noexcept nogil:
-    """Look at the energy that the step under way would lead to; whether that has gained too much.
-
-    The new velocity stands in the place of the old one while it is looked at, which needs no room.
-    """
-    if self.system.n_amplitudes > 0:
-        add_work(self)
-    self.factor = 1.0
-    in_parts(self.n_parts, push_part, self)
-    ancf_watch_measure(&self.watch, self.system, self.dead_load, self.q, self.v0, self.r)
-    self.scheme.refused = self.watch
-    if strict:
-        self.scheme.refused.exchanged = self.watch.kinetic
-    return ancf_watch_gains(&self.watch, strict)
-
-
-cdef void unsee(Motion *self, const ancf_watch *before) noexcept nogil:
-    self.factor = -1.0
-    in_parts(self.n_parts, push_part, self)
-    self.watch = before[0]
-
-
-cdef bint pass_it(Motion *self) noexcept nogil:
-    self.ahead = True
-    return True
-
-
-cdef void keep(Motion *self, bint there) noexcept nogil:
-    """Put the solution aside, or back."""
-    cdef double *aside = self.scheme.aside
-    cdef double *of[4]
-    cdef ptrdiff_t n[4]
-    cdef int i
-    of[0], of[1], of[2], of[3] = self.q, self.a, self.lam, self.v
-    n[0] = n[1] = self.n_free
-    n[2], n[3] = self.m, self.n_free if self.system.damped else 0
-    for i in range(4):
-        memcpy(aside if there else of[i], of[i] if there else aside, n[i] * sizeof(double))
-        aside += n[i]
-
-
 cdef inline void push(Motion *self, double sign, ptrdiff_t begin, ptrdiff_t end) noexcept nogil:
     """The velocity after the step in the place of the one before, or back."""
     cdef Weights w = self.scheme.weights
@@ -334,3 +249,6 @@ cdef void accept_part(void *context, ptrdiff_t part) noexcept nogil:
         for i in range(begin, stop):
             self.a0[i] = self.a[i]
         begin = stop
+
+
+include "settle.pxi"
