@@ -28,8 +28,8 @@ TOLERANCES = (10.0, 1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
 # Between these two tolerances nothing changes that is looked at [m/s2].
 TIGHT, TIGHTER = 1e-7, 1e-8
 
-DEFAULT = 1e-3
-"""What ``tolerance="default"`` stands for [m/s2]."""
+DEFAULT = "default"
+"""The tolerance of the choice that is looked at; it stands for no number."""
 
 SOLVER = "BFGS"
 """The solver whose tolerance is varied."""
@@ -51,7 +51,7 @@ class Part:
     model : str
         Key of `MODELS`.
     value : float or str
-        Number of elements, step [s], tolerance [m/s2] or the other model.
+        Number of elements, step [s], tolerance [m/s2] or `DEFAULT`, or the other model.
     error : float
         Largest tip distance from the reference [m].
     uncertainty : float
@@ -218,9 +218,10 @@ def _exact(model: str, elements: int, t_end: float) -> tuple[Tips, float]:
 def _solver(model: str, elements: int, t_end: float, dt: float) -> list[Part]:
     """Compare tolerances with a tight one, at the same step."""
 
-    def tip(tolerance: float) -> Tips:
+    def tip(tolerance: float | str) -> Tips:
         return task(model, elements, t_end, TRAPEZOIDAL, dt, SOLVER, tolerance).run().tip
 
     exact = tip(TIGHTER)
     known = distance(tip(TIGHT), exact)
-    return [Part("solver", model, tol, distance(tip(tol), exact), known) for tol in TOLERANCES]
+    asked: list[float | str] = [*TOLERANCES, DEFAULT]
+    return [Part("solver", model, each, distance(tip(each), exact), known) for each in asked]

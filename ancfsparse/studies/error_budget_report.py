@@ -84,11 +84,17 @@ def chart(budget: Budget) -> Figure:
     shown: dict[str, Any] = {}
     for ax, part in zip(panels, AXES, strict=False):
         for model in budget.references:
-            shown[model] = _curve(ax, budget.curve(part, model), COLOURS[model])
-        chosen = {"mesh": budget.elements, "time step": budget.dt, "solver": DEFAULT}[part]
-        ax.axvline(chosen, color="black", linewidth=0.8, linestyle=":")
+            numbers = [p for p in budget.curve(part, model) if p.value != DEFAULT]
+            shown[model] = _curve(ax, numbers, COLOURS[model])
+            if part == "solver":
+                error = budget.choice(model)[part].error
+                ax.axhline(error, color=COLOURS[model], linewidth=0.8, linestyle=":")
+        chosen = {"mesh": budget.elements, "time step": budget.dt}.get(part)
+        if chosen is not None:
+            ax.axvline(chosen, color="black", linewidth=0.8, linestyle=":")
         ax.set_xscale("log")
-        ax.set_xlabel(AXES[part] + f"; dotted: {chosen:g}", fontsize="small")
+        dotted = DEFAULT if chosen is None else f"{chosen:g}"
+        ax.set_xlabel(AXES[part] + f"; dotted: {dotted}", fontsize="small")
         ax.set_ylabel("tip error [m]")
         ax.tick_params(labelleft=True)
         set_title(ax, _title(budget, part))
