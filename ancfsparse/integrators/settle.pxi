@@ -77,10 +77,10 @@ cdef void keep(Motion *self, bint there) noexcept nogil:
     cdef double *aside = self.scheme.aside
     cdef double *of[4]
     cdef ptrdiff_t n[4]
-    cdef int i
+    cdef int i, parts = 4 if self.system.damped else 3  # otherwise there are no velocities
     of[0], of[1], of[2], of[3] = self.q, self.a, self.lam, self.v
     n[0] = n[1] = self.n_free
-    n[2], n[3] = self.m, self.n_free if self.system.damped else 0
-    for i in range(4):
+    n[2], n[3] = self.m, self.n_free
+    for i in range(parts):
         memcpy(aside if there else of[i], of[i] if there else aside, n[i] * sizeof(double))
         aside += n[i]
