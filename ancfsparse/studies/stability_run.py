@@ -189,8 +189,9 @@ def largest_changes(path: Trajectory, case: Case) -> tuple[float, float]:
 
 def energy_balance(path: Trajectory, case: Case) -> tuple[float, float]:
     """Return gain and loss of energy over the largest kinetic energy; see `Run`."""
-    energy, work = path.energy, work_of(path, case)
-    above = energy.total - energy.total[0] - work
+    energy, unsure = path.energy, unsure_work(path, case)
+    above = energy.total - energy.total[0] - work_of(path, case)
+    above -= np.clip(above, -unsure, unsure)
     largest = float(energy.kinetic.max())
     if largest == 0.0:
         return 0.0, 0.0
@@ -205,6 +206,18 @@ def work_of(path: Trajectory, case: Case) -> Vector:
         way = np.diff(path.position(case.rod.end), axis=0)
         work[1:] = np.cumsum(np.sum(0.5 * (force[1:] + force[:-1]) * way, axis=1))
     return work
+
+
+def unsure_work(path: Trajectory, case: Case) -> Vector:
+    """Return what the work may be off by since the force jumped inside a step, (k,) [J]."""
+    unsure = np.zeros(len(path.t))
+    for jump in case.jumps:
+        after = int(np.searchsorted(path.t, jump))
+        if case.force is not None and after < len(path.t):
+            change = np.subtract(case.force(path.t[after]), case.force(path.t[after - 1]))
+            way = np.diff(path.position(case.rod.end)[after - 1 : after + 1], axis=0)[0]
+            unsure[after:] += 0.5 * abs(float(change @ way))
+    return unsure
 
 
 def kinds(run: Run) -> str:

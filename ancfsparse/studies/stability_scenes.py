@@ -1,4 +1,4 @@
-"""The four scenes of the stability map, each at any stiffness."""
+"""The scenes of the stability map, each at any stiffness."""
 
 from __future__ import annotations
 
@@ -22,6 +22,10 @@ TRUSS_AREA = 0.05
 # The force on the compressed beam, in terms of Euler's, and the time in which it comes [s].
 LOAD, RISE = 1.1, 0.1
 
+# The sudden force on the tip of the pendulum, in terms of its weight, and between which times [s]:
+# both lie inside a step of any length of the map.
+PUSH, BETWEEN = 0.1, (0.02005, 0.52005)
+
 
 class Case(NamedTuple):
     """A scene of the map.
@@ -34,11 +38,14 @@ class Case(NamedTuple):
         Its beam.
     force : callable, optional
         The force on the end of the beam over time [s], shape (2,) [N].
+    jumps : tuple of float
+        When the force jumps [s].
     """
 
     scene: Scene
     rod: Beam
     force: Callable[[float], tuple[float, float]] | None = None
+    jumps: tuple[float, ...] = ()
 
 
 def swinging(youngs_modulus: float) -> Case:
@@ -91,10 +98,23 @@ def _nudged(places: Vector) -> Vector:
     return np.stack([0.0 * places[:, 0], 0.01 * places[:, 0] ** 2], axis=1)
 
 
+def pushed(youngs_modulus: float) -> Case:
+    """Set up the pendulum with a force on its tip that begins at once and ends at once."""
+    scene, rod = pendulum("thin", 10, youngs_modulus=youngs_modulus)
+    weight = rod.stiffnesses()["mass_per_length"] * rod.length * -float(scene.gravity[1])
+
+    def force(t: float) -> tuple[float, float]:
+        return 0.0, PUSH * weight if BETWEEN[0] < t < BETWEEN[1] else 0.0
+
+    scene.point_force(rod.end, force)
+    return Case(scene, rod, force, BETWEEN)
+
+
 SCENES: dict[str, Callable[[float], Case]] = {
     "pendulum": swinging,
     "truss pendulum": truss,
     "rod at the tip": hanging,
     "compressed beam": compressed,
+    "sudden force": pushed,
 }
 """Each takes Young's modulus [Pa]."""

@@ -39,9 +39,10 @@ from ancfsparse.studies.stability_run import (
     largest_changes,
     run_at,
     saved_shares,
+    unsure_work,
     work_of,
 )
-from ancfsparse.studies.stability_scenes import SCENES, Case
+from ancfsparse.studies.stability_scenes import PUSH, SCENES, Case
 
 SHIPPED = Path(__file__).parents[2] / "docs" / "data" / "stability.csv"
 
@@ -148,6 +149,19 @@ def test_work_of_a_force_is_force_times_way():
     gain, loss = energy_balance(path, case)
     assert gain < 1e-3
     assert loss < 1e-3
+
+
+def test_work_is_unsure_where_the_force_jumps_and_nowhere_else():
+    case = SCENES["sudden force"](1e8)
+    path = ancf.simulate(case.scene, 0.6, 1e-3)
+    unsure, way = unsure_work(path, case), np.diff(path.position(case.rod.end)[:, 1])
+    expected = np.zeros(len(path.t))
+    for jump in case.jumps:
+        after = int(np.argmax(path.t > jump))
+        expected[after:] += 0.5 * PUSH * 0.8 * 9.81 * abs(way[after - 1])
+    np.testing.assert_allclose(unsure, expected)
+    assert energy_balance(path, case)[0] < MOST_GAIN
+    assert not unsure_work(path, SCENES["compressed beam"](1e8)).any()
 
 
 def test_turns_and_stretches_are_those_of_the_chords():
