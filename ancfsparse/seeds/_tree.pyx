@@ -7,6 +7,8 @@ from libc.stdint cimport INT64_MAX, int32_t, int64_t
 
 import numpy as np
 
+include "../kernels/sort.pxi"
+
 
 def permuted_upper(const int64_t[::1] indptr, const int32_t[::1] indices,
                    const int32_t[::1] permutation):
@@ -120,19 +122,6 @@ def contracted(const int64_t[::1] indptr, const int32_t[::1] indices, const int3
         end[j + 1] = where
         sort(&found[end[j]], where - end[j])
     return ends, pairs[:where].copy()
-
-
-cdef void sort(int32_t *x, int64_t n) noexcept nogil:
-    # Columns of a mesh are short: insertion beats anything clever.
-    cdef int64_t i, k
-    cdef int32_t held
-    for i in range(1, n):
-        held = x[i]
-        k = i
-        while k > 0 and x[k - 1] > held:
-            x[k] = x[k - 1]
-            k -= 1
-        x[k] = held
 
 
 def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_row,

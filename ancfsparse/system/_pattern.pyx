@@ -4,6 +4,8 @@ from libc.stdint cimport int32_t, int64_t
 
 import numpy as np
 
+include "../kernels/sort.pxi"
+
 
 def lower_triangle(ptrdiff_t n, const int64_t[::1] start, const int32_t[::1] member):
     """Return ``indptr (n + 1,)`` and ``indices`` of the lower triangle by columns, diagonal included.
@@ -60,19 +62,6 @@ def lower_triangle(ptrdiff_t n, const int64_t[::1] start, const int32_t[::1] mem
                     indices[where] = i
         sort(&indices[indptr[j]], indptr[j + 1] - indptr[j])
     return indptr_array, indices_array
-
-
-cdef void sort(int32_t *x, int64_t n) noexcept nogil:
-    # Columns of a mesh are short: insertion beats anything clever.
-    cdef int64_t i, k
-    cdef int32_t held
-    for i in range(1, n):
-        held = x[i]
-        k = i
-        while k > 0 and x[k - 1] > held:
-            x[k] = x[k - 1]
-            k -= 1
-        x[k] = held
 
 
 def pair_slots(const int64_t[::1] indptr, const int32_t[::1] indices, const int32_t[:, ::1] members):
