@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from ancfsparse.studies.charts import SMALL, WIDTH, set_empty, set_head, set_legend
 from ancfsparse.studies.files import save, write_csv, write_json
@@ -122,11 +123,13 @@ def chart(rows: Sequence[Row]) -> Figure:
         return figure
     for ax, what in ((left, "microseconds per element and step"), (right, "kB per element")):
         ax.set_xscale("log")
-        ax.set_yscale("log")
+        ax.xaxis.set_minor_formatter(NullFormatter())
         ax.set_xlabel("elements", fontsize=SMALL)
         ax.set_ylabel(what, fontsize=SMALL)
         ax.tick_params(labelsize=SMALL)
         ax.grid(alpha=0.3)
+    left.set_yscale("log")
+    right.set_ylim(bottom=0.0)
     set_legend(figure, shown, 3, "solid: incomplete seeds, dashed: exact ones")
     set_head(figure, _headline(rows))
     return figure
