@@ -7,6 +7,7 @@ anything.  With ``--kind`` and ``--index`` it repeats one trial.
 
 import argparse
 import json
+import math
 import sys
 import time
 from pathlib import Path
@@ -33,15 +34,15 @@ def main():
         report = one(given.kind[0], given.seed, given.index)
         print(report.outcome, report.tried, *report.finds, sep="\n  ")
         return bool(report.finds)
-    tallies, finds = soak(given.seed, given.seconds, given.kind or list(KINDS))
+    tallies, finds = soak(given.seed, given.seconds, given.kind or list(KINDS), given.most)
     print(table(tallies, finds))
     given.json.parent.mkdir(parents=True, exist_ok=True)
     given.json.write_text(json.dumps(as_json(given.seed, tallies, finds), indent=1))
     return bool(finds)
 
 
-def soak(seed, seconds, kinds):
-    """Make trials until the time is over, one of each kind at least.
+def soak(seed, seconds, kinds, most=math.inf):
+    """Make trials until the time is over, one of each kind at least and no more than `most`.
 
     Next is always that kind which is furthest behind its share of the time.
     """
@@ -49,7 +50,10 @@ def soak(seed, seconds, kinds):
     finds, end = [], time.monotonic() + seconds
     with Worker() as worker:
         while time.monotonic() < end or not all(tally.trials for tally in tallies.values()):
-            kind = min(kinds, key=lambda each: tallies[each].seconds / SHARES[each])
+            open_kinds = [kind for kind in kinds if tallies[kind].trials < most]
+            if not open_kinds:
+                break
+            kind = min(open_kinds, key=lambda each: tallies[each].seconds / SHARES[each])
             tally = tallies[kind]
             report, took = worker.trial(kind, seed, tally.trials)
             finds += [Find(kind, seed, tally.trials, what, report.tried) for what in report.finds]
@@ -63,6 +67,7 @@ def arguments():
     parser = argparse.ArgumentParser(prog="make soak", description=__doc__.split("\n")[0])
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--seconds", type=float, default=120.0)
+    parser.add_argument("--most", type=int, default=math.inf, help="trials of each kind")
     parser.add_argument("--kind", choices=KINDS, action="append", help="only this; may be repeated")
     parser.add_argument("--index", type=int, help="make this one trial of one kind again")
     parser.add_argument("--json", type=Path, default=Path("results/soak.json"))

@@ -32,6 +32,12 @@ def test_errors_and_warnings_are_finds(monkeypatch, trial, what):
     assert worker.one("motions", 0, 0).finds[0].startswith(what)
 
 
+def test_trials_can_be_bounded_by_their_number():
+    tallies, finds = soak(0, 60.0, ["statics", "files"], most=3)
+    assert [tally.trials for tally in tallies.values()] == [3, 3]
+    assert finds == []
+
+
 def test_a_trial_that_hangs_is_a_find_and_the_next_goes_on():
     with worker.Worker(limit=0.01) as late:
         report, _ = late.trial("motions", 0, 0)
