@@ -9,30 +9,28 @@ import typer
 
 from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.errors import InputError
-from ancfsparse.studies import (
-    error_budget_report,
-    lattices_report,
-    long_runs_report,
-    memory_report,
-    paper,
-    scaling_report,
-    stability_findings,
-    stability_report,
-    total_error_report,
-    units,
-    work_precision_report,
-)
-from ancfsparse.studies.error_budget import error_budget as run_error_budget
-from ancfsparse.studies.files import check_targets, fill_page
-from ancfsparse.studies.lattices import lattices as run_lattices
-from ancfsparse.studies.long_runs import long_runs as run_long_runs
-from ancfsparse.studies.memory import memory as run_memory
-from ancfsparse.studies.scaling import scaling as run_scaling
-from ancfsparse.studies.stability import read as read_stability
-from ancfsparse.studies.stability import stability as run_stability
-from ancfsparse.studies.stability_scenes import SCENES
-from ancfsparse.studies.total_error import total_error as run_total_error
-from ancfsparse.studies.work_precision import work_precision as run_work_precision
+from ancfsparse.studies.common import paper
+from ancfsparse.studies.common.files import check_targets, fill_page
+from ancfsparse.studies.error_budget import report as error_budget_report
+from ancfsparse.studies.error_budget.run import error_budget as run_error_budget
+from ancfsparse.studies.lattices import report as lattices_report
+from ancfsparse.studies.lattices.run import lattices as run_lattices
+from ancfsparse.studies.long_runs import report as long_runs_report
+from ancfsparse.studies.long_runs.run import long_runs as run_long_runs
+from ancfsparse.studies.memory import report as memory_report
+from ancfsparse.studies.memory.run import memory as run_memory
+from ancfsparse.studies.scaling import report as scaling_report
+from ancfsparse.studies.scaling.run import scaling as run_scaling
+from ancfsparse.studies.stability import findings as stability_findings
+from ancfsparse.studies.stability import report as stability_report
+from ancfsparse.studies.stability.run import read as read_stability
+from ancfsparse.studies.stability.run import stability as run_stability
+from ancfsparse.studies.stability.scenes import SCENES
+from ancfsparse.studies.total_error import report as total_error_report
+from ancfsparse.studies.total_error.run import total_error as run_total_error
+from ancfsparse.studies.units import run as units
+from ancfsparse.studies.work_precision import report as work_precision_report
+from ancfsparse.studies.work_precision.run import work_precision as run_work_precision
 
 study = typer.Typer(
     help="Studies of cost, memory and accuracy, each with tables and a chart.", no_args_is_help=True

@@ -14,7 +14,7 @@ from ancfsparse.nonlinear import Newton, Outcome
 from ancfsparse.nonlinear.iteration import finite_difference
 from ancfsparse.problems import chain, pendulum
 from ancfsparse.solve.setup import prepare
-from ancfsparse.studies.stability_scenes import SCENES
+from ancfsparse.studies.stability.scenes import SCENES
 from ancfsparse.system import System
 
 KEEPS = ancf.EnergyMomentum()

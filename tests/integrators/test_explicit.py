@@ -8,7 +8,7 @@ from ancfsparse.integrators.explicit import make_explicit
 from ancfsparse.problems import pendulum
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
-from ancfsparse.studies.ode import FirstOrder, integrate
+from ancfsparse.studies.common.first_order import FirstOrder, integrate
 from ancfsparse.system import System
 
 METHODS = [ancf.CentralDifference(), ancf.RungeKuttaNystrom(4), ancf.RungeKuttaNystrom(8)]

@@ -9,7 +9,7 @@ import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.seeds import sparse
 from ancfsparse.solve.setup import prepare
-from ancfsparse.studies.stability_scenes import SCENES
+from ancfsparse.studies.stability.scenes import SCENES
 from ancfsparse.system import System
 
 NEW_SEED, DAMPED_NEWTON, FROM_REST = 1, 2, 4

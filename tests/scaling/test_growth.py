@@ -8,7 +8,7 @@ from ancfsparse.problems import chain, lattice, net
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.memory import NOTHING
 from ancfsparse.solve.seed import make_seed
-from ancfsparse.studies.scaling_job import Job, Worker, counts
+from ancfsparse.studies.scaling.worker import Job, Worker, counts
 from ancfsparse.system import System
 
 CHAINS = (100, 1000, 10_000)

@@ -6,7 +6,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from ancfsparse.studies.charts import NOTE_SIZE, SMALL, WIDTH
+from ancfsparse.studies.common.charts import NOTE_SIZE, SMALL, WIDTH
 
 
 def _check(figure):

@@ -5,8 +5,8 @@ import json
 from ancfsparse.dispatch import available_instruction_sets
 from ancfsparse.kernels.benchmark import Timing
 from ancfsparse.kernels.catalog import module_names
-from ancfsparse.studies import bench_kernels
-from ancfsparse.studies.target import Target
+from ancfsparse.studies.bench import kernels as bench_kernels
+from ancfsparse.studies.common.target import Target
 
 
 def test_every_kernel_is_timed_on_every_instruction_set(monkeypatch):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ancfsparse.cli import main
-from ancfsparse.studies.bench_paper import bench_paper
+from ancfsparse.studies.bench.paper import bench_paper
 
 
 def test_missing_exudyn_is_one_clear_sentence(monkeypatch, capsys):

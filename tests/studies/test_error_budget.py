@@ -7,8 +7,8 @@ import pytest
 
 from ancfsparse.problems import pendulum
 from ancfsparse.solve import simulate
-from ancfsparse.studies.error_budget import DEFAULT, Budget, Part, error_budget
-from ancfsparse.studies.error_budget_report import _headline, as_markdown, as_text, chart, write
+from ancfsparse.studies.error_budget.report import _headline, as_markdown, as_text, chart, write
+from ancfsparse.studies.error_budget.run import DEFAULT, Budget, Part, error_budget
 
 
 @pytest.fixture(scope="module")

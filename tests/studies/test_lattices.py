@@ -6,8 +6,8 @@ import json
 import pytest
 
 from ancfsparse.cli import main
-from ancfsparse.studies.lattices import RUNS, Job, Row, in_process, pairs, run
-from ancfsparse.studies.lattices_report import as_text, chart, findings
+from ancfsparse.studies.lattices.report import as_text, chart, findings
+from ancfsparse.studies.lattices.run import RUNS, Job, Row, in_process, pairs, run
 
 
 def row(size, seed, seconds, **more):
@@ -20,7 +20,7 @@ def row(size, seed, seconds, **more):
 
 def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     # All in this process, whose memory says nothing.
-    here = "ancfsparse.studies.lattices.in_process"
+    here = "ancfsparse.studies.lattices.run.in_process"
     monkeypatch.setattr(here, lambda job: run(job) | {"base_bytes": 0})
     page = tmp_path / "page.md"
     page.write_text("<!-- lattices:begin -->\n<!-- lattices:end -->\n", encoding="utf-8")

@@ -9,8 +9,8 @@ from ancfsparse.cli import main
 from ancfsparse.nonlinear import ModifiedNewton, QuasiNewton
 from ancfsparse.nonlinear.iteration import Costs
 from ancfsparse.nonlinear.methods import UPDATES
-from ancfsparse.studies.memory import LENGTHS, MemoryStudy, Run, model_cost
-from ancfsparse.studies.memory_report import chart
+from ancfsparse.studies.memory.report import chart
+from ancfsparse.studies.memory.run import LENGTHS, MemoryStudy, Run, model_cost
 
 COSTS = Costs(iteration=100.0, seed=1000.0)
 

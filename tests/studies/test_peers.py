@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from ancfsparse.errors import InputError
-from ancfsparse.studies import elastica_peer, sundials_peer
-from ancfsparse.studies.exudyn_peer import ExudynError, Setting, run_exudyn
-from ancfsparse.studies.models import MODELS, distance
-from ancfsparse.studies.ode import FirstOrder, OutOfTimeError
-from ancfsparse.studies.peers import EXUDYN, EXUDYN_MODEL, SUNDIALS, exudyn, missing, peers
-from ancfsparse.studies.race import FailedError
-from ancfsparse.studies.references import converged, converged_in_time
-from ancfsparse.studies.sundials_peer import integrate_sundials
+from ancfsparse.studies.common.first_order import FirstOrder, OutOfTimeError
+from ancfsparse.studies.common.models import MODELS, distance
+from ancfsparse.studies.common.race import FailedError
+from ancfsparse.studies.common.references import converged, converged_in_time
+from ancfsparse.studies.peers import elastica as elastica_peer
+from ancfsparse.studies.peers import sundials as sundials_peer
+from ancfsparse.studies.peers.exudyn import ExudynError, Setting, run_exudyn
+from ancfsparse.studies.peers.sundials import integrate_sundials
+from ancfsparse.studies.peers.tasks import EXUDYN, EXUDYN_MODEL, SUNDIALS, exudyn, missing, peers
 from ancfsparse.system import System
 
 T_END = 0.2

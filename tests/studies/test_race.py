@@ -7,10 +7,25 @@ import numpy as np
 import pytest
 from tqdm import tqdm
 
-from ancfsparse.studies.charts import failures
-from ancfsparse.studies.files import fill_page
-from ancfsparse.studies.models import INSTANTS, distance, instants, meets_instants, step_up_to
-from ancfsparse.studies.race import OURS, FailedError, Point, Sample, Task, fastest, front, race
+from ancfsparse.studies.common.charts import failures
+from ancfsparse.studies.common.files import fill_page
+from ancfsparse.studies.common.models import (
+    INSTANTS,
+    distance,
+    instants,
+    meets_instants,
+    step_up_to,
+)
+from ancfsparse.studies.common.race import (
+    OURS,
+    FailedError,
+    Point,
+    Sample,
+    Task,
+    fastest,
+    front,
+    race,
+)
 
 TRUE = np.zeros((INSTANTS, 2))
 
@@ -69,7 +84,7 @@ def test_waiting_for_the_processor_is_not_counted(monkeypatch):
     # Clocks of the test's own: on a busy machine other threads of this process count as well.
     wall, busy = [0.0], [0.0]
     clocks = SimpleNamespace(perf_counter=lambda: wall[0], process_time=lambda: busy[0])
-    monkeypatch.setattr("ancfsparse.studies.race.time", clocks)
+    monkeypatch.setattr("ancfsparse.studies.common.race.time", clocks)
 
     def wait(share):
         wall[0] += 0.05

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ancfsparse.studies.models import MODELS, distance
-from ancfsparse.studies.references import converged, converged_in_time, extrapolate, march
+from ancfsparse.studies.common.models import MODELS, distance
+from ancfsparse.studies.common.references import converged, converged_in_time, extrapolate, march
 
 
 def test_extrapolation_removes_the_second_and_fourth_power():

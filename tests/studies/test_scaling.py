@@ -7,15 +7,15 @@ import sys
 import pytest
 
 from ancfsparse.cli import main
-from ancfsparse.studies import roofline as module
-from ancfsparse.studies import scaling_job
-from ancfsparse.studies.roofline import Loop, Roofline, roofline, triad
-from ancfsparse.studies.scaling import MORE, enough, leave_out, scaling
-from ancfsparse.studies.scaling_charts import chart
-from ancfsparse.studies.scaling_findings import findings, skipped, targets
-from ancfsparse.studies.scaling_job import SOLVERS, Job, Worker
-from ancfsparse.studies.scaling_report import as_markdown, as_text
-from ancfsparse.studies.scaling_rows import TITLES, Row, Scaling, ratios, slope
+from ancfsparse.studies.scaling import roofline as module
+from ancfsparse.studies.scaling import worker as scaling_job
+from ancfsparse.studies.scaling.charts import chart
+from ancfsparse.studies.scaling.findings import findings, skipped, targets
+from ancfsparse.studies.scaling.report import as_markdown, as_text
+from ancfsparse.studies.scaling.roofline import Loop, Roofline, roofline, triad
+from ancfsparse.studies.scaling.rows import TITLES, Row, Scaling, ratios, slope
+from ancfsparse.studies.scaling.run import MORE, enough, leave_out, scaling
+from ancfsparse.studies.scaling.worker import SOLVERS, Job, Worker
 
 QUICK = Roofline(20.0, [Loop("solve", 100, 10.0, 50.0, 30.0), Loop("factor", 100, 5.0)])
 
@@ -33,8 +33,8 @@ def rows(size, seconds, note="", scene=("chain", "rest")):
 
 
 def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("ancfsparse.studies.scaling.roofline", lambda n: QUICK)
-    monkeypatch.setattr("ancfsparse.studies.scaling.ENOUGH", 0.0)
+    monkeypatch.setattr("ancfsparse.studies.scaling.run.roofline", lambda n: QUICK)
+    monkeypatch.setattr("ancfsparse.studies.scaling.run.ENOUGH", 0.0)
     page = tmp_path / "page.md"
     page.write_text("<!-- scaling:begin -->\n<!-- scaling:end -->\n", encoding="utf-8")
     words = ["--largest", "12", "--largest-net", "3", "--steps", "4", "--rounds", "1"]
@@ -70,8 +70,8 @@ def test_what_threads_gain_is_told():
 
 
 def test_threads_run_beside_auto(monkeypatch):
-    monkeypatch.setattr("ancfsparse.studies.scaling.roofline", lambda n: QUICK)
-    monkeypatch.setattr("ancfsparse.studies.scaling.ENOUGH", 0.0)
+    monkeypatch.setattr("ancfsparse.studies.scaling.run.roofline", lambda n: QUICK)
+    monkeypatch.setattr("ancfsparse.studies.scaling.run.ENOUGH", 0.0)
     result = scaling(10, 2, 0, rounds=1, threads=2)
     found = [row for row in result.rows if row.job.threads == 2]
     assert [row.job.solver for row in found] == ["auto, 2 threads"] * 2

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ancfsparse.cli import main
-from ancfsparse.studies.long_runs import ENTRANTS, NOISE, SOFT, LongRun, LongRuns, long_runs
-from ancfsparse.studies.long_runs_report import chart, findings, headline
+from ancfsparse.studies.long_runs.report import chart, findings, headline
+from ancfsparse.studies.long_runs.run import ENTRANTS, NOISE, SOFT, LongRun, LongRuns, long_runs
 
 
 def test_damped_runs_never_gain_and_memory_does_not_grow():

@@ -13,19 +13,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.cli import main
 from ancfsparse.problems import pendulum
-from ancfsparse.studies.stability import (
-    CALM_SHARE,
-    FOR_ALL_SOLVERS,
-    MOST_GAIN,
-    STEPS,
-    STIFFNESSES,
-    Stability,
-    places,
-    read,
-)
-from ancfsparse.studies.stability_charts import integrator_chart, solver_chart
-from ancfsparse.studies.stability_findings import solver_headline
-from ancfsparse.studies.stability_run import (
+from ancfsparse.studies.stability.cells import (
     FAILED,
     FINISHED,
     GAINED,
@@ -42,7 +30,19 @@ from ancfsparse.studies.stability_run import (
     unsure_work,
     work_of,
 )
-from ancfsparse.studies.stability_scenes import PUSH, SCENES, Case
+from ancfsparse.studies.stability.charts import integrator_chart, solver_chart
+from ancfsparse.studies.stability.findings import solver_headline
+from ancfsparse.studies.stability.run import (
+    CALM_SHARE,
+    FOR_ALL_SOLVERS,
+    MOST_GAIN,
+    STEPS,
+    STIFFNESSES,
+    Stability,
+    places,
+    read,
+)
+from ancfsparse.studies.stability.scenes import PUSH, SCENES, Case
 
 SHIPPED = Path(__file__).parents[2] / "docs" / "data" / "stability.csv"
 

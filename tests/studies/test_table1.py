@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from ancfsparse.errors import InputError, StepFailure
-from ancfsparse.studies import cells, figures, paper, report
-from ancfsparse.studies.findings import findings
-from ancfsparse.studies.table1 import table1
+from ancfsparse.studies.common import paper
+from ancfsparse.studies.table1 import cells, figures, report
+from ancfsparse.studies.table1.findings import findings
+from ancfsparse.studies.table1.run import table1
 
 ROWS = ("L2T2", "Thin")
 

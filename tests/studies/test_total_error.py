@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from ancfsparse.cli import main
-from ancfsparse.studies import total_error as module
-from ancfsparse.studies.race import OURS, Point, Task
-from ancfsparse.studies.references import Reference
-from ancfsparse.studies.total_error import TotalError, element_forces, total_error
-from ancfsparse.studies.total_error_findings import findings, headline
-from ancfsparse.studies.total_error_report import as_markdown, as_text, chart, write
+from ancfsparse.studies.common.race import OURS, Point, Task
+from ancfsparse.studies.common.references import Reference
+from ancfsparse.studies.total_error import run as module
+from ancfsparse.studies.total_error.findings import findings, headline
+from ancfsparse.studies.total_error.report import as_markdown, as_text, chart, write
+from ancfsparse.studies.total_error.run import TotalError, element_forces, total_error
 
 
 def point(model, elements, dt, error, seconds, program=OURS, note=""):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.studies import units
+from ancfsparse.studies.units import run as units
 
 
 @pytest.fixture(scope="module")

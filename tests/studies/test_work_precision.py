@@ -12,13 +12,13 @@ from tqdm import tqdm
 from ancfsparse.cli import main
 from ancfsparse.integrators import Newmark, RungeKuttaNystrom
 from ancfsparse.solve import stable_step
-from ancfsparse.studies.entrants import INTEGRATORS, Integrator, entrants
-from ancfsparse.studies.models import MODELS
-from ancfsparse.studies.race import OURS, Point, Task, race
-from ancfsparse.studies.references import Reference, march
-from ancfsparse.studies.work_precision import LEVELS, WorkPrecision, work_precision
-from ancfsparse.studies.work_precision_findings import findings, headline
-from ancfsparse.studies.work_precision_report import as_markdown, as_text, chart
+from ancfsparse.studies.common.entrants import INTEGRATORS, Integrator, entrants
+from ancfsparse.studies.common.models import MODELS
+from ancfsparse.studies.common.race import OURS, Point, Task, race
+from ancfsparse.studies.common.references import Reference, march
+from ancfsparse.studies.work_precision.findings import findings, headline
+from ancfsparse.studies.work_precision.report import as_markdown, as_text, chart
+from ancfsparse.studies.work_precision.run import LEVELS, WorkPrecision, work_precision
 
 MODEL = "Thin, Biot"
 PEER_METHODS = {

@@ -1,0 +1,315 @@
+"""The command ``ancfsparse``."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+from ancfsparse.checks import check_count
+from ancfsparse.cli.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendulum
+from ancfsparse.errors import AccuracyFailure, AncfError, InputError, Instability, StepFailure
+from ancfsparse.studies.bench.kernels import KernelBench
+from ancfsparse.studies.bench.kernels import bench_kernels as run_bench_kernels
+from ancfsparse.studies.bench.paper import PaperBench
+from ancfsparse.studies.bench.paper import bench_paper as run_bench_paper
+from ancfsparse.studies.commands import study
+from ancfsparse.studies.common import paper
+from ancfsparse.studies.common.files import check_targets
+from ancfsparse.studies.table1 import figures, report
+from ancfsparse.studies.table1.run import table1 as run_table1
+
+EXIT_FAILURE, EXIT_INPUT = 1, 2
+
+app = typer.Typer(
+    name="ancfsparse",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+app.add_typer(study, name="study")
+
+
+class RunError(AncfError):
+    """A run of the command ended early; the message speaks of the options of the command."""
+
+
+# What the library calls what the command has options for.
+OPTIONS = {
+    "t_end": "--time",
+    "dt": "--step",
+    "n_elements": "--elements",
+    "save_every": "--save-every",
+    "accuracy": "--accuracy",
+    "tolerance": "--tolerance",
+}
+ADVICE = (
+    "Try --integrator generalized-alpha --rho-inf 0.8, which damps what the steps cannot follow, a "
+    "smaller --step, or --accuracy 1e-3 with it."
+)
+ADVICE_ON_ACCURACY = "Try a smaller --accuracy, or --rho-inf 0.8, which damps more."
+ADVICE_ON_EXPLICIT = "Try a smaller --step, or --integrator generalized-alpha."
+
+
+@contextmanager
+def _in_own_words() -> Iterator[None]:
+    """Say errors of the library in the options of the command."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(in_options(str(error))) from error
+    except (StepFailure, AccuracyFailure) as error:
+        raise RunError(_ended(error)) from error
+
+
+def in_options(text: str) -> str:
+    """Say a sentence of the library in the options of the command.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``"dt = 3e-4 s does not divide ..."``.
+    """
+    text = text.replace("an implicit integrator such as GeneralizedAlpha", "GeneralizedAlpha")
+    names = "|".join(OPTIONS)
+    renamed = re.sub(rf"(?<![-\w])({names})\b( ?= ?)?", _option, text)
+    return renamed.replace("GeneralizedAlpha(0.9)", "--integrator generalized-alpha").replace(
+        "GeneralizedAlpha(rho_inf)", "--integrator generalized-alpha"
+    )
+
+
+def _option(found: re.Match[str]) -> str:
+    return OPTIONS[found[1]] + (" " if found[2] else "")
+
+
+def _ended(error: StepFailure | AccuracyFailure) -> str:
+    """Say why a run ended, with advice that the command can follow; it keeps no states."""
+    if isinstance(error, AccuracyFailure):
+        return in_options(str(error))
+    if isinstance(error, Instability):
+        error.advice = ADVICE_ON_EXPLICIT
+    else:
+        error.advice = ADVICE_ON_ACCURACY if error.trajectory is None else ADVICE
+    error.trajectory = None
+    error.reason = error.reason.replace(" (max_iterations)", "")
+    return str(error)
+
+
+def _can_be_written(target: str | None) -> str | None:
+    """Refuse a file in a folder that does not exist before the run, not after it."""
+    if target is not None and target != "-" and not Path(target).absolute().parent.is_dir():
+        raise InputError(
+            f"{target} cannot be written: there is no folder {Path(target).absolute().parent}"
+        )
+    return target
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"ancfsparse {importlib.metadata.version('ancfsparse')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Print the version and leave.", callback=_print_version, is_eager=True
+        ),
+    ] = False,
+) -> None:
+    """Flexible pendulums of ANCF cables and beams, and the studies of the paper."""
+
+
+JsonOption = Annotated[
+    str | None,
+    typer.Option(
+        "--json",
+        metavar="FILE",
+        help="Write one JSON object to FILE; '-' prints it.",
+        callback=_can_be_written,
+    ),
+]
+
+SaveOption = Annotated[
+    str | None,
+    typer.Option(metavar="FILE", help="Write one JSON object to FILE.", callback=_can_be_written),
+]
+
+
+@app.command()
+def pendulum(
+    element: Annotated[str, typer.Option(help="l2t2, thin or thick.")] = "thin",
+    elements: Annotated[int, typer.Option(help="Number of elements.")] = 10,
+    dim: Annotated[
+        int | None, typer.Option(help="2 or 3 [default: 3 for thick, 2 for the others].")
+    ] = None,
+    step: Annotated[
+        float, typer.Option(help="Time step, or with --accuracy time between saved states [s].")
+    ] = 5e-4,
+    time: Annotated[float, typer.Option(help="Simulated time [s], whole steps.")] = 2.0,
+    integrator: Annotated[
+        str | None,
+        typer.Option(
+            help=", ".join(INTEGRATORS)
+            + " [default: newmark; with --accuracy whichever costs least, which is printed]."
+        ),
+    ] = None,
+    accuracy: Annotated[
+        float | None,
+        typer.Option(help="Largest error of a position that the steps may cause [m]."),
+    ] = None,
+    solver: Annotated[
+        str | None,
+        typer.Option(help=", ".join(SOLVERS) + " [default: davidon; auto with --accuracy]."),
+    ] = None,
+    memory: Annotated[
+        str | None,
+        typer.Option(help="'full' or a number of secant pairs, for quasi-Newton [default: full]."),
+    ] = None,
+    seed: Annotated[
+        str | None,
+        typer.Option(help="auto, exact or incomplete: what corrections are solved with."),
+    ] = None,
+    alpha: Annotated[
+        float | None,
+        typer.Option(help="Numerical damping of Newmark's method [0] or HHT's [0.05]."),
+    ] = None,
+    rho_inf: Annotated[
+        float | None,
+        typer.Option(help="What generalised-alpha leaves of the highest frequencies [0.9]."),
+    ] = None,
+    tolerance: Annotated[
+        str | None,
+        typer.Option(
+            help="'paper': residual below 1e-6. 'default': a small share of what a step changes. "
+            "A number: error that it may leave in the accelerations [m/s2] "
+            "[default: paper; default with --accuracy]."
+        ),
+    ] = None,
+    nu: Annotated[
+        float | None, typer.Option(help="Poisson's ratio, for thick [default: 0.3].")
+    ] = None,
+    strain: Annotated[str | None, typer.Option(help="green or biot, for thin.")] = None,
+    section_strain: Annotated[
+        str | None, typer.Option(help="consistent or nodal, for thick.")
+    ] = None,
+    curvature: Annotated[str | None, typer.Option(help="axis or section, for thick.")] = None,
+    save_every: Annotated[int, typer.Option(help="Steps between saved states.")] = 1,
+    json_to: JsonOption = None,
+) -> None:
+    """Simulate the paper's flexible pendulum: a rod of 2 m falling from rest about one end."""
+    options = {"strain": strain, "section_strain": section_strain, "curvature": curvature}
+    request = PendulumRun(
+        element=element,
+        elements=elements,
+        dim=dim,
+        step=step,
+        time=time,
+        integrator=integrator,
+        accuracy=accuracy,
+        solver=solver,
+        memory=memory,
+        seed=seed,
+        alpha=alpha,
+        rho_inf=rho_inf,
+        tolerance=tolerance,
+        nu=nu,
+        save_every=save_every,
+        options={key: value for key, value in options.items() if value is not None},
+    )
+    with _in_own_words():
+        run, summary = run_pendulum(request)
+    if json_to is None:
+        tip = ", ".join(f"{x:.9f}" for x in summary["tip"][-1])
+        typer.echo(f"{run!r}\n  tip at t = {run.t[-1]:.6g} s: ({tip}) m\n  {run.energy!r}")
+    else:
+        write_json(summary, json_to)
+
+
+@app.command()
+def table1(
+    output: Annotated[Path, typer.Option(help="Folder for table and figures.")] = Path("results"),
+    time: Annotated[float, typer.Option(help="Simulated time [s].")] = paper.T_END,
+    step: Annotated[float, typer.Option(help="Time step [s].")] = paper.DT,
+    cap: Annotated[float, typer.Option(help="Seconds a method of SciPy may take.")] = 30.0,
+    readme: Annotated[
+        Path | None, typer.Option(help="Page whose table, and picture in docs/gallery, to renew.")
+    ] = None,
+) -> None:
+    """Reproduce table 1 and figures 1 and 2 of the paper beside the paper's own numbers."""
+    check_targets(output, readme, report.MARKERS)
+    with _in_own_words():
+        table = run_table1(t_end=time, dt=step, cap=cap, progress=True)
+    typer.echo(report.as_text(table))
+    written = report.write(table, output) + figures.write(table, output)
+    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+    if readme is not None:
+        report.fill_readme(table, readme)
+        figures.fill_gallery(table, readme)
+
+
+@app.command("bench-paper")
+def bench_paper(
+    repeats: Annotated[int, typer.Option(help="Interleaved runs of each contestant.")] = 9,
+    save: SaveOption = None,
+) -> None:
+    """Time the paper's pendulum beside Exudyn, in turn, and against the paper's own times."""
+    check_count("repeats", repeats)
+    _report(run_bench_paper(repeats=repeats, progress=True), save)
+
+
+@app.command("bench-kernels")
+def bench_kernels(save: SaveOption = None) -> None:
+    """Time every element kernel on every instruction set of this machine."""
+    _report(run_bench_kernels(progress=True), save)
+
+
+def _report(result: KernelBench | PaperBench, save: str | None) -> None:
+    typer.echo(str(result))
+    if save is not None:
+        write_json(result.record(), save)
+
+
+def write_json(data: dict[str, Any], target: str) -> None:
+    """Write one JSON object to a file, or to stdout if the target is ``"-"``."""
+    text = json.dumps(data, allow_nan=False)
+    if target == "-":
+        typer.echo(text)
+    else:
+        Path(target).write_text(text + "\n", encoding="utf-8")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command and turn errors into one line and an exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Words after the name of the command; those of the process by default.
+
+    Notes
+    -----
+    Exit codes: 0, 1 if a step failed or an accuracy was not reached, 2 if an
+    argument is invalid.
+    """
+    try:
+        app(args=arguments, prog_name="ancfsparse")
+    except (InputError, OSError) as error:
+        _leave(EXIT_INPUT, error)
+    except (RunError, StepFailure, AccuracyFailure) as error:
+        _leave(EXIT_FAILURE, error)
+
+
+def _leave(code: int, error: Exception) -> NoReturn:
+    print(f"ancfsparse: {error}", file=sys.stderr)
+    sys.exit(code)

@@ -1,0 +1,103 @@
+"""Nanoseconds and operations of every element kernel on every instruction set."""
+
+from __future__ import annotations
+
+import subprocess
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from tqdm import tqdm
+
+from ancfsparse.dispatch import available_instruction_sets, instruction_set
+from ancfsparse.kernels.benchmark import Timing, kernel_table, speed_ratios
+from ancfsparse.kernels.catalog import REFERENCES, module_names
+from ancfsparse.studies.common.target import Target
+
+CLOSED, GAUSS = "thick_axis_consistent", "thick_axis_consistent_gauss"
+
+LANES_COMPARED = ("l2t2", "thin_planar_green", "thin_spatial_green", CLOSED)
+"""Kernels whose force is also compiled for one element at a time."""
+
+
+@dataclass(frozen=True)
+class KernelBench:
+    """Everything `ancfsparse bench-kernels` measures.
+
+    Attributes
+    ----------
+    timings : list of Timing
+        Every kernel of every module on every instruction set.
+    lanes : dict of str to (float, float)
+        Force with one lane and with full vectors [ns per element]; empty outside of a checkout.
+    targets : list of Target
+        The target.
+    """
+
+    timings: list[Timing]
+    lanes: dict[str, tuple[float, float]]
+    targets: list[Target]
+
+    def record(self) -> dict[str, Any]:
+        """Return one JSON object."""
+        return {
+            "instruction_set": instruction_set(),
+            "kernels": [asdict(each) for each in self.timings],
+            "force_ns_one_lane_and_full": self.lanes,
+            "targets": [each.record() for each in self.targets],
+        }
+
+    def __str__(self) -> str:
+        """Set the table for a terminal: a line per kernel, a column per instruction set."""
+        sets = list(dict.fromkeys(each.instruction_set for each in self.timings))
+        ns = {(t.name, t.kernel, t.instruction_set): t.ns_per_element for t in self.timings}
+        lines = [
+            "Nanoseconds per element, gather and scatter included",
+            f"{'':<42}{'operations':>11}" + "".join(f"{each:>11}" for each in sets),
+        ]
+        for timing in self.timings:
+            if timing.instruction_set == sets[0]:
+                key = timing.name, timing.kernel
+                lines.append(
+                    f"{' '.join(key):<42}{timing.operations:>11}"
+                    + "".join(f"{ns[*key, each]:>11.1f}" for each in sets)
+                )
+        if not self.lanes:
+            lines += [
+                "",
+                "One lane against full vectors needs a checkout and a compiler: left out.",
+            ]
+        return "\n".join([*lines, "", *map(str, self.targets)])
+
+
+def bench_kernels(progress: bool = False) -> KernelBench:
+    """Time all kernels.
+
+    Parameters
+    ----------
+    progress : bool, optional
+        Whether to draw a progress bar.
+    """
+    names = (*module_names(), *REFERENCES)
+    timings = []
+    with tqdm(names, unit="element", disable=None if progress else True, leave=False) as bar:
+        for name in bar:
+            bar.set_description(name)
+            timings += kernel_table([name])
+    try:
+        lanes = speed_ratios(LANES_COMPARED)
+    except (ValueError, OSError, subprocess.CalledProcessError):
+        lanes = {}  # no checkout, or no compiler: the other numbers stand on their own
+    force = {(t.name, t.instruction_set): t.ns_per_element for t in timings if t.kernel == "force"}
+    targets = [
+        Target(
+            f"thick force, Gauss / closed form, {each}",
+            force[GAUSS, each] / force[CLOSED, each],
+            2.0,
+        )
+        for each in available_instruction_sets()
+    ]
+    targets += [
+        Target(f"{name} force, one lane / full vectors", single / full, 3.0)
+        for name, (single, full) in lanes.items()
+    ]
+    return KernelBench(timings, lanes, targets)

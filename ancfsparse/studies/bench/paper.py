@@ -1,0 +1,223 @@
+"""Speed on the paper's pendulum: against Exudyn in the same run, and against the paper."""
+
+from __future__ import annotations
+
+import statistics
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from ancfsparse.dispatch import instruction_set
+from ancfsparse.problems import Problem, pendulum
+from ancfsparse.studies.common import paper
+from ancfsparse.studies.common.target import Target
+from ancfsparse.studies.peers.exudyn import SETTINGS, load, run_exudyn
+from ancfsparse.studies.table1.cells import ROWS, march, median_of
+
+# Tips are compared this often [s].
+INTERVAL = 0.5
+
+OURS: dict[str, dict[str, Any]] = {
+    "L2T2, Davidon": {"element": "l2t2"},
+    "Thin biot, Davidon": {"element": "thin", "strain": "biot"},
+}
+"""What runs against Exudyn; the second has Exudyn's discretisation."""
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """One program and setting on the planar pendulum.
+
+    Attributes
+    ----------
+    name : str
+        For the table.
+    seconds : list of float
+        Wall time of each repeat [s].
+    iterations_per_step : float
+        Corrections per time step.
+    tip : (k, 2) float
+        Tip every half second [m].
+    """
+
+    name: str
+    seconds: list[float]
+    iterations_per_step: float
+    tip: NDArray[np.float64]
+
+    @property
+    def median(self) -> float:
+        """Median time [s]."""
+        return statistics.median(self.seconds)
+
+
+@dataclass(frozen=True)
+class PaperBench:
+    """Everything `ancfsparse bench-paper` measures.
+
+    Attributes
+    ----------
+    contestants : list of Contestant
+        Ours first.
+    speed_ups : dict
+        The paper's seconds over ours, by row and column of its table.
+    targets : list of Target
+        The target.
+    tip_difference : float
+        Largest distance between our tip and Exudyn's with the same discretisation [m].
+    settings : dict
+        What was run, and on what.
+    """
+
+    contestants: list[Contestant]
+    speed_ups: dict[tuple[str, str], float]
+    targets: list[Target]
+    tip_difference: float
+    settings: dict[str, Any]
+
+    def record(self) -> dict[str, Any]:
+        """Return one JSON object."""
+        return {
+            "settings": self.settings,
+            "contestants": [
+                {
+                    "name": each.name,
+                    "median_seconds": each.median,
+                    "seconds": each.seconds,
+                    "iterations_per_step": each.iterations_per_step,
+                    "tip_m": each.tip.tolist(),
+                }
+                for each in self.contestants
+            ],
+            "biot_against_exudyn_tip_difference_m": self.tip_difference,
+            "paper": [
+                {"element": row, "method": column, "speed_up": value}
+                for (row, column), value in self.speed_ups.items()
+            ],
+            "targets": [each.record() for each in self.targets],
+        }
+
+    def __str__(self) -> str:
+        """Set the tables for a terminal."""
+        fastest = _fastest_peer(self.contestants).median
+        lines = [
+            f"Planar pendulum, {paper.ELEMENTS} elements, dt = {paper.DT:g} s, "
+            f"{self.settings['t_end_s']:g} s, {self.settings['instruction_set']}, "
+            f"medians of {self.settings['repeats']} interleaved runs",
+            f"  {'':<32}{'milliseconds':>14}{'iter./step':>12}{'Exudyn / it':>13}",
+        ]
+        for each in self.contestants:
+            lines.append(
+                f"  {each.name:<32}{1e3 * each.median:>14.1f}{each.iterations_per_step:>12.2f}"
+                f"{fastest / each.median:>13.2f}"
+            )
+        lines += [
+            f"  Thin biot and Exudyn, the same discretisation, differ by {self.tip_difference:.1e} "
+            "m at the tip.",
+            "",
+            "Times faster than the paper's table 1",
+            "  " + " " * 10 + "".join(f"{column:>10}" for column in paper.QUASI_NEWTON),
+        ]
+        for row in paper.SECONDS:
+            values = "".join(f"{self.speed_ups[row, c]:>10.0f}" for c in paper.QUASI_NEWTON)
+            lines.append(f"  {row:<10}{values}")
+        return "\n".join([*lines, "", *map(str, self.targets)])
+
+
+def bench_paper(t_end: float = paper.T_END, repeats: int = 9, progress: bool = False) -> PaperBench:
+    """Time the pendulum with Exudyn beside it, run by run in turn.
+
+    Times are those of the solvers alone: our compiled march, Exudyn's ``SolveDynamic``.
+
+    Parameters
+    ----------
+    t_end : float, optional
+        Simulated time, a multiple of 0.5 s.
+    repeats : int, optional
+        Runs of each contestant.
+    progress : bool, optional
+        Whether to draw a progress bar.
+    """
+    exudyn = load()
+    problems = {
+        name: pendulum(n_elements=paper.ELEMENTS, dim=2, **how) for name, how in OURS.items()
+    }
+    total = repeats * (len(OURS) + len(SETTINGS)) + len(paper.SECONDS) * len(paper.QUASI_NEWTON)
+    with tqdm(total=total, unit="run", disable=None if progress else True, leave=False) as bar:
+        contestants = _race(problems, t_end, repeats, bar)
+        speed_ups = _against_paper(t_end, bar)
+    biot = next(each for each in contestants if each.name == "Thin biot, Davidon")
+    difference = np.linalg.norm(biot.tip - _fastest_peer(contestants).tip, axis=1).max()
+    settings = {
+        "t_end_s": t_end,
+        "dt_s": paper.DT,
+        "elements": paper.ELEMENTS,
+        "repeats": repeats,
+        "instruction_set": instruction_set(),
+        "exudyn": exudyn.__version__,
+    }
+    targets = _targets(contestants, speed_ups)
+    return PaperBench(contestants, speed_ups, targets, float(difference), settings)
+
+
+def _race(problems: dict[str, Problem], t_end: float, repeats: int, bar: Any) -> list[Contestant]:
+    """Run all contestants in turn, so that a busy moment of the machine hits them alike."""
+    found: dict[str, Contestant] = {}
+    mesh = next(iter(problems.values()))
+
+    def note(name: str, seconds: float, iterations: float, tip: NDArray[np.float64]) -> None:
+        found.setdefault(name, Contestant(name, [], iterations, tip)).seconds.append(seconds)
+        bar.update()
+
+    for _ in range(repeats):
+        for name, problem in problems.items():
+            bar.set_description(name)
+            run = march(problem, "Davidon", t_end, paper.DT, round(INTERVAL / paper.DT))
+            tip = run.position(problem.rod.end)[1:]
+            note(name, run.stats.march_seconds, run.stats.iterations_per_step, tip)
+        for setting in SETTINGS:
+            bar.set_description(setting.name)
+            peer = run_exudyn(mesh, setting, t_end, paper.DT, INTERVAL)
+            note(setting.name, peer.seconds, peer.iterations_per_step, peer.tip)
+    return list(found.values())
+
+
+def _against_paper(t_end: float, bar: Any) -> dict[tuple[str, str], float]:
+    """Return by how much the quasi-Newton cells are faster than the paper's."""
+    speed_ups = {}
+    for row, theirs in paper.SECONDS.items():
+        problem = ROWS[row].problem()
+        for column in paper.QUASI_NEWTON:
+            bar.set_description(f"{row}, {column}")
+
+            def once(problem: Problem = problem, column: str = column) -> tuple[float, None]:
+                run = march(problem, column, t_end, paper.DT, round(INTERVAL / paper.DT))
+                return run.stats.march_seconds, None
+
+            seconds, _, _ = median_of(once, 5)
+            speed_ups[row, column] = theirs[column] * (t_end / paper.T_END) / seconds
+            bar.update()
+    return speed_ups
+
+
+def _fastest_peer(contestants: list[Contestant]) -> Contestant:
+    return min((c for c in contestants if c.name not in OURS), key=lambda c: c.median)
+
+
+def _targets(
+    contestants: list[Contestant], speed_ups: dict[tuple[str, str], float]
+) -> list[Target]:
+    peer = _fastest_peer(contestants).median
+    l2t2, biot = (c for c in contestants if c.name in OURS)
+    wanted = 8.0 if instruction_set() == "x86_64_v4" else 4.0
+    (row, column), slowest = min(speed_ups.items(), key=lambda item: item[1])
+    return [
+        Target("Exudyn's best / L2T2", peer / l2t2.median, wanted),
+        Target("Exudyn's best / Thin biot", peer / biot.median, 5.0),
+        Target("iterations per step, L2T2", l2t2.iterations_per_step, 2.6, at_most=True),
+        Target("iterations per step, Thin biot", biot.iterations_per_step, 2.6, at_most=True),
+        Target(f"slowest cell against the paper: {row}, {column}", slowest, 50.0),
+    ]

@@ -1,0 +1,1 @@
+"""What the studies share: models, references, the timed contest, tables, charts, pages."""

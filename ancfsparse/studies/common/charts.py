@@ -1,0 +1,167 @@
+"""What the charts of the studies have in common: sizes, findings, keys, failures in the margin."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
+from itertools import zip_longest
+from typing import Any, cast
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.transforms import blended_transform_factory
+
+from ancfsparse.studies.common.race import OURS, Point
+
+# A page shows a picture 800 pixels wide: what is drawn at this width [in] has letters of ten pixels
+# and more if they are of 8 points; notes, which no finding needs, of 8.6 pixels.
+WIDTH = 9.0
+SMALL = 8.0
+NOTE_SIZE = 7.0
+
+# Letters that fit above the whole picture, above one of two panels beside each other, and into a
+# column of notes.
+HEAD_LETTERS, TITLE_LETTERS, NOTE_LETTERS = 96, 64, 71
+
+
+def set_head(figure: Figure, text: str) -> None:
+    """Set the finding of a picture above it, in as many lines as it takes."""
+    figure.suptitle(_fill(text, HEAD_LETTERS), fontsize="large")
+
+
+def set_title(ax: Axes, text: str) -> None:
+    """Set the finding of one of two panels beside each other above it."""
+    ax.set_title(_fill(text, TITLE_LETTERS), fontsize=SMALL)
+
+
+def _fill(text: str, letters: int) -> str:
+    return "\n".join(textwrap.fill(line, letters) for line in text.splitlines())
+
+
+def set_legend(figure: Figure, shown: Mapping[str, Any], columns: int, title: str = "") -> None:
+    """Set the key of all panels below them.
+
+    Parameters
+    ----------
+    figure : Figure
+        Of constrained layout.
+    shown : mapping
+        What was drawn, by name.
+    columns : int
+        Into how many columns.
+    title : str, optional
+        What it says of all.
+    """
+    figure.legend(
+        shown.values(), shown, loc="outside lower center", ncols=columns, fontsize=SMALL,
+        title_fontsize=SMALL, frameon=False, title=title or None,
+    )  # fmt: skip
+
+
+def set_empty(ax: Axes, why: str) -> None:
+    """Leave a panel without data blank but for why: a logarithmic axis needs data."""
+    ax.set_axis_off()
+    ax.text(0.5, 0.5, why, transform=ax.transAxes, ha="center", fontsize=SMALL)
+
+
+def failures(points: Sequence[Point]) -> list[str]:
+    """Sum up runs without result: one line per method, model, value and kind of reason."""
+    groups = _grouped(points)
+    return [_say(*key, solvers) for key, solvers in groups.items()]
+
+
+Key = tuple[str, str, str, float, str]
+
+
+def _grouped(points: Sequence[Point]) -> dict[Key, list[Point]]:
+    groups: dict[Key, list[Point]] = {}
+    for p in points:
+        if not p.finished:
+            t = p.task
+            head = t.method if t.program == OURS else f"{t.program}, {t.method}"
+            kind = p.note.partition(" at ")[0]
+            key = (head, t.model, t.knob, t.value, kind)
+            groups.setdefault(key, []).append(p)
+    return groups
+
+
+def _say(head: str, model: str, knob: str, value: float, kind: str, points: list[Point]) -> str:
+    solvers = dict.fromkeys(p.task.solver for p in points if p.task.solver)
+    named = f" ({', '.join(solvers)})" if solvers else ""
+    meshes = dict.fromkeys(str(p.task.elements) for p in points)
+    reason = points[0].note if len({p.note for p in points}) == 1 else kind
+    return f"{head}{named}, {', '.join(meshes)} {model}, {knob} = {value:.3g}: {reason}"
+
+
+def mark_failures(
+    ax: Axes, points: Sequence[Point], colour: Callable[[Point], str], notes: list[str]
+) -> None:
+    """Put a numbered hollow marker at the top edge for each failure, and its reason into notes.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where curves are drawn already.
+    points : sequence of Point
+        Of this panel, failures among them.
+    colour : callable
+        Colour of a point's curve.
+    notes : list of str
+        Lines of all panels so far; the new ones are appended.
+    """
+    groups = _grouped(points)
+    place = blended_transform_factory(ax.transAxes, ax.transAxes)
+    for column, (key, members) in enumerate(groups.items()):
+        x = 0.98 - 0.045 * column
+        notes.append(f"{len(notes) + 1}: {_say(*key, members)}")
+        ax.plot(
+            x, 0.965, "o", transform=place, markerfacecolor="none", markersize=8,
+            markeredgecolor=colour(members[0]), clip_on=False,
+        )  # fmt: skip
+        ax.annotate(
+            str(len(notes)), (x, 0.91), xycoords=place, ha="center", va="center", fontsize=SMALL
+        )
+    if groups:
+        low, high = ax.get_ylim()
+        ax.set_ylim(low, high * (high / low) ** 0.12)  # room for them above the curves
+
+
+def write_notes(figure: Figure, notes: Sequence[str]) -> None:
+    """Set the reasons of the hollow markers in two columns below all else.
+
+    Parameters
+    ----------
+    figure : Figure
+        Of constrained layout, complete otherwise with one key; it grows by what the notes take.
+    notes : sequence of str
+        As `mark_failures` leaves them.
+    """
+    if not notes:
+        return
+    half = -(-len(notes) // 2)
+    columns = [_wrapped(part) for part in (notes[:half], notes[half:])]
+    lines = [
+        f"{left:<{NOTE_LETTERS + 2}}{right}".rstrip()
+        for left, right in zip_longest(*columns, fillvalue="")
+    ]
+    # The layout keeps one thing free below the panels: here that is the notes with the key on them.
+    above = figure.get_figheight()
+    below = (len(lines) + 2) * 1.3 * NOTE_SIZE / 72.0
+    keys = [legend.get_window_extent().height / figure.dpi for legend in figure.legends]
+    figure.set_figheight(above + below)
+    share, floor = below / (above + below), (below + sum(keys)) / (above + below)
+    cast(ConstrainedLayoutEngine, figure.get_layout_engine()).set(rect=(0, floor, 1, 1 - floor))
+    for legend in figure.legends:
+        legend.set_bbox_to_anchor((0, share, 1, floor - share), figure.transFigure)
+    figure.text(
+        0.01, share, "\n".join(["hollow markers, runs without result", *lines]),
+        fontsize=NOTE_SIZE, va="top", family="monospace",
+    )  # fmt: skip
+
+
+def _wrapped(notes: Sequence[str]) -> list[str]:
+    return [
+        line for each in notes
+        for line in textwrap.wrap(each, NOTE_LETTERS, subsequent_indent=4 * " ")
+    ]  # fmt: skip

@@ -1,0 +1,1 @@
+"""How much of the error is due to the mesh, the step and the iteration."""

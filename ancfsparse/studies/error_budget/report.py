@@ -1,0 +1,175 @@
+"""The error budget as text, CSV, JSON and a chart."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+
+from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend, set_title
+from ancfsparse.studies.common.files import save, write_csv, write_json
+from ancfsparse.studies.common.models import MODELS
+from ancfsparse.studies.error_budget.run import DEFAULT, PARTS, Budget, Part
+
+COLOURS = dict(zip(MODELS, ("#0072b2", "#009e73", "#e69f00", "#d55e00", "#cc79a7"), strict=True))
+"""One colour per model, distinguished by colour-blind eyes too."""
+
+AXES = {
+    "mesh": "elements",
+    "time step": "time step [s]",
+    "solver": "tolerance: error left in the accelerations [m/s2]",
+}
+
+
+def as_text(budget: Budget) -> str:
+    """Set the table for a terminal: a line per model, a column per part, findings below."""
+    lines = [
+        f"Error budget of {budget.elements} elements, dt = {budget.dt:g} s, default tolerance: "
+        "tip error [m] and what its reference may be off",
+        f"  {'':<14}" + "".join(f"{part:>24}" for part in PARTS),
+    ]
+    for model in budget.references:
+        cells = [_cell(budget, model, part) for part in PARTS]
+        lines.append(f"  {model:<14}" + "".join(f"{cell:>24}" for cell in cells))
+    return "\n".join([*lines, "", *budget.findings()])
+
+
+def as_markdown(budget: Budget) -> str:
+    """Set the table for a page."""
+    lines = ["| | " + " | ".join(PARTS) + " |", "|---|" + "---:|" * len(PARTS)]
+    for model in budget.references:
+        cells = [_cell(budget, model, part) for part in PARTS]
+        lines.append(f"| {model} | " + " | ".join(cells) + " |")
+    return "\n".join([*lines, "", *(f"- {each}." for each in budget.findings())])
+
+
+def _cell(budget: Budget, model: str, part: str) -> str:
+    found = budget.choice(model).get(part)
+    if found is None:
+        return ""
+    return f"{found.error:.1e} ± {found.uncertainty:.0e}"
+
+
+def write(budget: Budget, folder: Path) -> list[Path]:
+    """Write error-budget.csv, .json and .png.
+
+    Parameters
+    ----------
+    budget : Budget
+        A finished study.
+    folder : Path
+        Where to; made if missing.
+
+    Returns
+    -------
+    list of Path
+        The files.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"error-budget.{kind}" for kind in ("csv", "json", "png")]
+    write_csv([asdict(p) for p in budget.parts], paths[0])
+    write_json(budget.record(), paths[1])
+    save(chart(budget), paths[2])
+    return paths
+
+
+def chart(budget: Budget) -> Figure:
+    """Draw each part against what it depends on, and the distances between the models."""
+    figure = Figure(figsize=(WIDTH, 7.6), layout="constrained")
+    panels = figure.subplots(2, 2, sharey=True).ravel()
+    shown: dict[str, Any] = {}
+    for ax, part in zip(panels, AXES, strict=False):
+        for model in budget.references:
+            numbers = [p for p in budget.curve(part, model) if p.value != DEFAULT]
+            shown[model] = _curve(ax, numbers, COLOURS[model])
+            if part == "solver":
+                error = budget.choice(model)[part].error
+                ax.axhline(error, color=COLOURS[model], linewidth=0.8, linestyle=":")
+        chosen = {"mesh": budget.elements, "time step": budget.dt}.get(part)
+        if chosen is not None:
+            ax.axvline(chosen, color="black", linewidth=0.8, linestyle=":")
+        ax.set_xscale("log")
+        dotted = DEFAULT if chosen is None else f"{chosen:g}"
+        ax.set_xlabel(AXES[part] + f"; dotted: {dotted}", fontsize="small")
+        ax.set_ylabel("tip error [m]")
+        ax.tick_params(labelleft=True)
+        set_title(ax, _title(budget, part))
+    meshes = sorted({int(p.value) for p in budget.parts if p.part == "mesh"})
+    panels[0].set_xticks(meshes, [str(n) for n in meshes])
+    _models(panels[3], budget)
+    for ax in panels:
+        ax.set_yscale("log")
+        ax.xaxis.set_minor_formatter(NullFormatter())
+        ax.grid(alpha=0.3, which="major")
+    text = "hollow: not larger than what the reference may be off"
+    set_legend(figure, shown, len(shown), text)
+    set_head(figure, _headline(budget))
+    return figure
+
+
+def _curve(ax: Axes, curve: list[Part], colour: str) -> Any:
+    x, y = [p.value for p in curve], [p.error for p in curve]
+    (line,) = ax.plot(x, y, "-", color=colour, linewidth=1.4)
+    for p in curve:
+        ax.plot([p.value], [p.error], "o", color=colour, markersize=5,
+                markerfacecolor=colour if p.known else "white")  # fmt: skip
+    return line
+
+
+def _models(ax: Axes, budget: Budget) -> None:
+    """Draw the distance of each pair of converged models, with its uncertainty."""
+    names = list(budget.references)
+    pairs = [
+        p for p in budget.parts
+        if p.part == "model" and names.index(p.model) < names.index(str(p.value))
+    ]  # fmt: skip
+    for row, p in enumerate(pairs):
+        ax.errorbar(
+            row, p.error, yerr=[[min(p.uncertainty, 0.9 * p.error)], [p.uncertainty]], fmt="D",
+            color=COLOURS[p.model], markersize=6, capsize=3,
+            markerfacecolor=COLOURS[str(p.value)], markeredgewidth=2,
+        )  # fmt: skip
+    ax.set_xticks(
+        range(len(pairs)), [f"{p.model} – {p.value}" for p in pairs], rotation=35, ha="right",
+        fontsize=SMALL,
+    )  # fmt: skip
+    ax.set_xlabel("two models, both converged in mesh and time", fontsize="small")
+    ax.set_ylabel("distance of the tips [m]")
+    ax.tick_params(labelleft=True)
+    known = [p.error for p in pairs if p.known]
+    if known:
+        text = f"Model: converged motions differ by {min(known):.0e} to {max(known):.0e} m"
+        alike = [f"{p.model} and {p.value}" for p in pairs if not p.known]
+        text += f"\nnot distinguished: {', '.join(alike)}" if alike else ""
+        set_title(ax, text)
+
+
+def _title(budget: Budget, part: str) -> str:
+    """Say between which bounds this part of the chosen run lies."""
+    found = [budget.choice(model)[part] for model in budget.references]
+    low, high = (f(p.error for p in found) for f in (min, max))
+    best = min(found, key=lambda p: p.error).model
+    worst = max(found, key=lambda p: p.error).model
+    return f"{part.capitalize()}: {low:.1e} m ({best}) to {high:.1e} m ({worst})"
+
+
+def _headline(budget: Budget) -> str:
+    """Name the part that is largest for most models."""
+    largest = [max(budget.choice(m).values(), key=lambda p: p.error) for m in budget.references]
+    ratios = [
+        first.error / max(p.error for p in budget.choice(first.model).values() if p is not first)
+        for first in largest
+    ]
+    parts = {p.part for p in largest}
+    name = f"{budget.elements} elements, dt = {budget.dt:g} s"
+    if len(parts) == 1:
+        return (
+            f"With {name} the {parts.pop()} is the largest error of every model, "
+            f"{min(ratios):.0f} to {max(ratios):.0f} times the next"
+        )
+    listed = ", ".join(f"{p.model}: {p.part}" for p in largest)
+    return f"With {name} the largest error is: {listed}"

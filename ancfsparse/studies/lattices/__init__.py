@@ -1,0 +1,1 @@
+"""Exact and incomplete seeds on lattices and nets, by size."""

@@ -1,0 +1,146 @@
+"""The study of lattices as text, CSV, JSON and a chart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+
+from ancfsparse.studies.common.charts import SMALL, WIDTH, set_empty, set_head, set_legend
+from ancfsparse.studies.common.files import save, write_csv, write_json
+from ancfsparse.studies.lattices.run import Row, pairs
+
+COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
+HEAD = (
+    "seeds", "elements", "us per element and step", "set-up s", "kB per element", "corrections",
+    "sweeps and products", "factorisations",
+)  # fmt: skip
+
+
+def _cells(row: Row) -> list[str]:
+    job, record = row.job, row.record
+    if row.note:
+        return [job.seed, f"{job.elements:,}", row.note.partition(":")[0], "", "", "", "", ""]
+    inner = record["sweeps"] + record["products"]
+    return [
+        job.seed,
+        f"{job.elements:,}",
+        f"{row.microseconds:.3g}",
+        f"{record['set_up_seconds']:.2g}",
+        f"{row.bytes_per_element / 1e3:.2g}",
+        f"{record['corrections']:.2f}",
+        f"{inner:.1f}" if inner else "",
+        f"{record['factorizations']} in {job.steps} steps",
+    ]
+
+
+def as_text(rows: Sequence[Row]) -> str:
+    """Set the table for a terminal: a block per scene."""
+    lines = []
+    for title, group in groupby(rows, key=lambda row: row.job.title):
+        lines += ["", title, "  " + "  ".join(HEAD)]
+        lines += [f"  {row.job.size:>4}  " + "  ".join(_cells(row)) for row in group]
+    return "\n".join([*lines[1:], "", *(f"{each}." for each in findings(rows))])
+
+
+def as_markdown(rows: Sequence[Row]) -> str:
+    """Set the chart and the table for a page."""
+    lines = [
+        "![Time and memory of exact and incomplete seeds against size](gallery/lattices.png)",
+        "",
+    ]
+    lines += ["| | nodes a side | " + " | ".join(HEAD) + " |", "|---|---:|---|" + "---:|" * 7]
+    lines += [
+        f"| {row.job.title} | {row.job.size} | " + " | ".join(_cells(row)) + " |" for row in rows
+    ]
+    return "\n".join([*lines, "", *(f"- {each}." for each in findings(rows))])
+
+
+def findings(rows: Sequence[Row]) -> list[str]:
+    """Say what incomplete seeds save, and how their cost grows."""
+    sentences = []
+    for exact, incomplete in pairs(rows):
+        set_up = exact.record["set_up_seconds"] / incomplete.record["set_up_seconds"]
+        memory = exact.bytes_per_element / incomplete.bytes_per_element
+        sentences.append(
+            f"{exact.job.title.capitalize()}, {exact.job.size} nodes a side: the exact seed takes "
+            f"{exact.microseconds / incomplete.microseconds:.2g} times the time per step, "
+            f"{set_up:.2g} times the set-up, {memory:.2g} times the memory"
+        )
+    for title, own in _incomplete(rows):
+        if len(own) > 1:
+            growth = own[-1].microseconds / own[0].microseconds
+            sentences.append(
+                f"{title.capitalize()}: on incomplete seeds a step of {own[-1].job.elements:,} "
+                f"elements costs {growth:.2f} times as much per element as of "
+                f"{own[0].job.elements:,}"
+            )
+    return sentences
+
+
+def _incomplete(rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
+    found: dict[str, list[Row]] = {}
+    for row in rows:
+        if not row.note and row.job.seed == "incomplete":
+            found.setdefault(row.job.title, []).append(row)
+    return list(found.items())
+
+
+def write(rows: Sequence[Row], folder: Path) -> list[Path]:
+    """Write lattices.csv, lattices.json and lattices.png to a folder, made if missing."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"lattices.{kind}" for kind in ("csv", "json", "png")]
+    write_csv([row.flat() for row in rows], paths[0])
+    write_json({"rows": [row.flat() for row in rows], "findings": findings(rows)}, paths[1])
+    save(chart(rows), paths[2])
+    return paths
+
+
+def chart(rows: Sequence[Row]) -> Figure:
+    """Draw time and memory per element against the number of elements."""
+    figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    shown: dict[str, Any] = {}
+    titles = list(dict.fromkeys(row.job.title for row in rows))
+    for title, colour in zip(titles, COLOURS, strict=False):
+        for seed, line in (("exact", "--"), ("incomplete", "-")):
+            own = [r for r in rows if (r.job.title, r.job.seed) == (title, seed) and not r.note]
+            x = [row.job.elements for row in own]
+            for ax, y in (
+                (left, [row.microseconds for row in own]),
+                (right, [row.bytes_per_element / 1e3 for row in own]),
+            ):
+                (drawn,) = ax.plot(x, y, line, color=colour, marker=".")
+                if seed == "incomplete":
+                    shown[title] = drawn
+    if all(row.note for row in rows):
+        for ax in (left, right):
+            set_empty(ax, "no run has a result")
+        return figure
+    for ax, what in ((left, "microseconds per element and step"), (right, "kB per element")):
+        ax.set_xscale("log")
+        ax.xaxis.set_minor_formatter(NullFormatter())
+        ax.set_xlabel("elements", fontsize=SMALL)
+        ax.set_ylabel(what, fontsize=SMALL)
+        ax.tick_params(labelsize=SMALL)
+        ax.grid(alpha=0.3)
+    left.set_yscale("log")
+    right.set_ylim(bottom=0.0)
+    set_legend(figure, shown, 3, "solid: incomplete seeds, dashed: exact ones")
+    set_head(figure, _headline(rows))
+    return figure
+
+
+def _headline(rows: Sequence[Row]) -> str:
+    both = [pair for pair in pairs(rows) if pair[0].job.case == "lattice"]
+    if not both:
+        return "Exact and incomplete seeds"
+    exact, incomplete = max(both, key=lambda pair: pair[0].microseconds / pair[1].microseconds)
+    return (
+        f"The exact seed takes up to {exact.microseconds / incomplete.microseconds:.2g} times as "
+        f"long as the incomplete one ({exact.job.title}, {exact.job.size} nodes a side)"
+    )

@@ -1,0 +1,1 @@
+"""A million steps: memory, energy, and what fails when."""

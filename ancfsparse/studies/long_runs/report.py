@@ -1,0 +1,160 @@
+"""The long runs as text, CSV, JSON and a chart."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
+from ancfsparse.studies.common.files import save, write_csv, write_json
+from ancfsparse.studies.long_runs.run import MOST_RISE, NOISE, LongRun, LongRuns
+
+REASONS = {
+    "EnergyGain": "gained energy",
+    "Instability": "gained energy",
+    "StepFailure": "no convergence",
+}
+"""Exceptions of a march in words."""
+
+COLOURS = {
+    "GeneralizedAlpha": ("#56b4e9", "#0072b2", "#003f63"),
+    "EnergyMomentum": ("#2fbf8f", "#009e73", "#005c43"),
+    "RungeKuttaNystrom": ("#000000",),
+    "CentralDifference": ("#f2b5a7", "#e07a5f", "#b22222"),
+    # With steps at which it fails: from light to dark.
+    "Newmark": ("#f0e442", "#f6d28b", "#e69f00", "#c07a00", "#8c5500", "#4d2f00"),
+}
+"""Of each integrator, from its shortest step to its longest."""
+
+
+def table(result: LongRuns) -> str:
+    """Set the table for a page."""
+    lines = [
+        "| | end | energy at the end | most above the start | drift per second | "
+        "iterations per step | steps halved | s | memory grew |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    for run in result.runs:
+        end = f"{run.t[-1]:.4g} s"
+        if run.reason:
+            end = f"{REASONS[run.reason]} at {run.stopped:.3g} s"
+        each = f"{run.iterations:.2g}" if run.iterations else "-"
+        lines.append(
+            f"| {run.label} | {end} | {100 * run.energy[-1]:+.2g} % | {100 * run.rise:.1e} % | "
+            f"{100 * run.rate:+.1e} % | {each} | {run.halved} | {run.seconds:.2g} | "
+            f"{_grown(run)} |"
+        )
+    return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
+
+
+def _grown(run: LongRun) -> str:
+    return "no" if run.growth <= NOISE else f"{run.growth / 1e6:.0f} MB"
+
+
+def findings(result: LongRuns) -> list[str]:
+    """Say which runs kept their energy, which failed, and whether memory grew."""
+    failed = [run for run in result.runs if run.reason]
+    grew = [run.label for run in result.runs if run.growth > NOISE]
+    sentences = []
+    for steel in (False, True):
+        kept = [run for run in result.runs if run.kept and run.steel == steel]
+        if kept:
+            best = min(kept, key=lambda run: abs(run.energy[-1]))
+            sentences.append(
+                f"Never above the start by more than {100 * MOST_RISE:g} % of the largest kinetic "
+                f"energy: {'; '.join(run.label for run in kept)}. The one that keeps most is "
+                f"{best.label}: {100 * best.energy[-1]:+.2g} % in {best.t[-1]:.4g} s."
+            )
+    sentences += [f"{run.label} was stopped at {run.stopped:.4g} s: {REASONS[run.reason]}."
+             for run in failed]  # fmt: skip
+    memory = f"Memory grew in {', '.join(grew)}" if grew else "Memory grew in no run"
+    return [*sentences, f"{memory} by more than {NOISE / 1e6:g} MB beyond a tenth of it."]
+
+
+def headline(result: LongRuns) -> str:
+    """Sum up the chart."""
+    completed = [run for run in result.runs if not run.reason]
+    if not completed:
+        return "No run came to its end"
+    text = f"{len(completed)} of {len(result.runs)} runs come to {completed[0].t[-1]:.4g} s"
+    kept = [run for run in completed if run.kept]
+    if not kept:
+        return f"{text}, none without gaining energy"
+    best = min(kept, key=lambda run: abs(run.energy[-1]))
+    return f"{text}; {best.label} keeps its energy best: {100 * best.energy[-1]:+.2g}\u00a0%"
+
+
+def write(result: LongRuns, folder: Path) -> list[Path]:
+    """Write long-runs.csv, .json and .png.
+
+    Parameters
+    ----------
+    result : LongRuns
+        A finished study.
+    folder : Path
+        Where to; made if missing.
+
+    Returns
+    -------
+    list of Path
+        The files.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"long-runs.{kind}" for kind in ("csv", "json", "png")]
+    write_csv([run.record() for run in result.runs], paths[0])
+    write_json({**result.record(), "findings": findings(result)}, paths[1])
+    save(chart(result), paths[2])
+    return paths
+
+
+def chart(result: LongRuns) -> Figure:
+    """Draw energy against time: all runs of the soft pendulum, the same nearer, those of steel."""
+    figure = Figure(figsize=(WIDTH, 6.2), layout="constrained")
+    axes = figure.subplots(1, 3)
+    soft = [run for run in result.runs if not run.steel]
+    steel = [run for run in result.runs if run.steel]
+    titles = (
+        f"All; x: stopped, {sum(bool(run.reason) for run in soft)} runs",
+        "The same, nearer; dotted: what it may rise",
+        f"Of steel; x: stopped, {sum(bool(run.reason) for run in steel)} runs",
+    )
+    limits = ((-70.0, 10.0), (-3.0, 3.0), (-1.0, 1.0))
+    for ax, runs, title, (low, high) in zip(axes, (soft, soft, steel), titles, limits, strict=True):
+        for run, colour in _coloured(runs):
+            flat = "EnergyMomentum" in run.label  # and under everything else, if not on top
+            ax.plot(
+                run.t[1:], 100 * run.energy[1:], color=colour, linewidth=2.0 if flat else 1.0,
+                label=run.label, zorder=2 + 2 * run.kept + flat,
+            )  # fmt: skip
+            if run.reason:
+                ax.plot(run.t[-1], 100 * run.energy[-1], "x", color=colour, markersize=7)
+        ax.set_xscale("log")
+        ax.set_xlabel("time [s]")
+        ax.set_ylim(low, high)
+        ax.set_title(title, fontsize=SMALL)
+        ax.grid(alpha=0.3)
+    for ax in axes[1:]:
+        ax.axhline(100 * MOST_RISE, color="grey", linestyle=":", linewidth=1.0)
+    axes[0].set_ylabel("energy above the start [% of the largest kinetic]")
+    set_head(figure, headline(result))
+    shown: dict[str, Any] = {}
+    for ax in axes:
+        handles, labels = ax.get_legend_handles_labels()
+        shown |= dict(zip(labels, handles, strict=True))
+    set_legend(figure, shown, 3)
+    return figure
+
+
+def _coloured(runs: list[LongRun]) -> list[tuple[LongRun, str]]:
+    """Give each run a colour of its integrator, darker for longer steps."""
+    found: dict[str, list[LongRun]] = {}
+    for run in runs:
+        names = [name for name in COLOURS if name in run.label]
+        found.setdefault(names[0] if names else "RungeKuttaNystrom", []).append(run)
+    return [
+        (run, COLOURS[name][min(k, len(COLOURS[name]) - 1)])
+        for name, members in found.items()
+        for k, run in enumerate(sorted(members, key=lambda each: each.dt))
+    ]

@@ -1,0 +1,1 @@
+"""What secant pairs are worth: updates and memory lengths."""

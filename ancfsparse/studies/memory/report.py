@@ -1,0 +1,156 @@
+"""The memory-length study as text, CSV, JSON and a chart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+from itertools import cycle
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ancfsparse.nonlinear.methods import UPDATES
+from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
+from ancfsparse.studies.common.files import save, write_csv, write_json
+from ancfsparse.studies.memory.run import SAME, MemoryStudy, Run
+
+COLOURS = dict(zip(UPDATES, cycle(["#e69f00", "#0072b2", "#009e73", "#cc79a7"]), strict=False))
+"""Taken in turn, so that a new update has one."""
+
+
+def as_text(result: MemoryStudy) -> str:
+    """Set the tables for a terminal: a block per scene."""
+    settings = result.settings
+    lines = [
+        f"Memory length, dt = {settings['dt_s']:g} s, {settings['steps']} steps, medians of "
+        f"{settings['rounds']} rounds in turn; cost and seconds beside the chord"
+    ]
+    for scene in result.scenes:
+        chord, *others = result.of(scene)
+        lines += [
+            "",
+            scene,
+            f"  {'':<10}{'pairs':>6}{'carried':>9}{'it./step':>10}{'seeds':>7}{'cost':>7}"
+            f"{'seconds':>9}",
+        ]
+        for run in (chord, *others):
+            lines.append(
+                f"  {run.update:<10}{run.pairs:>6}{'yes' if run.carry else '':>9}"
+                f"{run.iterations_per_step:>10.2f}{run.factorizations:>7}"
+                f"{run.model_cost / chord.model_cost:>7.2f}{run.seconds / chord.seconds:>9.2f}"
+            )
+    return "\n".join([*lines, "", *result.findings()])
+
+
+def as_markdown(result: MemoryStudy) -> str:
+    """Set the chord and the best of both kinds of pairs, scene by scene, for a page."""
+    lines = [
+        "| | | corrections per step | seeds | cost by counts | seconds |",
+        "|---|---|---:|---:|---:|---:|",
+    ]
+    for scene in result.scenes:
+        chord = result.of(scene)[0]
+        for run in (chord, result.best(scene, False), result.best(scene, True)):
+            name = f"{run.update}, {run.pairs} pairs{' carried' * run.carry}"
+            lines.append(
+                f"| {scene} | {'chord' if run is chord else name} | {run.iterations_per_step:.2f} "
+                f"| {run.factorizations} | {run.model_cost / chord.model_cost:.2f} | "
+                f"{run.seconds / chord.seconds:.2f} |"
+            )
+    return "\n".join([*lines, "", *(f"- {each}." for each in result.findings())])
+
+
+def write(result: MemoryStudy, folder: Path) -> list[Path]:
+    """Write memory.csv, memory.json and memory.png.
+
+    Parameters
+    ----------
+    result : MemoryStudy
+        A finished study.
+    folder : Path
+        Where to; made if missing.
+
+    Returns
+    -------
+    list of Path
+        The files.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"memory.{kind}" for kind in ("csv", "json", "png")]
+    rows = []
+    for run in result.runs:
+        row = asdict(run) | {"median_seconds": run.seconds}
+        del row["rounds"]
+        rows.append(row)
+    write_csv(rows, paths[0])
+    write_json(result.record(), paths[1])
+    save(chart(result), paths[2])
+    return paths
+
+
+ROWS: tuple[tuple[str, Callable[[Run, Run], float]], ...] = (
+    ("corrections\nper step", lambda run, chord: run.iterations_per_step),
+    ("seeds", lambda run, chord: run.factorizations),
+    ("cost by counts\nbeside the chord", lambda run, chord: run.model_cost / chord.model_cost),
+    ("seconds\nbeside the chord", lambda run, chord: run.seconds / chord.seconds),
+)
+"""What is drawn against memory length, from the top down."""
+
+
+def chart(result: MemoryStudy) -> Figure:
+    """Draw corrections, seeds, modelled cost and seconds against memory length, by scene."""
+    scenes = result.scenes
+    figure = Figure(figsize=(WIDTH, 8.6), layout="constrained")
+    axes = figure.subplots(len(ROWS), len(scenes), sharex=True, squeeze=False)
+    shown: dict[str, Any] = {}
+    for column, scene in zip(axes.T, scenes, strict=True):
+        for ax, (_, value) in zip(column, ROWS, strict=True):
+            _panel(ax, result.of(scene), value, shown)
+        column[0].set_title(scene, fontsize=SMALL)
+        column[-1].set_xlabel("pairs", fontsize=SMALL)
+    for ax, (name, _) in zip(axes[:, 0], ROWS, strict=True):
+        ax.set_ylabel(name, fontsize=SMALL)
+    for ax in axes[2:].ravel():
+        ax.axhline(1.0, color="black", linewidth=0.8)
+    set_legend(figure, shown, 4)
+    set_head(figure, _headline(result))
+    return figure
+
+
+def _headline(result: MemoryStudy) -> str:
+    """Count the scenes on which pairs are cheaper than what is simpler."""
+    scenes, bound = result.scenes, 1.0 - SAME
+
+    def paying(carry: bool) -> str:
+        cheaper = [
+            result.best(scene, carry).model_cost
+            < bound * (result.best(scene, False) if carry else result.of(scene)[0]).model_cost
+            for scene in scenes
+        ]
+        return f"on {sum(cheaper)} of {len(scenes)} scenes"
+
+    return (
+        f"By counts, pairs of the step alone pay beside the chord {paying(False)}, "
+        f"carried ones beside them {paying(True)}"
+    )
+
+
+def _panel(
+    ax: Axes, runs: list[Run], value: Callable[[Run, Run], float], shown: dict[str, Any]
+) -> None:
+    """Draw one number of a scene for each update, from no pair on."""
+    chord, *others = runs
+    for update, colour in COLOURS.items():
+        for carry in (False, True):
+            chosen = [run for run in others if run.update == update and run.carry is carry]
+            x = [0, *(run.pairs for run in chosen)]
+            y = [value(run, chord) for run in (chord, *chosen)]
+            label = f"{update}, {'carried' if carry else 'this step'}"
+            (shown[label],) = ax.plot(x, y, "--" if carry else "-", color=colour, marker=".")
+    ax.set_xscale("symlog", linthresh=1.0)
+    ax.set_xticks([0, 1, 2, 5, 10, 20], ["0", "1", "2", "5", "10", "20"])
+    ax.minorticks_off()
+    ax.tick_params(labelsize=SMALL)
+    ax.grid(alpha=0.3)

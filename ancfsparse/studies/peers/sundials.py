@@ -1,0 +1,84 @@
+"""SUNDIALS' CVODE and ARKODE on our compiled forces and factors, without Python between them."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.studies.common.first_order import FirstOrder, OdeRun, OutOfTimeError
+
+Vector = NDArray[np.float64]
+
+
+def load() -> Any:
+    """Return the compiled module.
+
+    Raises
+    ------
+    InputError
+        If the package was built without SUNDIALS.
+    """
+    try:
+        return import_module("ancfsparse.compiled.sundials")
+    except ImportError as error:
+        raise InputError(
+            f"the package was built without SUNDIALS ({error}): `make peers` installs its headers "
+            "and builds the package again"
+        ) from None
+
+
+def integrate_sundials(
+    equations: FirstOrder,
+    method: str,
+    t: Vector,
+    rtol: float,
+    atol: float,
+    cap: float = np.inf,
+) -> OdeRun:
+    """Run one of SUNDIALS' integrators against the clock.
+
+    Parameters
+    ----------
+    equations : FirstOrder
+        The right-hand side and the start.
+    method : {"CVODE Adams", "CVODE BDF", "ARKODE 5(4)", "ARKODE 6(5)", "ARKODE 8(7)"}
+        Multistep formulas, Adams with fixed-point iteration and BDF with sparse factors of our
+        tangents; or embedded Runge-Kutta formulas of Dormand and Prince, Verner, and Fehlberg.
+    t : (k,) float
+        Times to report [s], from the first to the last.
+    rtol, atol : float
+        Relative and absolute tolerance.
+    cap : float, optional
+        Wall time it may take [s].
+
+    Returns
+    -------
+    OdeRun
+        Coordinates and cost.
+
+    Raises
+    ------
+    OutOfTimeError
+        When the cap is reached.
+    RuntimeError
+        When the integrator fails.
+    """
+    system = equations.system
+    pattern = (system.pattern.indptr.astype(np.int32), system.pattern.indices.astype(np.int32))
+    iteration = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    y, seconds, evaluations, jacobians, steps, reason = load().integrate(
+        system.assembly, equations.mass, iteration, pattern, equations.mass_values, system.q0,
+        equations.y0, system.dead_load, np.append(equations.amplitudes, 0.0), t, method, rtol,
+        atol, cap,
+    )  # fmt: skip
+    if reason == "late":
+        raise OutOfTimeError(f"{method} took longer than {cap:g} s")
+    if reason:
+        raise RuntimeError(f"{method} failed: {reason}")
+    counts = {"steps": steps, "jacobians": jacobians}
+    return OdeRun(equations.coordinates(y.T), seconds, evaluations, counts)

@@ -1,0 +1,1 @@
+"""Cost per element and step, and memory, against size, beside the roofline."""

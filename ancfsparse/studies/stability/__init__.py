@@ -1,0 +1,1 @@
+"""Which runs complete, over step, stiffness, integrator and solver."""

@@ -1,0 +1,144 @@
+"""What the stability map says, in sentences and tables that are worked out from its runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from statistics import median
+
+from ancfsparse.studies.stability.cells import (
+    FAILED,
+    GAINED,
+    INTEGRATORS,
+    RECOVERED,
+    SOLVERS,
+    Run,
+    kinds,
+)
+from ancfsparse.studies.stability.run import (
+    CALM_SHARE,
+    CALM_STRETCH,
+    CALM_TURN,
+    FOR_ALL_SOLVERS,
+    MOST_GAIN,
+    Stability,
+)
+
+
+def completed(runs: Sequence[Run]) -> float:
+    """Return the share of runs that came to their end [%]."""
+    return 100.0 * sum(run.whole for run in runs) / max(len(runs), 1)
+
+
+def with_integrator(result: Stability, integrator: str, solver: str = "auto") -> list[Run]:
+    """Return the runs of all scenes with an integrator and a solver."""
+    return [
+        run for run in result.runs
+        if (run.place.integrator, run.place.solver) == (integrator, solver)
+    ]  # fmt: skip
+
+
+def safe_step(runs: Sequence[Run]) -> float:
+    """Return the longest step up to which every run came to its end [s]; 0 if there is none."""
+    steps = sorted({run.place.dt for run in runs})
+    dead = min((run.place.dt for run in runs if not run.whole), default=float("inf"))
+    return max((dt for dt in steps if dt < dead), default=0.0)
+
+
+def findings(result: Stability) -> list[str]:
+    """Say what the map shows: one sentence each."""
+    beside = list(result.beside_newton())
+    lost = result.worse_than_newton(FAILED)
+    gained = result.worse_than_newton(GAINED)
+    better = sum(run.whole and not newton.whole for run, newton in beside)
+    calm, often, hidden = result.calm(), result.often_rescued(), result.hidden_gains()
+    most = max((run.newton for run in calm), default=0.0)
+    sentences = [
+        f"Other solvers beside Newton at the same {len(beside)} points: {len(lost)} failed and "
+        f"{len(gained)} were stopped for energy where Newton finished, {better} finished where "
+        "Newton did not.",
+        *(f"Only Newton finishes: {_where(run)}: {kinds(run)}." for run in [*lost, *gained]),
+        f"Where no element turns by {CALM_TURN:g} rad or stretches by {CALM_STRETCH:g} within a "
+        f"step, in {len(calm)} runs, damped Newton saved at most {100 * most:.2g} % of the steps "
+        f"of a run (aim: {100 * CALM_SHARE:g} %, {_verdict(not often)}).",
+        f"Runs that came to their end with more than {100 * MOST_GAIN:g} % of the largest kinetic "
+        f"energy above what they were given: {len(hidden)} of "
+        f"{sum(run.whole for run in result.runs)} (aim: none, {_verdict(not hidden)}).",
+        *(
+            f"Gained between two looks of the watch: {_where(run)}: {100 * run.gain:.2g} %, with "
+            f"stretches of {100 * run.stretch:.2g} % and turns of {run.turn:.2g} rad in a step."
+            for run in hidden
+        ),
+    ]  # fmt: skip
+    return sentences
+
+
+def _where(run: Run) -> str:
+    p = run.place
+    return f"{p.scene}, {p.youngs_modulus:.0e} Pa, dt = {p.dt:g} s, {p.integrator}, {p.solver}"
+
+
+def _verdict(holds: bool) -> str:
+    return "met" if holds else "missed"
+
+
+def headline(result: Stability) -> str:
+    """Sum up the first chart: which integrator completes most often and which least."""
+    shares = {name: completed(with_integrator(result, name)) for name in INTEGRATORS}
+    ordered = sorted(shares, key=lambda name: shares[name])
+    least, most = ordered[0], ordered[-1]
+    return (
+        f"{least} comes to its end in {shares[least]:.0f} % of the runs, "
+        f"{most} in {shares[most]:.0f} %"
+    )
+
+
+def solver_headline(result: Stability) -> str:
+    """Sum up the second chart: how often other solvers end otherwise than Newton does."""
+    pairs = [
+        (run, newton) for run, newton in result.beside_newton()
+        if run.place.integrator in FOR_ALL_SOLVERS
+    ]  # fmt: skip
+    living = [run for run, newton in pairs if newton.whole]
+    dead = [run for run, newton in pairs if not newton.whole]
+    lost, won = sum(not run.whole for run in living), sum(run.whole for run in dead)
+    among = f"all but {lost} of" if lost else "all"
+    return (
+        f"Where Newton finishes so do the others, in {among} {len(living):,} runs;\n"
+        f"where it does not, {won} of {len(dead)} do"
+    )
+
+
+def integrator_table(result: Stability) -> str:
+    """Set the table of integrators for a page: safe step and share of the runs, by scene."""
+    lines = [
+        '| with `"auto"` | ' + " | ".join(result.scenes) + " |",
+        "|---|" + "---:|" * len(result.scenes),
+    ]
+    for name in INTEGRATORS:
+        runs = with_integrator(result, name)
+        cells = []
+        for scene in result.scenes:
+            here = [run for run in runs if run.place.scene == scene]
+            step = safe_step(here)
+            cells.append(f"{f'{step:g} s' if step else 'none'}, {completed(here):.0f} %")
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
+
+
+def solver_table(result: Stability) -> str:
+    """Set the table of solvers for a page."""
+    lines = [
+        "| | integrator | finished | with help | gained energy | failed | corrections per step |",
+        "|---|---|---:|---:|---:|---:|---:|",
+    ]
+    for solver in SOLVERS:
+        for integrator in FOR_ALL_SOLVERS:
+            runs = with_integrator(result, integrator, solver)
+            counts = [
+                sum(run.whole for run in runs),
+                *(sum(run.outcome == kind for run in runs) for kind in (RECOVERED, GAINED, FAILED)),
+            ]
+            work = median(run.iterations for run in runs if run.whole)
+            cells = " | ".join(str(each) for each in counts)
+            lines.append(f"| {solver} | {integrator} | {cells} | {work:.2f} |")
+    return "\n".join(lines)

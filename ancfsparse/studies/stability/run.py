@@ -1,0 +1,216 @@
+"""The stability map: which run completes, over time step, stiffness, integrator and solver.
+
+The whole product would be large and say little: every integrator is run with Newton and with
+``"auto"``, and every solver with one integrator that keeps energy and one that damps.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from ancfsparse.checks import check_choice, check_positive
+from ancfsparse.errors import InputError
+from ancfsparse.studies.common.environment import environment
+from ancfsparse.studies.stability.cells import (
+    FAILED,
+    GAINED,
+    INTEGRATORS,
+    MOST_STEPS,
+    SOLVERS,
+    T_END,
+    Place,
+    Run,
+    run_at,
+)
+from ancfsparse.studies.stability.scenes import SCENES
+
+STIFFNESSES = (1e6, 1e7, 1e8, 1e9, 1e10, 2e11)
+"""Young's moduli [Pa]."""
+
+STEPS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2)
+"""Time steps [s]."""
+
+FOR_ALL_INTEGRATORS = ("Newton", "auto")
+FOR_ALL_SOLVERS = ("Newmark(0)", "GeneralizedAlpha(0.8)")
+"""The cut through the product."""
+
+# A finished run may not have gained more than this over its largest kinetic energy.
+MOST_GAIN = 0.01
+
+# Steps are calm where elements turn less [rad] and change their length by less than these; there
+# damped Newton may save at most this share of the steps.
+CALM_TURN, CALM_STRETCH, CALM_SHARE = 0.3, 1e-3, 0.05
+
+
+@dataclass(frozen=True)
+class Stability:
+    """The map.
+
+    Attributes
+    ----------
+    runs : list of Run
+        One for each point.
+    settings : dict
+        What was run, and on what.
+    """
+
+    runs: list[Run]
+    settings: dict[str, Any]
+
+    @cached_property
+    def at(self) -> dict[Place, Run]:
+        """Runs by their place."""
+        return {run.place: run for run in self.runs}
+
+    @property
+    def scenes(self) -> list[str]:
+        """Names of the scenes, in order."""
+        return list(dict.fromkeys(run.place.scene for run in self.runs))
+
+    def of(self, scene: str, integrator: str, solver: str) -> list[Run]:
+        """Return a panel of the map."""
+        return [
+            run for run in self.runs
+            if (run.place.scene, run.place.integrator, run.place.solver)
+            == (scene, integrator, solver)
+        ]  # fmt: skip
+
+    def beside_newton(self) -> Iterator[tuple[Run, Run]]:
+        """Yield every run with another solver and that of Newton at the same place."""
+        for run in self.runs:
+            newton = self.at.get(run.place._replace(solver="Newton"))
+            if newton is not None and run.place.solver != "Newton":
+                yield run, newton
+
+    def worse_than_newton(self, outcome: str = FAILED) -> list[Run]:
+        """Return the runs that end in this way where Newton's comes to its end."""
+        return [
+            run for run, newton in self.beside_newton() if run.outcome == outcome and newton.whole
+        ]
+
+    def hidden_gains(self) -> list[Run]:
+        """Return the runs that came to their end with more energy than they may have gained."""
+        return [run for run in self.runs if run.whole and run.gain > MOST_GAIN]
+
+    def calm(self) -> list[Run]:
+        """Return the runs that took steps, all of them calm, and came to their end."""
+        return [
+            run for run in self.runs
+            if run.whole and run.turn < CALM_TURN and run.stretch < CALM_STRETCH
+        ]  # fmt: skip
+
+    def often_rescued(self) -> list[Run]:
+        """Return the calm runs in which damped Newton saved more steps than it may."""
+        return [run for run in self.calm() if run.newton > CALM_SHARE]
+
+    def borders(self, gain: float = 0.5 * MOST_GAIN) -> list[tuple[Run, Run]]:
+        """Return pairs of neighbours in time step: the first completes, the second does not.
+
+        Parameters
+        ----------
+        gain : float, optional
+            Complete runs must be further from gaining energy than this to be a border: one that
+            is at the watch's limit is decided by rounding.
+        """
+        found = []
+        for run in self.runs:
+            k = STEPS.index(run.place.dt) if run.place.dt in STEPS else len(STEPS)
+            if k + 1 < len(STEPS):
+                after = self.at.get(run.place._replace(dt=STEPS[k + 1]))
+                if after is not None and run.whole and not after.whole and run.gain < gain:
+                    found.append((run, after))
+        return found
+
+    def stopped(self) -> dict[str, int]:
+        """Count the ends that are none, by outcome."""
+        return {
+            outcome: sum(run.outcome == outcome for run in self.runs)
+            for outcome in (GAINED, FAILED)
+        }
+
+    def record(self) -> dict[str, Any]:
+        """Return one JSON object."""
+        return {"settings": self.settings, "runs": [run.record() for run in self.runs]}
+
+
+def places(
+    scenes: Sequence[str], stiffnesses: Sequence[float], steps: Sequence[float]
+) -> list[Place]:
+    """Return the points of the cut."""
+    pairs = [(i, s) for i in INTEGRATORS for s in SOLVERS
+             if s in FOR_ALL_INTEGRATORS or i in FOR_ALL_SOLVERS]  # fmt: skip
+    return [
+        Place(scene, stiffness, dt, integrator, solver)
+        for scene in scenes
+        for integrator, solver in pairs
+        for stiffness in stiffnesses
+        for dt in steps
+    ]
+
+
+def stability(
+    scenes: Sequence[str] = tuple(SCENES),
+    stiffnesses: Sequence[float] = STIFFNESSES,
+    steps: Sequence[float] = STEPS,
+    progress: bool = False,
+) -> Stability:
+    """Run the map.
+
+    Parameters
+    ----------
+    scenes : sequence of str, optional
+        Keys of `SCENES`.
+    stiffnesses : sequence of float, optional
+        Young's moduli [Pa].
+    steps : sequence of float, optional
+        Time steps [s].
+    progress : bool, optional
+        Whether to draw a progress bar.
+    """
+    for scene in scenes:
+        check_choice("scene", scene, SCENES)
+    for what, values, unit in (("stiffness", stiffnesses, "Pa"), ("step", steps, "s")):
+        for value in values:
+            check_positive(what, value, unit)
+    wanted = tqdm(
+        places(scenes, stiffnesses, steps), unit="run", disable=None if progress else True,
+        leave=False,
+    )  # fmt: skip
+    runs = [run_at(place) for place in wanted]
+    settings = {
+        "t_end_s": T_END,
+        "most_steps": MOST_STEPS,
+        "tolerance": "default",
+        "max_energy_gain": MOST_GAIN,
+        **environment(),
+    }
+    return Stability(runs, settings)
+
+
+def read(path: Path) -> Stability:
+    """Read a map from the table that the study writes.
+
+    Raises
+    ------
+    InputError
+        If the file is not such a table.
+    """
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    try:
+        runs = [Run.of(row) for row in rows]
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(
+            f"{path} is not a table of `ancfsparse study stability`: a column or number is "
+            f"missing ({error})"
+        ) from error
+    if not runs:
+        raise InputError(f"{path} holds no run of `ancfsparse study stability`")
+    return Stability(runs, {"read_from": path.name})

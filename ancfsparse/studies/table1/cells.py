@@ -1,0 +1,291 @@
+"""Cells of table 1: one method on one element, timed and compared with a reference."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import StepFailure
+from ancfsparse.integrators import Newmark
+from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.problems import Problem, pendulum
+from ancfsparse.results import Trajectory
+from ancfsparse.results.source import combine
+from ancfsparse.solve import simulate
+from ancfsparse.solve.times import count_steps
+from ancfsparse.studies.common import paper
+from ancfsparse.studies.common.first_order import FirstOrder, OdeRun, OutOfTimeError, integrate
+from ancfsparse.system import System
+
+Vector = NDArray[np.float64]
+
+REFERENCE = "DOP853"
+# Stability bounds its steps, so the error is far below: 1e-11 m where compared.  Much tighter
+# tolerances meet the rounding of the forces and cost many times the steps.
+REFERENCE_RTOL, REFERENCE_ATOL = 1e-8, 1e-9
+
+# Tips are compared, and drawn, at about this many times after the start.
+INSTANTS = 400
+
+# A cell is not run again once its runs have taken so long [s].
+LONG_ENOUGH = 1.0
+
+METHODS: dict[str, Method] = {
+    **{name: QuasiNewton(update, memory="full") for name, update in paper.QUASI_NEWTON.items()},
+    "Newton": Newton(),
+    "Modified Newton": ModifiedNewton(),
+}
+"""Our methods by column."""
+
+COLUMNS = (*paper.ODE_FUNCTIONS, *METHODS)
+"""All columns of the table."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """How the pendulum of a row is set up."""
+
+    element: str
+    dim: int
+
+    def problem(self) -> Problem:
+        """Return its scene and rod."""
+        return pendulum(self.element, paper.ELEMENTS, self.dim)
+
+
+ROWS = {
+    "L2T2": Row("l2t2", 2),
+    "Thin": Row("thin", 3),
+    "Thick": Row("thick", 3),
+    "Thick, in the plane": Row("thick", 2),
+}
+"""The rows; the paper has the first three."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One method on one element.
+
+    Attributes
+    ----------
+    row, column : str
+        Keys of `ROWS` and of `COLUMNS`.
+    seconds : float
+        Median wall time, of SciPy's integration or of our compiled march [s]; NaN without result.
+    runs : int
+        How many times the median is of.
+    tip : (k, dim) float or None
+        Tip at the instants of the table [m].
+    tip_error : float
+        Largest distance of the tip from the reference [m]; NaN without result.
+    evaluations : int
+        Evaluations of the right-hand side or of the residual.
+    iterations_per_step : float
+        Corrections per time step; NaN where there are none.
+    note : str
+        What stands in the place of a result.
+    """
+
+    row: str
+    column: str
+    seconds: float = math.nan
+    runs: int = 0
+    tip: Vector | None = field(default=None, repr=False)
+    tip_error: float = math.nan
+    evaluations: int = 0
+    iterations_per_step: float = math.nan
+    note: str = ""
+
+    @property
+    def finished(self) -> bool:
+        """Whether there is a result."""
+        return self.tip is not None
+
+    @property
+    def paper_seconds(self) -> float:
+        """The paper's time [s]; NaN where it has none."""
+        return paper.SECONDS.get(self.row, {}).get(self.column, math.nan)
+
+    @property
+    def speed_up(self) -> float:
+        """The paper's time over ours; NaN where one is missing."""
+        return self.paper_seconds / self.seconds
+
+    def record(self) -> dict[str, str | float | None]:
+        """Return everything but the tip, by the names that files use; None for what is missing."""
+        record: dict[str, str | float | None] = {
+            "element": self.row,
+            "method": self.column,
+            "stands_for": paper.ODE_FUNCTIONS.get(self.column, ""),
+            "seconds": self.seconds,
+            "paper_seconds": self.paper_seconds,
+            "speed_up": self.speed_up,
+            "iterations_per_step": self.iterations_per_step,
+            "evaluations": self.evaluations,
+            "tip_error_m": self.tip_error,
+            "runs": self.runs,
+            "note": self.note,
+        }
+        return {key: None if value != value else value for key, value in record.items()}
+
+
+class Bench:
+    """The pendulum of one row, ready to be run by every method.
+
+    Parameters
+    ----------
+    row : str
+        Key of `ROWS`.
+    t_end, dt : float
+        Simulated time and time step [s].
+    cap : float
+        Wall time an integrator of SciPy may take [s].
+    runs : int
+        How often a fast cell is run.
+    on_time : callable, optional
+        Called with the simulated time now and then.
+
+    Attributes
+    ----------
+    t : (k,) float
+        Instants at which tips are compared [s].
+    reference : (k, dim) float
+        Tip on the same mesh, converged in time: by an explicit method of order 8, which shares
+        nothing with the methods it judges but the forces [m].
+    """
+
+    def __init__(
+        self,
+        row: str,
+        t_end: float,
+        dt: float,
+        cap: float,
+        runs: int,
+        on_time: Callable[[float], None] | None = None,
+    ) -> None:
+        self.row, self.dt, self._t_end = row, dt, t_end
+        self._cap, self._runs, self._on_time = cap, runs, on_time
+        self.problem = ROWS[row].problem()
+        self._system = System(self.problem.scene)
+        self._equations = FirstOrder(self._system)
+        self._every, self.t = instants(t_end, dt)
+        precise = integrate(
+            self._equations, REFERENCE, self.t, REFERENCE_RTOL, REFERENCE_ATOL, on_time=on_time
+        )
+        self.reference = self._tip(precise)
+
+    def run(self, column: str) -> Cell:
+        """Fill a cell."""
+        return self.march(column) if column in METHODS else self._integrate(column)
+
+    def march(self, column: str, divide: int = 1) -> Cell:
+        """Fill a cell with one of our methods, its time step divided by a whole number."""
+        empty = Cell(self.row, column)
+
+        def once() -> tuple[float, Trajectory]:
+            dt, save_every = self.dt / divide, self._every * divide
+            run = march(self.problem, column, self._t_end, dt, save_every)
+            return run.stats.march_seconds, run
+
+        try:
+            seconds, runs, run = median_of(once, self._runs)
+        except StepFailure as failure:
+            return replace(empty, note=f"failed at {failure.time:.3g} s")
+        filled = replace(
+            empty,
+            seconds=seconds,
+            runs=runs,
+            evaluations=run.stats.residual_evaluations,
+            iterations_per_step=run.stats.iterations_per_step,
+        )
+        return self._judged(filled, run.position(self.problem.rod.end))
+
+    def _integrate(self, column: str) -> Cell:
+        empty = Cell(self.row, column)
+
+        def once() -> tuple[float, OdeRun]:
+            run = integrate(
+                self._equations,
+                column,
+                self.t,
+                paper.RTOL,
+                paper.ATOL,
+                cap=self._cap,
+                on_time=self._on_time,
+            )
+            return run.seconds, run
+
+        try:
+            seconds, runs, run = median_of(once, self._runs)
+        except OutOfTimeError:
+            return replace(empty, note=f"> {self._cap:g} s")
+        except RuntimeError as failure:
+            return replace(empty, note=str(failure))
+        filled = replace(empty, seconds=seconds, runs=runs, evaluations=run.evaluations)
+        return self._judged(filled, self._tip(run))
+
+    def _judged(self, cell: Cell, tip: Vector) -> Cell:
+        error = float(np.linalg.norm(tip - self.reference, axis=1).max())
+        return replace(cell, tip=tip, tip_error=error)
+
+    def _tip(self, run: OdeRun) -> Vector:
+        return combine(self._system.point(self.problem.rod.end), run.q)
+
+
+def march(
+    problem: Problem, column: str, t_end: float, dt: float, save_every: int = 1
+) -> Trajectory:
+    """Simulate as the paper does: the trapezoidal rule, and its bounds on the residual.
+
+    Parameters
+    ----------
+    problem : Problem
+        What to simulate.
+    column : str
+        Key of `METHODS`.
+    t_end, dt : float
+        Simulated time and time step [s].
+    save_every : int, optional
+        Steps between saved states.
+    """
+    return simulate(
+        problem.scene,
+        t_end,
+        dt,
+        integrator=Newmark(0.0),
+        solver=METHODS[column],
+        tolerance="paper",
+        save_every=save_every,
+    )
+
+
+def instants(t_end: float, dt: float) -> tuple[int, Vector]:
+    """Return every how many steps the tip is compared, and when: (k,) [s]."""
+    steps = count_steps(t_end, dt)
+    every = next(each for each in range(max(1, steps // INSTANTS), steps + 1) if steps % each == 0)
+    return every, np.arange(steps // every + 1, dtype=np.float64) * (dt * every)
+
+
+def median_of(once: Callable[[], tuple[float, Any]], runs: int) -> tuple[float, int, Any]:
+    """Return the median time of a run [s], of how many runs, and the last result.
+
+    Parameters
+    ----------
+    once : callable
+        Runs and returns its time [s] and its result.
+    runs : int
+        How often, if it is fast.
+    """
+    seconds: list[float] = []
+    begin = time.perf_counter()
+    while not seconds or (len(seconds) < runs and time.perf_counter() - begin < LONG_ENOUGH):
+        taken, result = once()
+        seconds.append(taken)
+    return statistics.median(seconds), len(seconds), result

@@ -1,0 +1,151 @@
+"""Figures 1 and 2 of the paper, from the runs of table 1."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+
+from ancfsparse.results.plots import snapshots
+from ancfsparse.studies.common import paper
+from ancfsparse.studies.table1.run import Table
+
+Vector = NDArray[np.float64]
+
+SNAPSHOTS = 11
+
+# Instants around each one whose largest difference is drawn.
+WINDOW = 11
+
+COLOURS = {
+    "Broyden": "#e69f00", "Davidon": "#0072b2", "DFP": "#009e73", "BFGS": "#cc79a7",
+    "RK23": "#56b4e9", "LSODA": "#d55e00", "Radau": "#333333",
+}  # fmt: skip
+"""One colour per method, distinguished by colour-blind eyes too."""
+
+
+def write(table: Table, folder: Path) -> list[Path]:
+    """Write figure1.png and figure2.png.
+
+    Parameters
+    ----------
+    table : Table
+        A finished table.
+    folder : Path
+        Where to; made if missing.
+
+    Returns
+    -------
+    list of Path
+        The files.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / "figure1.png", folder / "figure2.png"]
+    figure1(table).savefig(paths[0], dpi=120)
+    figure2(table).savefig(paths[1], dpi=120)
+    return paths
+
+
+def fill_gallery(table: Table, readme: Path) -> None:
+    """Draw figure 1 again where a page shows it, in docs/gallery beside the page."""
+    gallery = readme.parent / "docs" / "gallery"
+    gallery.mkdir(parents=True, exist_ok=True)
+    figure1(table).savefig(gallery / "figure1.png", dpi=120)
+
+
+def figure1(table: Table) -> Figure:
+    """Draw snapshots of the motion."""
+    run, rod = table.motion, table.problem.rod
+    figure = Figure(figsize=(7.2, 3.9), layout="constrained")
+    ax = figure.add_subplot()
+    times = run.t[-1] * np.linspace(0.0, 1.0, SNAPSHOTS)
+    snapshots(run, rod, times.tolist(), ax)
+    ax.plot(0.0, 0.0, "k^", markersize=9)
+    ax.set_aspect("equal", adjustable="box")
+    ax.yaxis.set_major_locator(MultipleLocator(0.5))
+    ax.legend(title="time", fontsize="small", loc="center left", bbox_to_anchor=(1.01, 0.5))
+    ax.set_title(
+        f"A rod of {rod.length:g} m pinned at one end falls from rest and bends as it swings",
+        fontsize="medium",
+    )
+    return figure
+
+
+def figure2(table: Table) -> Figure:
+    """Draw differences in vertical tip position between methods, and from the exact motion."""
+    row = "Thin" if "Thin" in table.rows else table.rows[0]
+    height = {
+        column: cell.tip[:, 1]
+        for (name, column), cell in table.cells.items()
+        if name == row and cell.tip is not None
+    }
+    exact = table.references[row][:, 1]
+    figure = Figure(figsize=(7.2, 8.4), layout="constrained")
+    among, against, off = figure.subplots(3, 1, sharex=True)
+    figure.suptitle(f"Differences in the vertical position of the tip, {row} element")
+
+    pairs = [("Davidon", each) for each in paper.QUASI_NEWTON if each != "Davidon"]
+    size = _draw(among, table.t, _between(pairs, height))
+    agreement = _power(max(size.values(), default=0.0))
+    among.set_title(f"Quasi-Newton methods agree to {agreement}", fontsize=10)
+
+    pairs = [("Davidon", "Radau"), ("RK23", "Radau")]
+    size = _draw(against, table.t, _between(pairs, height))
+    against.set_title(
+        "From the stand-in for ode23t: "
+        + ", ".join(f"{name.partition(' –')[0]} {_power(each)}" for name, each in size.items()),
+        fontsize=10,
+    )
+
+    shown = [each for each in ("Davidon", *paper.ODE_FUNCTIONS) if each in height]
+    size = _draw(off, table.t, {each: (each, height[each] - exact) for each in shown})
+    theirs = [size[each] for each in paper.ODE_FUNCTIONS if each in size]
+    sizes = [f"Davidon {_power(size['Davidon'])}"] if "Davidon" in size else []
+    sizes += [f"SciPy's {_power(max(theirs))} at most"] if theirs else []
+    off.set_title("From the motion converged in time: " + ", ".join(sizes), fontsize=10)
+    off.set_xlabel("time [s]")
+    return figure
+
+
+def _between(
+    pairs: Sequence[tuple[str, str]], height: Mapping[str, Vector]
+) -> dict[str, tuple[str, Vector]]:
+    """Return the finished differences, with the method that gives each its colour."""
+    return {
+        f"{a} – {b}": (a if b == "Radau" else b, height[a] - height[b])
+        for a, b in pairs
+        if a in height and b in height
+    }
+
+
+def _draw(ax: Axes, t: Vector, curves: Mapping[str, tuple[str, Vector]]) -> dict[str, float]:
+    """Draw the sizes of differences over time and return the largest of each.
+
+    A difference that oscillates crosses zero all the time; drawn is the largest nearby.
+    """
+    largest = {label: float(np.abs(each).max()) for label, (_, each) in curves.items()}
+    for label, (colour, difference) in curves.items():
+        nearby = maximum_filter1d(np.abs(difference), WINDOW)
+        ax.plot(t[1:], nearby[1:], color=COLOURS[colour], linewidth=1.4, label=label)
+    if largest:
+        ax.set_yscale("log")
+        top = max(largest.values())
+        ax.set_ylim(1e-5 * top, 3.0 * top)
+        ax.legend(fontsize="small", loc="lower right", ncols=len(largest))
+    ax.set_ylabel(f"largest within ± {t[WINDOW // 2] - t[0]:.2g} s [m]")
+    ax.grid(alpha=0.3)
+    return largest
+
+
+def _power(size: float) -> str:
+    """Set a length with two digits, 1.6e-7 m as a power of ten."""
+    if size == 0.0:
+        return "0 m"
+    digits, _, exponent = f"{size:.1e}".partition("e")
+    return rf"${digits} \cdot 10^{{{int(exponent)}}}$ m"

@@ -1,0 +1,1 @@
+"""Seconds against the error of the steps, beside peers."""

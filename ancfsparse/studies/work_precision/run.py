@@ -1,0 +1,224 @@
+"""Seconds against error in time: elements, integrators, solvers and steps of ours, and peers.
+
+Every run is compared with the motion of the same mesh converged in time, so that nothing but the
+integrator and the solution of its equations is judged.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+from tqdm import tqdm
+
+from ancfsparse.checks import check_choice, check_count, check_positive
+from ancfsparse.studies.common import paper
+from ancfsparse.studies.common.entrants import INTEGRATORS, SOLVERS, Integrator, entrants
+from ancfsparse.studies.common.environment import environment
+from ancfsparse.studies.common.models import INSTANTS, MODELS, step_up_to
+from ancfsparse.studies.common.race import OURS, Point, Task, fastest, race
+from ancfsparse.studies.common.references import Reference, converged_in_time
+from ancfsparse.studies.common.target import Target
+from ancfsparse.studies.peers.tasks import EXUDYN_MODEL, missing, peers
+
+LEVELS = (*(a * 10.0**-k for k in range(2, 9) for a in (1.0, 0.3)), 1e-9)
+"""Errors at which the fastest runs are compared [m]: from 1e-2 down to 1e-9, two a decade."""
+
+# Largest step of the trapezoidal rule that is extrapolated [s].
+REFERENCE_DT = 3.125e-5
+
+# Elements whose step needs more corrections and more time get fewer solvers.
+SOLVERS_OF = {"Thick": ("BFGS", "modified Newton")}
+
+# Exudyn's implicit methods should be beaten by this, at errors down to this [m].
+FACTOR, DOWN_TO = 5.0, 1e-5
+
+
+@dataclass(frozen=True)
+class WorkPrecision:
+    """Everything the study measures.
+
+    Attributes
+    ----------
+    points : list of Point
+        One for each run, failures included.
+    references : dict of str to Reference
+        By model.
+    missing : list of str
+        What could not be compared with, and how to get it.
+    settings : dict
+        What was run, and on what.
+    """
+
+    points: list[Point]
+    references: dict[str, Reference]
+    missing: list[str]
+    settings: dict[str, Any]
+
+    def of(self, model: str, program: str | None = None) -> list[Point]:
+        """Return the points of a model, and of a program if one is named."""
+        return [
+            p for p in self.points if p.task.model == model and program in (None, p.task.program)
+        ]
+
+    def programs(self, model: str) -> list[str]:
+        """Return the peers of a model."""
+        names = dict.fromkeys(p.task.program for p in self.of(model))
+        return [name for name in names if name != OURS]
+
+    def ratio(
+        self, model: str, program: str, error: float, implicit: bool = False, alike: bool = False
+    ) -> float:
+        """Return how many times faster our best is than a peer's best at an error.
+
+        0 where only the peer reaches the error, infinite where only we do, NaN where neither does.
+
+        Parameters
+        ----------
+        model, program : str
+            The element and the peer.
+        error : float
+            Largest tip error that is good enough [m].
+        implicit : bool, optional
+            Count only those runs of the peer that solve equations.
+        alike : bool, optional
+            Count only those of ours too.
+        """
+        theirs = [p for p in self.of(model, program) if p.task.solver or not implicit]
+        ours = [p for p in self.of(model, OURS) if p.task.solver or not alike]
+        a, b = fastest(ours, error), fastest(theirs, error)
+        if a is None:
+            return math.nan if b is None else 0.0
+        return math.inf if b is None else b.seconds / a.seconds
+
+    def worst(
+        self, model: str, program: str, implicit: bool = False, low: float = 0.0
+    ) -> tuple[float, float]:
+        """Return the smallest ratio over `LEVELS` from `low` on, and the error where it is."""
+        found = [
+            (ratio, level)
+            for level in LEVELS
+            if level >= low * 0.999
+            and not math.isnan(ratio := self.ratio(model, program, level, implicit))
+        ]
+        return min(found, default=(math.nan, math.nan))
+
+    def targets(self) -> list[Target]:
+        """Return the targets against the peers that ran, and whether they were reached."""
+        model = EXUDYN_MODEL
+        targets = []
+        for program in self.programs(model):
+            ratio, level = self.worst(model, program)
+            if math.isfinite(ratio):
+                targets.append(
+                    Target(f"{program}'s best / ours, least at {level:.0e} m", ratio, 1.0)
+                )
+        if "Exudyn" in self.programs(model):
+            ratio, level = self.worst(model, "Exudyn", implicit=True, low=DOWN_TO)
+            what = f"Exudyn's implicit best / ours, least at {level:.0e} m"
+            targets.append(Target(what, ratio, FACTOR))
+        return targets
+
+    def orders(self) -> dict[str, float]:
+        """Return the power of the step with which each curve of ours falls at its fine end.
+
+        Taken between neighbouring steps whose errors are well above the reference's uncertainty;
+        the median of the last three of them.
+        """
+        orders = {}
+        for model, reference in self.references.items():
+            curves: dict[str, list[Point]] = {}
+            for p in self.of(model, OURS):
+                if p.finished and p.error > 10.0 * reference.uncertainty:
+                    curves.setdefault(p.task.name, []).append(p)
+            for name, curve in curves.items():
+                powers = [
+                    math.log(a.error / b.error) / math.log(a.task.value / b.task.value)
+                    for a, b in pairwise(curve)
+                ][-3:]
+                if powers:
+                    orders[f"{model}: {name}"] = sorted(powers)[len(powers) // 2]
+        return orders
+
+    def record(self) -> dict[str, Any]:
+        """Return one JSON object."""
+        return {
+            "settings": self.settings,
+            "references": {name: each.record() for name, each in self.references.items()},
+            "targets": [each.record() for each in self.targets()],
+            "orders": self.orders(),
+            "missing": self.missing,
+            "points": [each.record() for each in self.points],
+        }
+
+
+def work_precision(
+    models: Sequence[str] = (EXUDYN_MODEL, "L2T2", "Thick"),
+    elements: int = paper.ELEMENTS,
+    t_end: float = paper.T_END,
+    with_peers: bool = False,
+    rounds: int = 3,
+    cap: float = 8.0,
+    integrators: Sequence[Integrator] = INTEGRATORS,
+    progress: bool = False,
+) -> WorkPrecision:
+    """Run the study.
+
+    Parameters
+    ----------
+    models : sequence of str, optional
+        Keys of `MODELS`; peers run on `EXUDYN_MODEL` only.
+    elements : int, optional
+        Number of elements.
+    t_end : float, optional
+        Simulated time [s].
+    with_peers : bool, optional
+        Whether to run the peers that are installed.
+    rounds : int, optional
+        Runs of each, in turn; its time is the best.
+    cap : float, optional
+        Wall time an integrator of SciPy or SUNDIALS may take [s].
+    integrators : sequence of Integrator, optional
+        Rows of our table.
+    progress : bool, optional
+        Whether to draw a progress bar.
+    """
+    for model in models:
+        check_choice("model", model, MODELS)
+    check_count("elements", elements)
+    check_count("rounds", rounds)
+    check_positive("cap", cap, "s")
+    check_positive("t_end", t_end, "s")
+    tasks: list[Task] = []
+    for model in models:
+        solvers = SOLVERS_OF.get(model, tuple(SOLVERS))
+        tasks += entrants(model, elements, t_end, integrators, solvers)
+        if with_peers and model == EXUDYN_MODEL:
+            tasks += peers(model, elements, t_end, cap)
+    total = len(models) + rounds * len(tasks)
+    with tqdm(total=total, unit="run", disable=None if progress else True, leave=False) as bar:
+        references = {}
+        for model in models:
+            bar.set_description(f"{model}, reference")
+            dt = step_up_to(REFERENCE_DT, t_end)
+            references[model] = converged_in_time(model, elements, t_end, dt)
+            bar.update()
+        points = race(tasks, partial(_tip_of, references), rounds, bar)
+    settings = {
+        "scene": "the paper's pendulum, planar",
+        "elements": elements,
+        "t_end_s": t_end,
+        "error": f"largest tip distance at {INSTANTS} instants, from the same mesh solved exactly",
+        "seconds": f"best of {rounds} rounds in turn, march or solver alone",
+        "cap_s": cap,
+        **environment(),
+    }
+    return WorkPrecision(points, references, missing() if with_peers else [], settings)
+
+
+def _tip_of(references: dict[str, Reference], task: Task) -> Any:
+    return references[task.model].tip
