@@ -4,7 +4,7 @@ Tests, studies, the command line and the README share them, so that a name means
 """
 
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
-from ancfsparse.problems.meshes import MOTIONS, Lattice, Net, chain, lattice, net
+from ancfsparse.problems.meshes import MOTIONS, Lattice, Net, chain, lattice, net, octet
 
 __all__ = [
     "MOTIONS",
@@ -16,6 +16,7 @@ __all__ = [
     "elastica",
     "lattice",
     "net",
+    "octet",
     "pendulum",
     "roll_up",
 ]

@@ -1,4 +1,4 @@
-"""Scenes whose cost is studied against their size: long chains, square nets, cubic lattices."""
+"""Scenes whose cost is studied against their size: chains, nets, cubic lattices, octet trusses."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Net(NamedTuple):
 
 
 class Lattice(NamedTuple):
-    """A lattice: ``scene, mesh = lattice(10)``.
+    """A lattice or a truss: ``scene, mesh = lattice(10)``.
 
     Attributes
     ----------
@@ -152,21 +152,74 @@ def lattice(
     """
     n = check_count("n_nodes", n_nodes, 2)
     number = np.arange(n**3).reshape(n, n, n)
-    places = LENGTH * np.stack(np.unravel_index(number.ravel(), number.shape), axis=1)
+    places = np.stack(np.unravel_index(number.ravel(), number.shape), axis=1)
     ends = [(number[:-1], number[1:]), (number[:, :-1], number[:, 1:])]
     ends.append((number[:, :, :-1], number[:, :, 1:]))
     edges = np.concatenate([np.stack([a.ravel(), b.ravel()], axis=1) for a, b in ends])
-    scene = Scene((0.0, 0.0, -9.81))
-    side = LENGTH * (n - 1)
-    mesh = scene.add_mesh(
+    return _hung(places, edges, LENGTH, motion, Material(youngs_modulus, density))
+
+
+def octet(
+    n_cells: int = 4,
+    motion: str = "rest",
+    youngs_modulus: float = 1e8,
+    density: float = 1000.0,
+) -> Lattice:
+    """Set up a cube of an octet truss, held at the four corners of its top, falling in -z.
+
+    Its nodes are those of a face-centred cubic crystal, with a cable from each to its twelve
+    neighbours at 0.2 m: octahedra and tetrahedra that are rigid with hinges alone.  Cables run on
+    along the diagonals of the faces of the cells; their section is that of `pendulum`.
+
+    Parameters
+    ----------
+    n_cells : int, optional
+        Cubic cells along a side, so ``12 n^2 (2 n + 1)`` elements.
+    motion, youngs_modulus, density
+        As in `lattice`.
+
+    Returns
+    -------
+    Lattice
+        The scene and its mesh.
+    """
+    m = 2 * check_count("n_cells", n_cells) + 1
+    grid = np.stack(np.unravel_index(np.arange(m**3), (m, m, m)), axis=1)
+    kept = grid.sum(axis=1) % 2 == 0
+    number, places = np.cumsum(kept).reshape(m, m, m) - 1, grid[kept]
+    edges = []
+    for way in ((1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1)):
+        ends = places + np.array(way)
+        inside = np.flatnonzero(np.all((ends >= 0) & (ends < m), axis=1))
+        edges.append(np.stack([inside, number[tuple(ends[inside].T)]], axis=1))
+    return _hung(
         places,
+        np.concatenate(edges),
+        LENGTH / math.sqrt(2.0),
+        motion,
+        Material(youngs_modulus, density),
+    )
+
+
+def _hung(
+    grid: NDArray[np.int64],
+    edges: NDArray[np.int64],
+    spacing: float,
+    motion: str,
+    material: Material,
+) -> Lattice:
+    """Hang a cube of thin cables on the four corners of its top; its nodes are on a grid."""
+    scene = Scene((0.0, 0.0, -9.81))
+    top = int(grid.max())
+    mesh = scene.add_mesh(
+        spacing * grid,
         edges,
         "thin",
         _cable()[0],
-        Material(youngs_modulus, density),
-        velocity=_surge(_waves(motion), side),
+        material,
+        velocity=_surge(_waves(motion), spacing * top),
     )
-    for corner in number[:: n - 1, :: n - 1, -1].ravel():
+    for corner in np.flatnonzero(np.all(grid % top == 0, axis=1) & (grid[:, 2] == top)):
         scene.pin(mesh.node(int(corner)))
     return Lattice(scene, mesh)
 

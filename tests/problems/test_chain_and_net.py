@@ -1,11 +1,11 @@
-"""Chains and nets of any size are what they say."""
+"""Chains, nets, lattices and trusses of any size are what they say."""
 
 import numpy as np
 import pytest
 
 from ancfsparse import simulate
 from ancfsparse.errors import InputError
-from ancfsparse.problems import MOTIONS, chain, net
+from ancfsparse.problems import MOTIONS, chain, net, octet
 from ancfsparse.scene import Pin
 from ancfsparse.system import System
 
@@ -33,6 +33,27 @@ def test_net_crosses_in_shared_places():
             a, b = along[j].node(i), across[i].node(j)
             np.testing.assert_allclose(a.position, b.position, rtol=0, atol=1e-12)
             np.testing.assert_array_equal(system.place(a)[:3], system.place(b)[:3])
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_octet_truss_is_a_crystal_of_its_nodes(n):
+    scene, mesh = octet(n, "rough")
+    # Corners and centres of faces of the cells; the cables between neighbours.
+    assert mesh.n_nodes == (n + 1) ** 3 + 3 * n * n * (n + 1)
+    assert mesh.n_elements == 12 * n * n * (2 * n + 1)
+    np.testing.assert_allclose(mesh.lengths, 0.2, rtol=1e-12)
+    places = np.array([mesh.node(k).position for k in range(mesh.n_nodes)])
+    assert max(np.bincount(mesh.edges.ravel())) == (12 if n > 1 else 8)
+    held = np.array([joint.node.position for joint in scene.joints])
+    side = 0.2 * np.sqrt(2.0) * n
+    assert {tuple(np.round(place / side, 9)) for place in held} == {
+        (x, y, 1.0) for x in (0.0, 1.0) for y in (0.0, 1.0)
+    }
+    assert np.ptp(places) == pytest.approx(side)
+    # A line of k elements has k + 1 slopes: 2 (2 n - 1) lines in each of n + 1 planes that hold
+    # corners, 4 n in each of the n between them, along three axes.
+    lines = 3 * ((n + 1) * 2 * (2 * n - 1) + n * 4 * n)
+    assert len(mesh.row_nodes) == mesh.n_elements + lines
 
 
 def test_motion_does_not_grow_with_the_size():

@@ -10,8 +10,8 @@ from ancfsparse.studies.lattices.report import as_text, chart, findings
 from ancfsparse.studies.lattices.run import RUNS, Job, Row, in_process, pairs, run
 
 
-def row(size, seed, seconds, **more):
-    job = Job("lattice", size, "soft", "rest", 1e-3, 10, seed)
+def row(size, seed, seconds, case="lattice", **more):
+    job = Job(case, size, "soft", "rest", 1e-3, 10, seed)
     record = {"seconds": seconds, "set_up_seconds": 2.0 * seconds, "corrections": 3.0}
     record |= {"sweeps": 4.0, "products": 1.0, "factorizations": 2, "recoveries": 0}
     record |= {"peak_bytes": 10**8 + 10**5 * seconds, "base_bytes": 10**8}
@@ -20,6 +20,7 @@ def row(size, seed, seconds, **more):
 
 def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     # All in this process, whose memory says nothing.
+    monkeypatch.setattr("ancfsparse.studies.lattices.run.OCTETS", {1: 3, 2: 6})
     here = "ancfsparse.studies.lattices.run.in_process"
     monkeypatch.setattr(here, lambda job: run(job) | {"base_bytes": 0})
     page = tmp_path / "page.md"
@@ -32,13 +33,18 @@ def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     assert "steel lattice, at rest, 0.004 s" in out
     with (tmp_path / "lattices.csv").open(encoding="utf-8") as file:
         table = list(csv.DictReader(file))
-    assert len(table) == 2 * (1 + len(RUNS))
+    assert len(table) == 2 * (1 + 2 * len(RUNS))
+    assert {line["elements"] for line in table if line["case"] == "octet"} == {"36"}
     assert not any(line["note"] for line in table)
     assert all(float(line["microseconds"]) > 0 for line in table)
     incomplete = [line for line in table if line["seed"] == "incomplete"]
     assert all(float(line["sweeps"]) >= float(line["corrections"]) for line in incomplete)
-    assert len(json.loads((tmp_path / "lattices.json").read_text())["findings"]) == 1 + len(RUNS)
-    assert "| net, at rest, 0.0005 s | 3 | exact | 12 |" in page.read_text(encoding="utf-8")
+    assert len(json.loads((tmp_path / "lattices.json").read_text())["findings"]) == 1 + 2 * len(
+        RUNS
+    )
+    assert "| net, at rest, 0.0005 s | 3 nodes a side | exact | 12 |" in page.read_text(
+        encoding="utf-8"
+    )
     assert (tmp_path / "gallery" / "lattices.png").stat().st_size > 10_000
 
 
@@ -55,6 +61,13 @@ def test_what_is_said_follows_the_rows():
 def test_the_chart_can_be_read(readable):
     rows = [row(n, seed, 0.1 * n) for n in (10, 20) for seed in ("exact", "incomplete")]
     readable(chart(rows))
+    rows += [row(n, "incomplete", 0.2 * n, "octet") for n in (4, 8)]
+    figure = chart(rows)
+    readable(figure)
+    above, _, below, _ = figure.axes
+    # Lattices on both kinds of seeds, and trusses in their colour.
+    assert len(above.lines) == len(below.lines) == 2
+    assert above.lines[1].get_color() == below.lines[1].get_color()
     readable(chart([row(10, "exact", 1.0, note="too large")]))
 
 

@@ -7,6 +7,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
@@ -43,7 +44,7 @@ def as_text(rows: Sequence[Row]) -> str:
     lines = []
     for title, group in groupby(rows, key=lambda row: row.job.title):
         lines += ["", title, "  " + "  ".join(HEAD)]
-        lines += [f"  {row.job.size:>4}  " + "  ".join(_cells(row)) for row in group]
+        lines += [f"  {row.job.side:>15}  " + "  ".join(_cells(row)) for row in group]
     return "\n".join([*lines[1:], "", *(f"{each}." for each in findings(rows))])
 
 
@@ -53,9 +54,9 @@ def as_markdown(rows: Sequence[Row]) -> str:
         "![Time and memory of exact and incomplete seeds against size](gallery/lattices.png)",
         "",
     ]
-    lines += ["| | nodes a side | " + " | ".join(HEAD) + " |", "|---|---:|---|" + "---:|" * 7]
+    lines += ["| | size | " + " | ".join(HEAD) + " |", "|---|---:|---|" + "---:|" * 7]
     lines += [
-        f"| {row.job.title} | {row.job.size} | " + " | ".join(_cells(row)) + " |" for row in rows
+        f"| {row.job.title} | {row.job.side} | " + " | ".join(_cells(row)) + " |" for row in rows
     ]
     return "\n".join([*lines, "", *(f"- {each}." for each in findings(rows))])
 
@@ -67,7 +68,7 @@ def findings(rows: Sequence[Row]) -> list[str]:
         set_up = exact.record["set_up_seconds"] / incomplete.record["set_up_seconds"]
         memory = exact.bytes_per_element / incomplete.bytes_per_element
         sentences.append(
-            f"{exact.job.title.capitalize()}, {exact.job.size} nodes a side: the exact seed takes "
+            f"{exact.job.title.capitalize()}, {exact.job.side}: the exact seed takes "
             f"{exact.microseconds / incomplete.microseconds:.2g} times the time per step, "
             f"{set_up:.2g} times the set-up, {memory:.2g} times the memory"
         )
@@ -101,27 +102,45 @@ def write(rows: Sequence[Row], folder: Path) -> list[Path]:
 
 
 def chart(rows: Sequence[Row]) -> Figure:
-    """Draw time and memory per element against the number of elements."""
-    figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    """Draw time and memory per element against the number of elements, trusses below lattices."""
+    kinds = {
+        "nets and lattices": [row for row in rows if row.job.case != "octet"],
+        "octet trusses": [row for row in rows if row.job.case == "octet"],
+    }
+    kinds = {name: own for name, own in kinds.items() if own}
+    figure = Figure(figsize=(WIDTH, 1.0 + 3.4 * len(kinds)), layout="constrained")
+    colours = dict(zip(dict.fromkeys(map(_label, rows)), COLOURS, strict=False))
     shown: dict[str, Any] = {}
-    titles = list(dict.fromkeys(row.job.title for row in rows))
-    for title, colour in zip(titles, COLOURS, strict=False):
-        for seed, line in (("exact", "--"), ("incomplete", "-")):
-            own = [r for r in rows if (r.job.title, r.job.seed) == (title, seed) and not r.note]
-            x = [row.job.elements for row in own]
-            for ax, y in (
-                (left, [row.microseconds for row in own]),
-                (right, [row.bytes_per_element / 1e3 for row in own]),
-            ):
-                (drawn,) = ax.plot(x, y, line, color=colour, marker=".")
-                if seed == "incomplete":
-                    shown[title] = drawn
+    for (left, right), (name, own) in zip(
+        figure.subplots(len(kinds), 2, squeeze=False), kinds.items(), strict=True
+    ):
+        shown |= _panels(left, right, name, own, colours)
+    if shown:
+        set_legend(figure, shown, 3, "solid: incomplete seeds, dashed: exact ones")
+        set_head(figure, _headline(rows))
+    return figure
+
+
+def _panels(
+    left: Axes, right: Axes, name: str, rows: Sequence[Row], colours: dict[str, str]
+) -> dict[str, Any]:
+    """Draw a line for each stiffness, motion and step; return those of incomplete seeds."""
+    shown: dict[str, Any] = {}
     if all(row.note for row in rows):
         for ax in (left, right):
             set_empty(ax, "no run has a result")
-        return figure
+        return shown
+    for label, colour in colours.items():
+        for seed, line in (("exact", "--"), ("incomplete", "-")):
+            own = [r for r in rows if (_label(r), r.job.seed) == (label, seed) and not r.note]
+            x = [row.job.elements for row in own]
+            left.plot(x, [row.microseconds for row in own], line, color=colour, marker=".")
+            y = [row.bytes_per_element / 1e3 for row in own]
+            (drawn,) = right.plot(x, y, line, color=colour, marker=".")
+            if seed == "incomplete" and own:
+                shown[label] = drawn
     for ax, what in ((left, "microseconds per element and step"), (right, "kB per element")):
+        ax.set_title(name, fontsize=SMALL)
         ax.set_xscale("log")
         ax.xaxis.set_minor_formatter(NullFormatter())
         ax.set_xlabel("elements", fontsize=SMALL)
@@ -130,17 +149,19 @@ def chart(rows: Sequence[Row]) -> Figure:
         ax.grid(alpha=0.3)
     left.set_yscale("log")
     right.set_ylim(bottom=0.0)
-    set_legend(figure, shown, 3, "solid: incomplete seeds, dashed: exact ones")
-    set_head(figure, _headline(rows))
-    return figure
+    return shown
+
+
+def _label(row: Row) -> str:
+    return f"{'net' if row.job.case == 'net' else row.job.stiff}, {row.job.course}"
 
 
 def _headline(rows: Sequence[Row]) -> str:
-    both = [pair for pair in pairs(rows) if pair[0].job.case == "lattice"]
+    both = [pair for pair in pairs(rows) if pair[0].job.case != "net"]
     if not both:
         return "Exact and incomplete seeds"
     exact, incomplete = max(both, key=lambda pair: pair[0].microseconds / pair[1].microseconds)
     return (
         f"The exact seed takes up to {exact.microseconds / incomplete.microseconds:.2g} times as "
-        f"long as the incomplete one ({exact.job.title}, {exact.job.size} nodes a side)"
+        f"long as the incomplete one ({exact.job.title}, {exact.job.side})"
     )

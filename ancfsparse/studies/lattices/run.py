@@ -1,4 +1,4 @@
-"""Exact and incomplete seeds on cubic lattices and square nets: time, memory and counts by size."""
+"""Exact and incomplete seeds on nets, lattices and trusses: time, memory and counts by size."""
 
 from __future__ import annotations
 
@@ -14,16 +14,18 @@ from typing import Any
 from tqdm import tqdm
 
 from ancfsparse.errors import InputError, StepFailure
-from ancfsparse.problems import lattice, net
+from ancfsparse.problems import lattice, net, octet
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from ancfsparse.studies.scaling.worker import peak_memory
 
 LATTICES, NETS = (10, 16, 22, 30, 46, 64), (30, 60, 100, 200)
+OCTETS = {4: 10, 8: 16, 11: 22, 15: 30, 23: 46, 32: 64}
+"""Cells along a side of octet trusses, and of the lattice with about as many elements."""
 STIFF = {"soft": (1e8, 1000.0), "steel": (2.1e11, 7800.0)}
 """Young's modulus [Pa] and density [kg/m3] of the cables of a lattice."""
 
-# What is run of each lattice: stiffness, motion, step [s].
+# What is run of each lattice and truss: stiffness, motion, step [s].
 RUNS = (
     ("soft", "rest", 1e-3),
     ("soft", "rough", 1e-3),
@@ -41,10 +43,10 @@ class Job:
 
     Attributes
     ----------
-    case : {"lattice", "net"}
+    case : {"lattice", "net", "octet"}
         The scene.
     size : int
-        Nodes along a side.
+        Nodes along a side; of an octet truss, cells.
     stiff, motion : str
         A name in `STIFF`, and a motion as in `problems.lattice`.
     dt : float
@@ -67,19 +69,32 @@ class Job:
         """Build the scene."""
         if self.case == "net":
             return net(self.size, self.motion).scene
-        return lattice(self.size, self.motion, *STIFF[self.stiff]).scene
+        make = octet if self.case == "octet" else lattice
+        return make(self.size, self.motion, *STIFF[self.stiff]).scene
 
     @property
     def elements(self) -> int:
         """Number of elements."""
         n = self.size
+        if self.case == "octet":
+            return 12 * n * n * (2 * n + 1)
         return 2 * n * (n - 1) if self.case == "net" else 3 * n * n * (n - 1)
 
     @property
     def title(self) -> str:
         """What is run, without size and seed."""
-        what = "net" if self.case == "net" else f"{self.stiff} lattice"
-        return f"{what}, {'at rest' if self.motion == 'rest' else self.motion}, {self.dt:g} s"
+        names = {"net": "net", "lattice": "soft lattice", "octet": "soft octet truss"}
+        return f"{names[self.case].replace('soft', self.stiff)}, {self.course}"
+
+    @property
+    def course(self) -> str:
+        """Motion and step in words."""
+        return f"{'at rest' if self.motion == 'rest' else self.motion}, {self.dt:g} s"
+
+    @property
+    def side(self) -> str:
+        """The size in words."""
+        return f"{self.size} {'cells' if self.case == 'octet' else 'nodes'} a side"
 
 
 @dataclass
@@ -128,15 +143,15 @@ def lattices(
     steps: int = 20,
     progress: bool = False,
 ) -> list[Row]:
-    """Run lattices and nets of growing size on both kinds of seeds, each in a process of its own.
+    """Run nets, lattices and trusses on both kinds of seeds, each in a process of its own.
 
     Parameters
     ----------
     largest, largest_net : int, optional
         Nodes along a side of the largest lattice and net; before it come those of `LATTICES` and
-        `NETS` that are smaller.
+        `NETS` that are smaller.  Octet trusses are those of `OCTETS` with as many elements.
     largest_exact : int, optional
-        Nodes along a side of the largest lattice on exact seeds.
+        Nodes along a side of the largest lattice on exact seeds, and of the truss as large.
     steps : int, optional
         Time steps of each run.
     progress : bool, optional
@@ -144,11 +159,13 @@ def lattices(
     """
     scenes = [("net", n, *NET_RUN) for n in _sizes(NETS, largest_net)]
     scenes += [("lattice", n, *run) for run in RUNS for n in _sizes(LATTICES, largest)]
+    trusses = [cells for cells, as_large in OCTETS.items() if as_large <= largest]
+    scenes += [("octet", n, *run) for run in RUNS for n in trusses]
     jobs = [
         Job(*scene, steps, seed)
         for scene in scenes
         for seed in ("exact", "incomplete")
-        if seed == "incomplete" or scene[0] == "net" or scene[1] <= largest_exact
+        if seed == "incomplete" or _exact_too(scene[0], scene[1], largest_exact)
     ]
     rows = []
     with tqdm(jobs, unit="run", disable=None if progress else True, leave=False) as bar:
@@ -156,6 +173,10 @@ def lattices(
             bar.set_description(f"{job.title}, {job.size}, {job.seed}")
             rows.append(Row(job, in_process(job)))
     return rows
+
+
+def _exact_too(case: str, size: int, largest_exact: int) -> bool:
+    return case == "net" or (OCTETS[size] if case == "octet" else size) <= largest_exact
 
 
 def _sizes(usual: Sequence[int], largest: int) -> list[int]:
