@@ -17,12 +17,12 @@ DIFF_LINES = 60
 
 def emit(names: Sequence[str]) -> dict[str, str]:
     """Texts of the modules of the named elements."""
-    inputs = digest_of_inputs()
     texts = {}
     for name in names:
         source, make = ELEMENTS[name]
         program = derive(make())
-        texts[f"{name}.pyx"] = module(program, header(program, source, inputs))
+        head = header(program, source, digest_of_inputs(source, make))
+        texts[f"{name}.pyx"] = module(program, head)
     return texts
 
 

@@ -1,24 +1,65 @@
 """What generated files were made from: digest of the sources, and digests of the results."""
 
+import ast
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 
 import sympy as sp
 
 from codegen.derive import Program
+from codegen.fields import Element
 
-SOURCES = Path(__file__).parent
+ROOT = Path(__file__).parent.parent
 COMMAND = "make codegen"
+EMITTERS = ("codegen/emit.py", "codegen/stamp.py")
+"""What turns every element into text; they import the derivation."""
 
 
-def digest_of_inputs(sources: Path = SOURCES) -> str:
-    """SHA-256 over all sources of `codegen`, in the order of their names, with LF line ends."""
+def digest_of_inputs(source: str, make: Callable[[], Element], root: Path = ROOT) -> str:
+    """SHA-256 over everything that decides what a generated module contains, and nothing else.
+
+    Parameters
+    ----------
+    source : str
+        The file of the element, relative to `root`.
+    make : callable
+        What builds the element: a function of that file, perhaps with arguments.
+    root : Path, optional
+        Folder that holds `codegen`.
+    """
     total = hashlib.sha256()
-    for path in sorted(sources.rglob("*.py"), key=lambda p: p.relative_to(sources).as_posix()):
-        total.update(path.relative_to(sources).as_posix().encode() + b"\0")
-        total.update(path.read_bytes().replace(b"\r\n", b"\n") + b"\0")
+    if isinstance(make, partial):
+        total.update(f"{make.args} {sorted(make.keywords.items())}".encode())
+    for name in dependencies((source, *EMITTERS), root):
+        total.update(name.encode() + b"\0")
+        total.update((root / name).read_bytes().replace(b"\r\n", b"\n") + b"\0")
     return total.hexdigest()
+
+
+def dependencies(names: Iterable[str], root: Path = ROOT) -> list[str]:
+    """Return these files and all of `codegen` that they import, directly or not, sorted."""
+    found: set[str] = set()
+    waiting = list(names)
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += _imported(ast.parse((root / name).read_bytes()), root)
+    return sorted(found)
+
+
+def _imported(tree: ast.Module, root: Path) -> list[str]:
+    """Return the files of `codegen` behind the import statements of a module."""
+    modules: list[str] = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            modules += [each.name for each in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module is not None:
+            modules += [node.module, *(f"{node.module}.{each.name}" for each in node.names)]
+    files = [each.replace(".", "/") + ".py" for each in modules if each.startswith("codegen.")]
+    return [name for name in files if (root / name).is_file()]
 
 
 def header(program: Program, source: str, inputs: str) -> str:

@@ -11,16 +11,56 @@ import pytest
 
 from codegen.__main__ import GENERATED, main
 from codegen.elements import ELEMENTS
-from codegen.stamp import digest_of_inputs
+from codegen.stamp import dependencies, digest_of_inputs
 
 ROOT = GENERATED.parent
 
 
+def digests(root=ROOT):
+    return {name: digest_of_inputs(*ELEMENTS[name], root) for name in ELEMENTS}
+
+
 def test_headers_carry_the_digest_of_the_sources():
-    digest = digest_of_inputs()
-    for name in ELEMENTS:
+    for name, digest in digests().items():
         head = (GENERATED / f"{name}.pyx").read_text(encoding="utf-8")[:1000]
         assert f"sha256:{digest}" in head, f"{name} is stale: run `make codegen`"
+
+
+@pytest.mark.parametrize(
+    ("file", "stale"),
+    [
+        ("elements/thin.py", "thin"),
+        ("elements/thick.py", "thick"),
+        ("fields.py", ""),
+        ("tape.py", ""),
+        ("emit.py", ""),
+        ("stamp.py", ""),
+        ("elements/__init__.py", "none"),
+        ("__main__.py", "none"),
+    ],
+)
+def test_a_digest_covers_what_its_module_depends_on_and_nothing_else(tmp_path, file, stale):
+    shutil.copytree(ROOT / "codegen", tmp_path / "codegen")
+    assert digests(tmp_path) == digests()
+    with (tmp_path / "codegen" / file).open("a", encoding="utf-8") as source:
+        source.write("# one more line\n")
+    after = digests(tmp_path)
+    changed = {name for name, digest in digests().items() if after[name] != digest}
+    assert changed == {name for name in ELEMENTS if name.startswith(stale)}
+
+
+def test_a_digest_covers_the_options_of_the_element():
+    assert len(set(digests().values())) == len(ELEMENTS)
+
+
+def test_imports_are_followed_however_they_are_written(tmp_path):
+    folder = tmp_path / "codegen"
+    folder.mkdir()
+    (folder / "a.py").write_text("from codegen import b\nimport os\n")
+    (folder / "b.py").write_text("def late():\n    import codegen.c\n")
+    (folder / "c.py").write_text("from codegen.a import x\n")
+    (folder / "d.py").write_text("")
+    assert dependencies(["codegen/a.py"], tmp_path) == [f"codegen/{x}.py" for x in "abc"]
 
 
 def test_sums_match_the_files():
