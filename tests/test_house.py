@@ -1,6 +1,7 @@
 """What the repository says about itself is true."""
 
 import importlib.metadata
+import importlib.resources
 import re
 import subprocess
 from pathlib import Path
@@ -66,3 +67,7 @@ def test_links_between_pages_lead_somewhere(file):
     links = re.findall(r"\]\((?!https?:|#)([^)#]+)", file.read_text(encoding="utf-8"))
     missing = [link for link in links if not (file.parent / link).exists()]
     assert not missing
+
+
+def test_the_package_is_marked_as_typed():
+    assert (importlib.resources.files("ancfsparse") / "py.typed").is_file()
