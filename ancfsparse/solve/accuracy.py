@@ -1,4 +1,4 @@
-"""Runs that meet an accuracy: whole motions are compared, and the error of the last one is told.
+"""Runs that meet an accuracy: whole motions are compared, and the error of the last is estimated.
 
 A local error estimate says where steps must be short; only a comparison of two motions says what
 the local errors add up to.
@@ -44,8 +44,8 @@ Vector = NDArray[np.float64]
 MOST_RUNS = 20
 # Second order, damps what the steps cannot follow, and forgets what a change of step leaves.
 USUAL = GeneralizedAlpha(0.9)
-# What parts coarse runs tells of finer ones up to errors of so many times the accuracy.
-TOLD = 100.0
+# Errors up to so many times the accuracy are of use to other ways.
+USEFUL = 100.0
 NOISE = 1e-13  # rounding of a position after many steps, over the size of the scene
 # What the last run needs at least, over the smallest error of all, where rounding ended it.
 CLEAR = 5.0
@@ -179,10 +179,10 @@ def solve_accurately(
                 add_counts(total, way.running)
                 total.seconds["set-up"] = time.perf_counter() - begin - total.march_seconds
                 attempts.finish()
-            if way.error < TOLD * accuracy:
+            if way.error < USEFUL * accuracy:
                 for other in ways:
                     if other is not way:
-                        other.hear(way.content, way.states)
+                        other.receive(way.content, way.states)
             bar.update(way.running.runs)
             bar.set_postfix_str(f"error {way.error:.1e} m")
             if way.states is not None and way.error <= total.error:

@@ -57,7 +57,7 @@ class Content:
 
 
 def frequency(system: System, one: States, other: States, resolved: bool = False) -> float:
-    """Return the angular frequency of what tells two runs apart [rad/s].
+    """Return the angular frequency of the difference of two runs [rad/s].
 
     It is speed over place; or, where the steps of both resolve all vibrations, the root of
     acceleration over place, which has more of the fast ones.
@@ -104,8 +104,7 @@ def power_of_fall(first: float, apart: float, second: float, third: float, neare
     """
 
     def ratio(power: float) -> float:
-        a, b, c = (each**-power for each in (first, second, third))
-        return float((a - b) / (b - c))
+        return 1.0 / fall(first, second, third, power)
 
     low, high = 0.0, 16.0
     if apart <= nearer * ratio(SMALLEST_POWER):
@@ -114,3 +113,17 @@ def power_of_fall(first: float, apart: float, second: float, third: float, neare
         middle = 0.5 * (low + high)
         low, high = (middle, high) if ratio(max(middle, 1e-6)) * nearer < apart else (low, middle)
     return low
+
+
+def fall(first: float, second: float, third: float, power: float) -> float:
+    """Return the distance of the last two of three runs, over that of the first two.
+
+    Parameters
+    ----------
+    first, second, third : float
+        How fine the runs are, ascending.
+    power : float
+        Of the step, with which their errors decrease.
+    """
+    a, b, c = (each**-power for each in (first, second, third))
+    return float((b - c) / (a - b))

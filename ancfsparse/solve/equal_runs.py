@@ -1,4 +1,4 @@
-"""Whole motions by an implicit integrator in equal steps, where the error of each is foretold."""
+"""Whole motions by an implicit integrator in equal steps, where the error of each is predicted."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ancfsparse.solve.times import MOST_STEPS
 
 # Residuals with their solutions that a step costs, about, before any is made.
 EACH_STEP = 2.0
-# Least share of the error that is foretold; and the distance of two runs that is foretold, over the
+# Error of a run over the predicted one, at least; and the predicted distance of two runs over the
 # error of the first, at least.
 LEAST_SCALE, UNLIKE = 0.3, 0.3
 # What iterations leave of velocities adds up as the root of the steps beyond so many.
@@ -41,7 +41,7 @@ class EqualRuns(ImplicitRuns):
     def __init__(self, plan: StepPlan, *arguments: Any) -> None:
         super().__init__(*arguments)
         self._plan, self._scale = plan, 1.0
-        # The error of two runs together, over the one foretold and that scale.
+        # The error of two runs together, over the predicted one and that scale.
         self._rough = 1.0
         self._begin: tuple[int, float] | None = None  # what is planned before the first run
         # Runs are numbered by their steps.
@@ -64,7 +64,7 @@ class EqualRuns(ImplicitRuns):
         try:
             states = stepper.run()
         except (EnergyGain, StepFailure) as stop:
-            self._begin_anew(stop, stepper)
+            self._restart(stop, stepper)
             self.failure = stop if self._attempts == MOST_ATTEMPTS else None
             self._plan, self._begin = replace(self._plan, fewest=MORE * n), None
             return
@@ -108,8 +108,8 @@ class EqualRuns(ImplicitRuns):
 
     def _unseen(self, apart: float, coarse: float, fine: float) -> float:
         """Return what two runs are both off, and learn from their distance [m]."""
-        foretold = max(self._plan.apart(coarse, fine), UNLIKE * self._plan.plain(coarse))
-        self._scale = max(apart / max(foretold, np.finfo(float).tiny), LEAST_SCALE)
+        predicted = max(self._plan.apart(coarse, fine), UNLIKE * self._plan.plain(coarse))
+        self._scale = max(apart / max(predicted, np.finfo(float).tiny), LEAST_SCALE)
         if self._mixed_error < math.inf:
             mixed = max(self._scale * self._plan.mixed(coarse, fine), np.finfo(float).tiny)
             self._rough = max(1.0, self._mixed_error / mixed)

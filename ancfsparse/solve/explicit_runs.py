@@ -8,11 +8,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import AccuracyFailure, InputError
+from ancfsparse.errors import InputError
 from ancfsparse.integrators.explicit import Explicit
 from ancfsparse.results import RunStats
 from ancfsparse.solve.breaks import Breaks
-from ancfsparse.solve.content import Content, frequency, phase_lost, power_of_fall
+from ancfsparse.solve.content import Content, fall, frequency, phase_lost, power_of_fall
+from ancfsparse.solve.convergence import Convergence
 from ancfsparse.solve.explicit_march import ExplicitMarch
 from ancfsparse.solve.states import States, distance
 from ancfsparse.solve.times import MOST_STEPS
@@ -21,31 +22,28 @@ from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
 
-# Steps of the second run are shorter by so much, by the order: the cheapest whose difference tells
-# the error; those of later ones not by more than another factor.
+# Ratio of the steps of the first run to those of the second, by the order: the cheapest from whose
+# difference the error can be estimated; and the largest ratio for later runs.
 CLOSER, FURTHEST = {2: 1.35, 4: 1.3, 8: 1.25}, 2.2
-# Where the error is foretold, the first of two runs may have steps longer by so much.
+# The same ratio at most where the error is predicted.
 APART = 1.5
-# The error that runs are planned for, over the one foretold: as long as none is known, and what it
-# may be at least and at most then.
+# Error over the predicted one: before the first estimate, and its bounds afterwards.
 GUESS, LEAST_SCALE, MOST_SCALE = 1.5, 0.2, 1e3
 # Least share of the error of a run by which its distance from the next exceeds that one's.
 SMALLEST_SHARE = 0.1
-# The distance of two runs may differ from the one foretold by this factor, or only how it falls is
-# believed; what is added to the error foretold then; and its least share of the first error.
+# Where the distance of two runs is within this factor of the predicted one, so is the error; a
+# margin on it; and the least predicted distance, over the error of the first run.
 ALIKE, MARGIN, UNLIKE = 4.0, 1.5, 0.3
-MOST_MORE = 10.0  # times what is foretold that vibrations are believed to be larger
+MOST_MORE = 10.0  # amplitude of vibrations over the predicted one, at most
 # The error of the lowest order must be so much less than the motion as a whole lets expect.
 LOOSE = 10.0
-# Share of the accuracy that runs are meant for.
+# Share of the accuracy that the predicted error of a run may have.
 SAFETY = 0.7
 # Share of the order that is believed of the fall of an error: where the phase lost of what parts
 # two runs is below a bound [rad], elsewhere, and where both dissipate the fastest vibrations.
 BELIEVED, UNRESOLVED, DISSIPATED, RESOLVED = 0.75, 0.5, 0.35, 0.1
 # Share of its distance from a run of lower order that one of higher order is taken to be off.
 LEAST_OF_TWO = 0.5
-# An error that falls by less than this, in so many runs, is not one of the steps.
-STUCK, MOST_STUCK = 0.7, 4
 # Forces that the set-up is worth, about, and share of all cost from which on it does not matter.
 SETUP, CHEAP = 100.0, 0.05
 FINER = 1.05  # ratio of the steps that are thought of
@@ -98,7 +96,7 @@ class ExplicitRuns:
     ) -> None:
         self._system, self._t_end = system, float(t[-1])
         self._waves, self._scale = waves, GUESS
-        self._smallest, self._stuck = math.inf, 0
+        self._convergence = Convergence(accuracy)
         # The last two runs of one integrator: it, how fine both were, the second first, and how far
         # apart.
         self._before: tuple[Explicit, float, float, float] | None = None
@@ -134,7 +132,7 @@ class ExplicitRuns:
             return self._plan()[2]
         return cost
 
-    def hear(self, content: Content | None, states: States | None) -> None:
+    def receive(self, content: Content | None, states: States | None) -> None:
         """Take what another way has found: what its error is made of, and its best motion."""
         if self.content is None:
             self.content = content
@@ -158,7 +156,8 @@ class ExplicitRuns:
             self._made = [(each, shorter * fine) for each, fine in self._made]
             return
         self._take(integrator, finer, states)
-        self._look_for_chaos()
+        if self.error < math.inf:
+            self.failure = self._convergence.add(self.error)
         if self._other is not None and self.states is not None:
             # Two ways have no error in common.
             self.error = min(self.error, distance(self._system, self.states, self._other))
@@ -169,7 +168,7 @@ class ExplicitRuns:
         The run is an integrator, and by how much its steps are shorter than stable ones.
         """
         if self.content is None and self._waves is None:
-            # Nothing is known yet: order 4 where there is a choice, then what tells its error.
+            # Nothing is known yet: order 4 where there is a choice, then a run to compare it with.
             usual = self._integrators[len(self._integrators) // 2]
             closer = CLOSER[usual.tableau.order]
             if self._made:
@@ -199,11 +198,11 @@ class ExplicitRuns:
     def _wanted(self, integrator: Explicit) -> float:
         """Return how much finer than stable the steps must be for the accuracy."""
         finer = 1.0
-        while finer < 1e6 and self._foretold(integrator, finer) > SAFETY * self._accuracy:
+        while finer < 1e6 and self._predicted(integrator, finer) > SAFETY * self._accuracy:
             finer *= FINER
         return finer
 
-    def _foretold(self, integrator: Explicit, finer: float) -> float:
+    def _predicted(self, integrator: Explicit, finer: float) -> float:
         """Return the error that a run will have [m]."""
         if self._waves is not None:
             step = self._march.step(integrator, finer)
@@ -225,20 +224,11 @@ class ExplicitRuns:
         self.content = Content.of(apart, omega, self._t_end, *lost)
         order = integrator.tableau.order
         if order < other.tableau.order:
-            # What tells two orders apart is the error of the lower one.
+            # The distance of runs of two orders is the error of the lower one.
             self._made.insert(0, (integrator, finer))
             self.error = apart
             return
         self._keep(integrator, finer, states, self._estimate(pair, apart))
-
-    def _look_for_chaos(self) -> None:
-        """Give up where errors do not go down in many runs: the motion forgets its start."""
-        if self.error == math.inf:
-            return
-        self._stuck = self._stuck + 1 if self.error > STUCK * self._smallest else 0
-        self._smallest = min(self._smallest, self.error)
-        if self._stuck == MOST_STUCK:
-            self.failure = AccuracyFailure(self._accuracy, self._smallest, MOST_STUCK)
 
     def _estimate(self, pair: tuple[tuple[Explicit, float], ...], apart: float) -> float:
         """Return the error of the second of two runs, which are so far apart [m]."""
@@ -254,7 +244,10 @@ class ExplicitRuns:
                 believed = DISSIPATED if sudden and order > 2 and fastest > 1.0 else UNRESOLVED
             power = believed * order
             if self._before is not None and self._before[:2] == (integrator, coarser):
-                power = min(power, power_of_fall(*self._before[2:], coarser, finer, apart))
+                first, earlier = self._before[2:]
+                power = min(power, power_of_fall(first, earlier, coarser, finer, apart))
+                # Distances that decrease faster than the order are small by chance.
+                apart = max(apart, earlier * fall(first, coarser, finer, order))
             error = apart / max((finer / coarser) ** power - 1.0, SMALLEST_SHARE)
             # Waves whose phase is lost do not converge with the order: all of the distance counts.
             if self.content.lost > 1.0:
@@ -267,9 +260,9 @@ class ExplicitRuns:
             return error
         tableaus = (other.tableau, integrator.tableau)
         steps = (self._march.step(other, coarser), self._march.step(integrator, finer))
-        foretold = self._waves.apart(tableaus, steps)
+        predicted = self._waves.apart(tableaus, steps)
         first, second = (self._waves.error(*each) for each in zip(tableaus, steps, strict=True))
-        scale = apart / max(foretold, UNLIKE * first, np.finfo(float).tiny)
+        scale = apart / max(predicted, UNLIKE * first, np.finfo(float).tiny)
         if other == integrator and order == 2 and 1.0 / ALIKE < scale < ALIKE:
             error = min(error, MARGIN * scale * second)
         error = max(error, min(max(scale, 1.0), MOST_MORE) * self._waves.unseen(tableaus, steps))

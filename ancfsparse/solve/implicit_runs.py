@@ -1,7 +1,7 @@
 """Whole motions by an implicit integrator, whose steps follow the first of them, and are divided.
 
 Runs whose steps are those of another, each divided by the same whole number, have errors in fixed
-proportion: their difference tells the error, and what it tells can be taken off (Richardson).
+proportion: the error follows from their difference, and can be subtracted (Richardson).
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import AccuracyFailure, EnergyGain, StepFailure
+from ancfsparse.errors import EnergyGain, StepFailure
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Method, ModifiedNewton, Outcome, QuasiNewton
 from ancfsparse.nonlinear.iteration import describe
 from ancfsparse.results import Event, RunStats
 from ancfsparse.solve.breaks import Breaks
 from ancfsparse.solve.content import Content, frequency, phase_lost_implicitly
+from ancfsparse.solve.convergence import STUCK, Convergence
 from ancfsparse.solve.setup import CAUSES
 from ancfsparse.solve.states import States, distance
 from ancfsparse.solve.steps import ITERATION_SHARE, OverBudget, Pattern, Stepper, divided
@@ -27,24 +28,22 @@ from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
 
-# Error of the first runs that is thought of, over the size of the scene: coarse runs are cheap, and
-# tell what finer ones cost, whose steps are theirs, divided.
+# Intended error of the first run, over the size of the scene: coarse runs are cheap, and show what
+# finer ones cost, whose steps are theirs, divided.
 COARSE = 2e-3
 # Error of a step in the first run, over its error and the root of its share of the scene: steps
 # that add up to an error A have A / N each, and their number N goes with the root of 1 / A.
 FIRST = 0.5
 # Steps of a run are shorter than those of the last by these factors at least and at most: closer,
-# and the difference of two runs tells little; further, and nobody has seen whether the error obeys.
+# and the difference of two runs is mostly noise; further, and the order has not been observed.
 LEAST, MOST = 1.8, 5.0
 # So much shorter steps without what can be taken off are no reason to make a run for it alone.
 WORTH = 1.5
 ONCE_MORE = 2.5  # how much shorter they are at least where one is made for it
-SAFETY = 0.5  # share of the accuracy that the next run is meant for
+SAFETY = 0.5  # share of the accuracy that the next run is planned for
 # What the error of the second run is taken for, over a third of its distance from the first.
 UNSEEN = 1.5
-# An error that falls by less than this, in so many runs, is not one of the steps.
-STUCK, MOST_STUCK = 0.7, 4
-STRIDE = 3.0  # how much shorter steps are made where it does
+STRIDE = 3.0  # how much shorter steps are made where errors do not decrease
 # Share of the accuracy that the iterations of all steps together may leave.
 ITERATIONS_SHARE = 0.03
 # How often a run that gains energy or cannot be solved is begun with shorter steps.
@@ -121,13 +120,13 @@ class ImplicitRuns:
             method = replace(method, seed_frame="fixed")
         self._solver = method
         size = float(np.max(np.abs(system.q0)))
-        self._aim = max(accuracy, COARSE * size)  # error of the first run that is thought of [m]
+        self._aim = max(accuracy, COARSE * size)  # error of the first run intended [m]
         self._local = FIRST * self._aim * math.sqrt(self._aim / size)
         self._pattern: Pattern = []
         self._base = 0  # steps of the first run
         self._runs: list[tuple[float, States]] = []
         self._mixed: tuple[States, float] | None = None
-        self._attempts = self._stuck = 0
+        self._attempts, self._convergence = 0, Convergence(accuracy)
         self._mixed_error = math.inf
         # Cost of the first run; of all where there is none.
         self._cost, self._expected = 0.0, LEAST_FORCES * force_cost
@@ -154,7 +153,7 @@ class ImplicitRuns:
             total += by * self._cost
         return total
 
-    def hear(self, content: Content | None, states: States | None) -> None:
+    def receive(self, content: Content | None, states: States | None) -> None:
         """Take what another way has found: nothing that is used here."""
 
     def advance(self, budget: float) -> None:
@@ -171,7 +170,7 @@ class ImplicitRuns:
         try:
             self._take(by, stepper.run())
         except (EnergyGain, StepFailure) as stop:
-            self._begin_anew(stop, stepper)
+            self._restart(stop, stepper)
         self.steps = stepper.stats.steps
 
     def _first(self, budget: float, others: float) -> None:
@@ -181,13 +180,13 @@ class ImplicitRuns:
         except OverBudget:
             self._expected = DEARER * others
         except (EnergyGain, StepFailure) as stop:
-            self._begin_anew(stop, stepper)
+            self._restart(stop, stepper)
         else:
             self._pattern, self._base = stepper.pattern, stepper.stats.steps
             self._cost = stepper.price.of_run(stepper.stats)
             self._runs, self.states, self.steps = [(1, states)], states, self._base
 
-    def _begin_anew(self, stop: StepFailure, stepper: Stepper) -> None:
+    def _restart(self, stop: StepFailure, stepper: Stepper) -> None:
         """Let the first run be one of shorter steps, or give up."""
         self._attempts += 1
         if self._attempts == MOST_ATTEMPTS or (not isinstance(stop, EnergyGain) and not self._runs):
@@ -241,9 +240,7 @@ class ImplicitRuns:
         error, best = min((plain, 0), (self._mixed_error, 1))
         error = max(error, self._unseen(apart, before, by))
         still = self._mixed is not None and STUCK * self._mixed[1] < apart
-        self._stuck = self._stuck + 1 if still or STUCK * self.error < error else 0
-        if self._stuck == MOST_STUCK:
-            self.failure = AccuracyFailure(self._accuracy, error, MOST_STUCK)
+        self.failure = self._convergence.add(error, still)
         self._mixed = (mixed, apart)
         self.error, self.states = error, (states, mixed)[best]
         self._runs = [(before, coarse), (by, states)]
@@ -275,7 +272,7 @@ class ImplicitRuns:
         return plain if plain < WORTH * mixed else max(mixed, ONCE_MORE * by)
 
     def _following(self, by: float, wanted: float) -> int:
-        if self._stuck:
+        if self._convergence.stuck:
             return math.ceil(STRIDE * by)
         return math.ceil(min(max(wanted, LEAST * by), MOST * by))
 

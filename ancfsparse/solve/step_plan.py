@@ -15,13 +15,13 @@ from ancfsparse.solve.waves import Waves
 
 Vector = NDArray[np.float64]
 
-# Fewest steps of a run, ratio of those that are told apart, and first runs that are compared.
+# Fewest steps of a run, relative resolution of numbers of steps, and first runs that are compared.
 FEWEST, FINER, THOUGHT_OF = 40, 1.05, 20
 # Steps that a run costs beside its own: the first ones and the factors.
 BESIDE = 75.0
 # How much more steps a run has than the last at least and at most, and the second of three.
 CLOSER, FURTHEST, TWICE = 1.5, 3.5, 2.0
-# Share of the accuracy that runs are meant for.
+# Share of the accuracy that runs are planned for.
 SAFETY = 0.55
 # A load must not change by more of itself than this in a step.
 CHANGE = 0.3
@@ -107,7 +107,7 @@ class StepPlan:
         runs : list of float
             Steps of the runs there are, ascending.
         accuracy : float
-            What is wanted, over the error that these runs have more than is foretold [m].
+            Requested accuracy, over the ratio of errors to predicted ones [m].
         rough : float, optional
             By how much two runs together have more error than that [-].
         """

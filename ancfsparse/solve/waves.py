@@ -1,11 +1,11 @@
-"""The error that an integrator will make, foretold from the vibrations that a motion is made of.
+"""The error of an integrator, predicted from the vibrations that a motion is made of.
 
 At its start, and where loads jump, a scene that is linearized about its shape begins to move in its
 vibrations, each of a known amplitude.  An integrator loses a known share of the phase and size of
 each, step by step.  That is most of the error of a motion, also of one with large turns: all of it
 but for a factor of five in nine of ten random scenes.  What is missing are waves that others set
-off, as those along a beam that starts to move across itself: so an error is foretold to plan runs,
-and never taken for one that is found.
+off, as those along a beam that starts to move across itself: so a predicted error serves to plan
+runs, and never as the estimate.
 """
 
 from __future__ import annotations

@@ -17,21 +17,29 @@ MOST, SHARES, IMPLICIT = 400_000, (0.45, 0.15), (4000, 8000)
 FEWEST = 12  # steps from one time to the next of the coarser one
 
 
-def run(seed, index):
-    """Run a random scene to a random accuracy by a random way."""
+def trial(seed, index):
+    """Draw a scene, an accuracy and an integrator."""
     rng = np.random.default_rng([seed, index])
     drawn = draw(rng, tame=True)
-    length = drawn.words["length"]
-    accuracy = float(length * 10 ** rng.uniform(-7, -3))
+    accuracy = float(drawn.words["length"] * 10 ** rng.uniform(-7, -3))
     integrator = ["auto", "auto", "auto", ancf.GeneralizedAlpha(0.9), ancf.HHT(0.05)][
         rng.integers(5)
     ]
-    tried = f"accuracy={accuracy:.3g}, {integrator!r}, {drawn.words}"
+    return drawn, accuracy, integrator
+
+
+def solve(drawn, accuracy, integrator):
+    """Run a scene to an accuracy."""
     every = drawn.t_end / SAVED
+    return ancf.simulate(drawn.scene, drawn.t_end, every, accuracy=accuracy, integrator=integrator)
+
+
+def run(seed, index):
+    """Run a random scene to a random accuracy by a random way."""
+    drawn, accuracy, integrator = trial(seed, index)
+    tried = f"accuracy={accuracy:.3g}, {integrator!r}, {drawn.words}"
     try:
-        found = ancf.simulate(
-            drawn.scene, drawn.t_end, every, accuracy=accuracy, integrator=integrator
-        )
+        found = solve(drawn, accuracy, integrator)
     except ancf.AncfError as refused:
         return Report(f"refused ({type(refused).__name__})", [], tried)
     finds = []

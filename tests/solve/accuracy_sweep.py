@@ -1,8 +1,8 @@
 """Errors and costs of runs to an accuracy on scenes drawn at random: ``make accuracy``.
 
-Each scene leaves a reference and a file of its results in ``results/accuracy``, so that a sweep
-that was interrupted goes on where it was; ``--again`` keeps the references alone.  Kinds of scenes
-take turns, so any first few are a fair sample.
+Each scene leaves a reference, the errors and costs of fixed steps, and a file of its results in
+``results/accuracy``, so that a sweep that was interrupted goes on where it was; ``--again`` repeats
+the runs to an accuracy alone.  Kinds of scenes take turns, so any first few are a fair sample.
 """
 
 import argparse
@@ -100,13 +100,21 @@ def known(case, folder):
         return found["exact"], float(found["uncertain"])
 
 
+def known_fixed_steps(case, exact, folder):
+    """Return names, costs and errors of fixed steps."""
+    path = folder / f"{case.seed}-fixed.json"
+    if not path.exists():
+        path.write_text(json.dumps(list(fixed_steps(case, exact))))
+    return json.loads(path.read_text())
+
+
 def measured(case, folder):
     """Return the results of a scene, made of lists and numbers."""
     try:
         exact, uncertain = known(case, folder)
     except TooLongError:
         return {"seed": case.seed, "kind": case.kind, "skipped": True, "runs": []}
-    swept, runs = list(fixed_steps(case, exact)), []
+    swept, runs = known_fixed_steps(case, exact, folder), []
     for accuracy in ACCURACIES:
         try:
             run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=accuracy)
@@ -169,7 +177,7 @@ def main(words=None):
     parser = argparse.ArgumentParser(prog="make accuracy", description=__doc__.split("\n")[0])
     parser.add_argument("first", type=int, nargs="?", default=0, help="first seed")
     parser.add_argument("last", type=int, nargs="?", default=100, help="seed after the last")
-    parser.add_argument("--again", action="store_true", help="make runs that were made before")
+    parser.add_argument("--again", action="store_true", help="repeat runs to an accuracy")
     parser.add_argument("--folder", type=Path, default=Path("results/accuracy"))
     given = parser.parse_args(words)
     given.folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Errors foretold from the vibrations of a scene, against those of runs."""
+"""Errors predicted from the vibrations of a scene, against those of runs."""
 
 import numpy as np
 import pytest
@@ -64,7 +64,7 @@ def tips(scene, steps, integrator):
 
 
 @pytest.mark.parametrize("make", [clamped, swinging, hanging])
-def test_the_error_of_explicit_runs_is_foretold_not_much_too_small(make):
+def test_the_error_of_explicit_runs_is_predicted_not_much_too_small(make):
     waves, _ = waves_of(make())
     exact = tips(make(), 8000, ancf.DormandPrince())
     methods = [ancf.DormandPrince()]
@@ -75,12 +75,12 @@ def test_the_error_of_explicit_runs_is_foretold_not_much_too_small(make):
         for finer in (1.1, 2.0):
             steps = 20 * int(np.ceil(T_END / limit * finer / 20))
             error = np.linalg.norm(tips(make(), steps, method) - exact, axis=1).max()
-            foretold = waves.error(method.tableau, T_END / steps)
-            assert foretold / 50.0 < error < 5.0 * foretold or error < 1e-11
+            predicted = waves.error(method.tableau, T_END / steps)
+            assert predicted / 50.0 < error < 5.0 * predicted or error < 1e-11
 
 
 @pytest.mark.parametrize("make", [clamped, swinging, hanging])
-def test_the_error_of_implicit_runs_is_foretold_within_a_factor_of_five(make):
+def test_the_error_of_implicit_runs_is_predicted_within_a_factor_of_five(make):
     waves, breaks = waves_of(make())
     plan = StepPlan.of(waves, breaks, T_END)
     exact = tips(make(), 8000, ancf.DormandPrince())
