@@ -26,14 +26,11 @@ cdef extern from "vectors.h":
     double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
 
 include "../kernels/energy_watch.pxi"
+include "../kernels/outcome.pxi"
 include "../kernels/signals.pxi"
 include "../system/arrays.pxi"
 include "held.pxi"
 
-
-cdef enum:
-    NOT_FINITE = 3
-    GAINED_ENERGY = 4
 
 cdef ptrdiff_t LOOK_EVERY = 64  # forces: an energy costs about two of them
 # Share of itself that is left of a constraint's own part of G M^-1 G^T once those before are taken

@@ -26,10 +26,6 @@ cdef struct Scheme:
 include "loop.pxi"
 
 
-cdef enum:
-    TOO_INACCURATE = 5
-    WOULD_GAIN = 8
-
 # A step that took this many residuals alone is looked at by itself, before it is accepted.
 cdef ptrdiff_t HARD_STEP = 5
 

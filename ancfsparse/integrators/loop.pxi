@@ -29,9 +29,8 @@ cdef extern from "vectors.h":
     void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
 
 
-cdef enum:
-    GAINED_ENERGY = 4
-    MAY_GROW = 6
+include "../kernels/outcome.pxi"
+
 
 cdef ptrdiff_t PIECE = 512  # of vectors that are passed over more than once
 

@@ -110,7 +110,7 @@ typedef struct {
 
 typedef struct {
     void *context;
-    int (*solve)(void *context); /* one step; 0 or a reason of nonlinear/outcome.py */
+    int (*solve)(void *context); /* one step; a code of outcome.h */
     /* The energy of the solution found is odd: 0 if there is that of Newton to compare it with,
      * which counts as what saved the step only if it is preferred. */
     int (*confirm)(void *context);

@@ -1,22 +1,38 @@
-"""How an attempt to solve the equations of a step can end."""
+"""How an attempt to solve the equations of a step ends, and what saved the step.
 
+Both enumerations are declared in kernels/outcome.h, with what each name stands for.
+"""
+
+import re
 from enum import IntEnum
+from pathlib import Path
+
+HEADER = Path(__file__).parents[1] / "kernels" / "outcome.h"
+
+
+def declared(enumeration: str) -> dict[str, int]:
+    """Return the codes of an enumeration of `HEADER`, with which compiled code is built."""
+    text = HEADER.read_text(encoding="utf-8")
+    body = text.partition(f"enum {enumeration} {{")[2].partition("};")[0]
+    return {name: int(code) for name, code in re.findall(r"ANCF_(\w+) = (\d+)", body)}
+
+
+_OUTCOMES, _RUNGS = declared("ancf_outcome"), declared("ancf_rung")
 
 
 class Outcome(IntEnum):
     """Reasons as the compiled loop gives them; `sentence` says each in words."""
 
-    CONVERGED = 0
-    TOO_MANY = 1
-    DIVERGED = 2
-    NOT_FINITE = 3
-    # Found by the time loop; the next two end a stretch of steps of one length, not a run.
-    GAINED_ENERGY = 4
-    TOO_INACCURATE = 5
-    MAY_GROW = 6
-    INDEFINITE = 7  # the cause of an event: one of the first three, on a factor with a wrong sign
-    WOULD_GAIN = 8  # every solution found of a step gains energy: it was not accepted
-    HAD_GAINED = 9  # found at the end of a run, of some step before
+    CONVERGED = _OUTCOMES["CONVERGED"]
+    TOO_MANY = _OUTCOMES["TOO_MANY"]
+    DIVERGED = _OUTCOMES["DIVERGED"]
+    NOT_FINITE = _OUTCOMES["NOT_FINITE"]
+    GAINED_ENERGY = _OUTCOMES["GAINED_ENERGY"]
+    TOO_INACCURATE = _OUTCOMES["TOO_INACCURATE"]
+    MAY_GROW = _OUTCOMES["MAY_GROW"]
+    INDEFINITE = _OUTCOMES["INDEFINITE"]
+    WOULD_GAIN = _OUTCOMES["WOULD_GAIN"]
+    HAD_GAINED = _OUTCOMES["HAD_GAINED"]
 
     @property
     def sentence(self) -> str:
@@ -32,4 +48,25 @@ class Outcome(IntEnum):
             Outcome.MAY_GROW: "was more accurate than it has to be",
             Outcome.NOT_FINITE: "left the range of numbers (infinite or undefined residual)",
             Outcome.INDEFINITE: "did not converge on a seed whose pivots had a wrong sign",
+        }[self]
+
+
+class Rung(IntEnum):
+    """What saved a step, or tried to, in the order of the attempts; `words` names it in tables."""
+
+    METHOD = _RUNGS["METHOD"]
+    NEW_SEED = _RUNGS["NEW_SEED"]
+    DAMPED_NEWTON = _RUNGS["DAMPED_NEWTON"]
+    NEWTON = _RUNGS["NEWTON"]
+    COASTING = _RUNGS["COASTING"]
+
+    @property
+    def words(self) -> str:
+        """The rung in words."""
+        return {
+            Rung.METHOD: "the method itself",
+            Rung.NEW_SEED: "new seed",
+            Rung.DAMPED_NEWTON: "damped Newton",
+            Rung.NEWTON: "Newton",
+            Rung.COASTING: "Newton from rest",
         }[self]

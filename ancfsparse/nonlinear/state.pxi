@@ -22,22 +22,8 @@ cdef extern from "vectors.h":
         ptrdiff_t) noexcept nogil
 
 include "../kernels/solver_abi.pxi"
+include "../kernels/outcome.pxi"
 
-
-cdef enum:
-    CONVERGED = 0
-    TOO_MANY = 1
-    DIVERGED = 2
-    NOT_FINITE = 3
-    GAINED_ENERGY = 4  # a solution that the time loop refused
-    INDEFINITE = 7  # the cause of one of these, where the factor had a wrong sign
-
-cdef enum Rung:
-    METHOD = 0
-    NEW_SEED = 1
-    DAMPED_NEWTON = 2
-    NEWTON = 3
-    COASTING = 4
 
 cdef ptrdiff_t TIMED_FROM = 1000  # unknowns: a look at the clock costs 20 ns, a few in each iteration
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import EnergyGain, StepFailure
 from ancfsparse.integrators import EnergyMomentum, Implicit
 from ancfsparse.integrators.march import make_march
-from ancfsparse.nonlinear import Method, Outcome, QuasiNewton, seed_frame_of
+from ancfsparse.nonlinear import Method, Outcome, QuasiNewton, Rung, seed_frame_of
 from ancfsparse.nonlinear.iteration import EPSILON, Costs, make_inverse, make_iteration, turned
 from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.seeds import Fill, Seed, SparseSeed
@@ -27,7 +27,6 @@ from ancfsparse.system.rotation import frame_of
 Vector = NDArray[np.float64]
 
 # Rungs of the ladder as the compiled loop numbers them.
-RUNGS = {1: "new seed", 2: "damped Newton", 3: "Newton", 4: "Newton from rest"}
 CAUSES = {outcome: outcome.name.lower().replace("_", " ") for outcome in Outcome}
 CAUSES[Outcome.WOULD_GAIN] = CAUSES[Outcome.GAINED_ENERGY]
 
@@ -151,7 +150,7 @@ def count(stats: RunStats, iteration: Any, *seeds: Seed) -> None:
 def events(found: Any, now: float, dt: float) -> list[Event]:
     """Return what was tried to save steps of a length, counted from those before the time `now`."""
     return [
-        Event(step, now + step * dt, RUNGS[rung], CAUSES[cause], rate)
+        Event(step, now + step * dt, Rung(rung).words, CAUSES[cause], rate)
         for step, rung, cause, rate in found
     ]
 

@@ -5,13 +5,11 @@ import pytest
 from handmade import Equations
 
 import ancfsparse as ancf
-from ancfsparse.nonlinear import Outcome
+from ancfsparse.nonlinear import Outcome, Rung
 from ancfsparse.problems import pendulum
 from ancfsparse.results import Event, load
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
-
-NEW_SEED, DAMPED_NEWTON = 1, 2
 
 
 def test_each_rung_says_why_it_was_climbed():
@@ -57,7 +55,7 @@ def test_the_first_thousand_are_kept():
     events = loop.events
     assert len(events) == 1000
     assert [event[0] for event in events[:4]] == [1, 1, 2, 2]
-    assert [event[1] for event in events[:4]] == [NEW_SEED, DAMPED_NEWTON] * 2
+    assert [event[1] for event in events[:4]] == [Rung.NEW_SEED, Rung.DAMPED_NEWTON] * 2
     assert events[-1][0] == 500
 
 
@@ -73,7 +71,7 @@ def test_causes(residual, start, cause):
     equations = Equations(residual, lambda _: np.eye(1), [start])
     loop = equations.loop(equations.limited("broyden", 0), max_iterations=2, newton=False)
     loop.solve()
-    assert loop.events[0][:3] == (1, NEW_SEED, cause)
+    assert loop.events[0][:3] == (1, Rung.NEW_SEED, cause)
 
 
 def test_a_failed_step_names_the_contraction():

@@ -6,13 +6,11 @@ from handmade import Equations
 from scipy.optimize import root
 
 import ancfsparse as ancf
-from ancfsparse.nonlinear import Outcome
+from ancfsparse.nonlinear import Outcome, Rung
 from ancfsparse.seeds import sparse
 from ancfsparse.solve.setup import prepare
 from ancfsparse.studies.stability.scenes import SCENES
 from ancfsparse.system import System
-
-NEW_SEED, DAMPED_NEWTON, FROM_REST = 1, 2, 4
 
 
 def test_an_attempt_with_a_new_seed_renews_it_where_waiting_costs_more():
@@ -26,7 +24,7 @@ def test_an_attempt_with_a_new_seed_renews_it_where_waiting_costs_more():
     assert loop.solve() == Outcome.CONVERGED
     root = equations.x[0]
     assert 50.0 * root**3 + root == pytest.approx(0.1, rel=1e-9)
-    assert [event[1] for event in loop.events] == [NEW_SEED]
+    assert [event[1] for event in loop.events] == [Rung.NEW_SEED]
     assert loop.counts["recoveries_reseed"] == 1
     assert loop.counts["reseeds_inside"] > 1
 
@@ -135,7 +133,7 @@ def test_the_last_rung_starts_elsewhere():
     loop = equations.loop(max_iterations=6)
     assert loop.solve() == Outcome.CONVERGED
     assert equations.x[0] == pytest.approx(np.roots([1, 0, -2, 2]).real.min(), rel=1e-9)
-    assert [event[1] for event in loop.events] == [DAMPED_NEWTON, FROM_REST]
+    assert [event[1] for event in loop.events] == [Rung.DAMPED_NEWTON, Rung.COASTING]
     assert loop.counts["recoveries_newton"] == 1
     assert loop.take_events()
     assert loop.events == []

@@ -1,0 +1,19 @@
+"""The enumerations of outcome.h."""
+
+cdef extern from "outcome.h":
+    enum:
+        CONVERGED "ANCF_CONVERGED"
+        TOO_MANY "ANCF_TOO_MANY"
+        DIVERGED "ANCF_DIVERGED"
+        NOT_FINITE "ANCF_NOT_FINITE"
+        GAINED_ENERGY "ANCF_GAINED_ENERGY"
+        TOO_INACCURATE "ANCF_TOO_INACCURATE"
+        MAY_GROW "ANCF_MAY_GROW"
+        INDEFINITE "ANCF_INDEFINITE"
+        WOULD_GAIN "ANCF_WOULD_GAIN"
+    ctypedef enum Rung "enum ancf_rung":
+        METHOD "ANCF_METHOD"
+        NEW_SEED "ANCF_NEW_SEED"
+        DAMPED_NEWTON "ANCF_DAMPED_NEWTON"
+        NEWTON "ANCF_NEWTON"
+        COASTING "ANCF_COASTING"

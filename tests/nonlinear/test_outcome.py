@@ -1,0 +1,28 @@
+"""Codes of outcomes and rungs: one list, in the header that compiled code includes."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import ancfsparse
+from ancfsparse.nonlinear import Outcome, Rung
+from ancfsparse.nonlinear.outcome import declared
+
+
+@pytest.mark.parametrize(("kind", "name"), [(Outcome, "ancf_outcome"), (Rung, "ancf_rung")])
+def test_python_has_the_names_and_codes_of_the_header(kind, name):
+    codes = {each.name: each.value for each in kind}
+    assert codes == declared(name)
+    assert list(codes.values()) == list(range(len(codes)))
+
+
+def test_every_code_has_words_of_its_own():
+    assert len({each.sentence for each in Outcome}) == len(Outcome)
+    assert len({each.words for each in Rung}) == len(Rung)
+
+
+def test_no_compiled_file_types_a_code_again():
+    for file in Path(ancfsparse.__file__).parent.rglob("*.p[xy][xi]"):
+        typed = re.findall(r"^ +([A-Z_]+) = \d+$", file.read_text(encoding="utf-8"), re.MULTILINE)
+        assert not set(typed) & {*Outcome.__members__, *Rung.__members__}, file
