@@ -57,6 +57,24 @@ def slope_weights(xi: ArrayLike, length: ArrayLike) -> Vector:
     return np.stack([first, 1.0 - 4.0 * x + 3.0 * x**2, -first, 3.0 * x**2 - 2.0 * x], axis=-1)
 
 
+def bend_weights(xi: ArrayLike, length: ArrayLike) -> Vector:
+    """Weigh the ends for the derivative of the slope at a point.
+
+    Parameters
+    ----------
+    xi, length : array_like
+        As there.
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+        Weights, 1/m2 and 1/m in turn.
+    """
+    x, h = np.broadcast_arrays(np.asarray(xi, dtype=float), np.asarray(length, dtype=float))
+    first = (12.0 * x - 6.0) / h**2
+    return np.stack([first, (6.0 * x - 4.0) / h, -first, (6.0 * x - 2.0) / h], axis=-1)
+
+
 def integral_weights(length: ArrayLike) -> Vector:
     """Weigh the ends for the integral of the position over the length of an element.
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ancfsparse.results.sections import SectionForce, Where, curvature, section_force, strain
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
-from ancfsparse.scene import Node
+from ancfsparse.scene import Body, Node
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -124,3 +125,27 @@ class Equilibrium:
         rest = np.zeros_like(state)
         force = self.system.reaction(node, state, rest, rest, self.lam[None, :], np.zeros(1))
         return np.asarray(force[0])
+
+    def strain(self, body: Body, s: Where = None) -> Array:
+        """Give the strain of the axis, |r'| - 1, shape (p,) [-]; see `Trajectory.strain`."""
+        return np.asarray(strain(self.system, self.q[None, :], body, s)[0])
+
+    def curvature(self, body: Body, s: Where = None) -> Array:
+        """Give how sections turn along the axis, (p,) or (p, 3) [1/m]: `Trajectory.curvature`."""
+        return np.asarray(curvature(self.system, self.q[None, :], body, s)[0])
+
+    def section_force(self, body: Body, s: Where = None) -> SectionForce:
+        """Give forces and moments in sections as `Trajectory.section_force`, for one state.
+
+        Parameters
+        ----------
+        body, s
+            As in `Trajectory.strain`.
+
+        Returns
+        -------
+        SectionForce
+            Without the axis of states: ``N`` has shape (p,) [N].
+        """
+        state = self.q[None, :]
+        return section_force(self.system, state, np.zeros_like(state), body, s).at(0)

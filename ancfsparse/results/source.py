@@ -7,7 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.scene import Node
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.scene import Body, Node, Scene
 
 Array = NDArray[np.float64]
 Places = tuple[NDArray[np.integer], Array]
@@ -18,6 +19,19 @@ class SolvedSystem(Protocol):
 
     Shapes: k saved states, n coordinates, m multipliers, dim components.
     """
+
+    @property
+    def scene(self) -> Scene:
+        """What it was made of."""
+        ...
+
+    def kind_of(self, beam: Body) -> ElementKind:
+        """Say which element a body is made of."""
+        ...
+
+    def elements(self, beam: Body) -> NDArray[np.int32]:
+        """Give the places of the coordinates of every element of a body, (n_e, 2 n_c)."""
+        ...
 
     def point(self, node: Node) -> Places:
         """Say how a position comes from the coordinates.

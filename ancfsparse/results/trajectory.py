@@ -8,9 +8,10 @@ from functools import cached_property
 from typing import Any
 
 from ancfsparse.results.energy import Energy, energy_of
+from ancfsparse.results.sections import SectionForce, Where, curvature, section_force, strain
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
-from ancfsparse.scene import Node
+from ancfsparse.scene import Body, Node
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -164,3 +165,60 @@ class Trajectory:
             Forces [N].
         """
         return self.system.reaction(node, self.q, self.v, self.a, self.lam, self.t)
+
+    def strain(self, body: Body, s: Where = None) -> Array:
+        """Give the strain of the axis over time.
+
+        Parameters
+        ----------
+        body : Beam or Mesh
+            One of the bodies.
+        s : float, array_like of shape (p,), or sequence of Node, optional
+            Arc coordinates along a beam [m], or points of a beam or a mesh, such as
+            ``[mesh.at(3, 0.1)]``; a node between two elements counts with the one that begins
+            there.  By default the middle of every element, in the order of elements or edges.
+
+        Returns
+        -------
+        ndarray, shape (k, p)
+            Elongation per length of the reference shape, |r'| - 1 [-].
+
+        Raises
+        ------
+        InputError
+            If the body is not of the run, or a point is not on it.
+        """
+        return strain(self.system, self.q, body, s)
+
+    def curvature(self, body: Body, s: Where = None) -> Array:
+        """Give how sections turn along the axis, over time.
+
+        Parameters
+        ----------
+        body, s
+            As in `strain`.
+
+        Returns
+        -------
+        ndarray, shape (k, p) in the plane or (k, p, 3)
+            Turn per length of the reference shape [1/m]: in the plane counterclockwise; of a cable
+            in space as a vector in space; of a thick beam in space its twist and its curvatures
+            about e_y and e_z of the section.
+        """
+        return curvature(self.system, self.q, body, s)
+
+    def section_force(self, body: Body, s: Where = None) -> SectionForce:
+        """Give axial force, shear, bending moment and torsion over time.
+
+        Parameters
+        ----------
+        body, s
+            As in `strain`.
+
+        Returns
+        -------
+        SectionForce
+            ``N``, ``Q``, ``M`` and ``T`` in the axes of the section, ``force`` and ``moment`` in
+            space [N], [N m]: of the part beyond, at larger s, on the part before.
+        """
+        return section_force(self.system, self.q, self.v, body, s)

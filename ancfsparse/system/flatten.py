@@ -35,7 +35,7 @@ def assembly_of(system: System) -> Any:
     groups = []
     for beam, kind in zip(system.scene.beams, system.kinds, strict=True):
         slots = system.pattern.slots(_unknowns(system, system.elements(beam)))
-        base = _base(beam, kind, beam.stiffnesses())
+        base = base_parameters(beam, kind, beam.stiffnesses())
         layout = pack(kind, system.elements(beam), slots, base)
         del slots
         groups.append(
@@ -108,11 +108,11 @@ def _damping(body: Body, kind: ElementKind, places: Places) -> dict[str, Any]:
     flags = {"strains_damped": body.strains_damped, "masses_damped": body.masses_damped}
     if not any(flags.values()):
         return flags
-    layout = pack(kind, places, places, _base(body, kind, body.viscosities()))
+    layout = pack(kind, places, places, base_parameters(body, kind, body.viscosities()))
     return flags | {"damping_set_of": layout.set_of, "damping_parameters": layout.parameters}
 
 
-def _base(body: Body, kind: ElementKind, common: Mapping[str, float]) -> Vector:
+def base_parameters(body: Body, kind: ElementKind, common: Mapping[str, float]) -> Vector:
     """Return the base parameters of every element, (n_e, n_base), all but the length in common."""
     lengths = body.lengths
     base = np.empty((body.n_elements, len(kind.parameters)))

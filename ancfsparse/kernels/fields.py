@@ -1,0 +1,147 @@
+"""Fields of the elements at points on their axis, for many states and points at a time.
+
+The compiled kernels integrate over elements and know no point; here is what results need of one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.hermite import bend_weights, position_weights, slope_weights
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points on elements.
+
+    Parameters
+    ----------
+    kind : ElementKind
+        The element.
+    ends : ndarray, shape (k, p, 2 n_c)
+        Coordinates of both nodes of the element that a point is on, in every state.
+    xi : ndarray, shape (p,)
+        Places within the elements, from 0 to 1 [-].
+    length : ndarray, shape (p,)
+        Lengths of the elements [m].
+    """
+
+    kind: ElementKind
+    ends: Array
+    xi: Array
+    length: Array
+
+    @property
+    def r(self) -> Array:
+        """Positions, shape (k, p, 3) [m]; in the plane z is zero."""
+        return self._cubic(position_weights(self.xi, self.length))
+
+    @property
+    def r_x(self) -> Array:
+        """Slopes of the axis, shape (k, p, 3) [-]."""
+        return self._cubic(slope_weights(self.xi, self.length))
+
+    @property
+    def r_xx(self) -> Array:
+        """Derivatives of the slopes along the reference shape, shape (k, p, 3) [1/m]."""
+        return self._cubic(bend_weights(self.xi, self.length))
+
+    def across(self, name: str) -> tuple[Array, Array]:
+        """Return a section vector [-] and its derivative [1/m], each (k, p, 3).
+
+        Parameters
+        ----------
+        name : str
+            ``"r_y"`` or ``"r_z"``.
+        """
+        first, last = np.moveaxis(spread(self.kind, self.ends, name), 2, 0)
+        change = last - first
+        return first + self.xi[:, None] * change, change / self.length[:, None]
+
+    def _cubic(self, weights: Array) -> Array:
+        r, r_x = spread(self.kind, self.ends, "r_"), spread(self.kind, self.ends, "r_x")
+        numbers = np.stack([r[:, :, 0], r_x[:, :, 0], r[:, :, 1], r_x[:, :, 1]], axis=2)
+        return np.asarray(np.einsum("pc,kpcd->kpd", weights, numbers))
+
+
+def spread(kind: ElementKind, ends: Array, name: str) -> Array:
+    """Give a vector of both nodes three components.
+
+    Parameters
+    ----------
+    kind : ElementKind
+        The element.
+    ends : ndarray, shape (k, p, 2 n_c)
+        Coordinates of both nodes, or forces on them.
+    name : str
+        Of the vector: ``"r_"`` for the position, ``"r_x"``, ``"r_y"``, ``"r_z"``.
+
+    Returns
+    -------
+    ndarray, shape (k, p, 2, 3)
+        Zero where an element has no such coordinate.
+    """
+    nodes = ends.reshape(*ends.shape[:2], 2, -1)
+    out = np.zeros((*nodes.shape[:3], 3))
+    for column in kind.columns(name):
+        out[..., int(kind.node_coordinates[column][-1]) - 1] = nodes[..., column]
+    return out
+
+
+def curvature(points: Points) -> Array:
+    """Evaluate how sections turn along the axis.
+
+    Returns
+    -------
+    ndarray, shape (k, p, 3)
+        Turn per length of the reference shape [1/m]: of a cable r' x r'' / |r'|^2, in space; of a
+        thick beam its strains of twist and bending, about e_x, e_y and e_z of the section.
+    """
+    r_x = points.r_x
+    if points.kind.is_cable:
+        return np.cross(r_x, points.r_xx) / _dot(r_x, r_x)
+    (r_y, r_yx), (r_z, r_zx) = points.across("r_y"), points.across("r_z")
+    twist = (_dot(r_z, r_yx) - _dot(r_y, r_zx)) / 2.0
+    if "_axis_" in points.kind.name:
+        bend_y, bend_z = -_dot(r_z, points.r_xx), _dot(r_y, points.r_xx)
+    else:
+        bend_y, bend_z = _dot(r_x, r_zx), -_dot(r_x, r_yx)
+    return np.concatenate([twist, bend_y, bend_z], axis=-1)
+
+
+def axes(points: Points) -> Array:
+    """Give the unit vectors of sections.
+
+    Returns
+    -------
+    ndarray, shape (k, p, 3, 3)
+        Rows e_x, e_y and e_z: of a cable along its slope and, in the plane, to the left of it; of a
+        thick beam across its section, along r_y, and at right angles to both.  A cable in space has
+        no e_y and e_z; they are zero.
+    """
+    out = np.zeros((*points.ends.shape[:2], 3, 3))
+    if not points.kind.is_cable:
+        r_y, r_z = points.across("r_y")[0], points.across("r_z")[0]
+        out[:, :, 0], out[:, :, 1] = _unit(np.cross(r_y, r_z)), _unit(r_y)
+        out[:, :, 2] = np.cross(out[:, :, 0], out[:, :, 1])
+        return out
+    out[:, :, 0] = _unit(points.r_x)
+    if points.kind.dim == 2:
+        out[:, :, 2] = 0.0, 0.0, 1.0
+        out[:, :, 1] = np.cross(out[:, :, 2], out[:, :, 0])
+    return out
+
+
+def _unit(u: Array) -> Array:
+    return np.asarray(u / np.sqrt(_dot(u, u)))
+
+
+def _dot(u: Array, v: Array) -> Array:
+    """Return the dot products of vectors along the last axis, which is kept."""
+    return np.asarray((u * v).sum(axis=-1, keepdims=True))
