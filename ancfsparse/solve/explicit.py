@@ -13,6 +13,7 @@ from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
+from ancfsparse.solve.rates import initial_acceleration
 from ancfsparse.solve.stability import (
     check_free,
     fastest_vibration,
@@ -20,7 +21,6 @@ from ancfsparse.solve.stability import (
     mass_seed,
     start_load,
 )
-from ancfsparse.solve.start import initial_acceleration
 from ancfsparse.solve.times import divides, plain
 from ancfsparse.system import System
 
@@ -78,7 +78,7 @@ def prepare_explicit(
             "such as GeneralizedAlpha(0.9)"
         )
     if not system.n_multipliers:
-        initial_acceleration(system, seed)  # refuses what leaves the range of numbers
+        initial_acceleration(system, seed, system.v0)  # refuses what leaves the range of numbers
     mass = cheapest_inverse(system, seed)
     noise = 100.0 * EPSILON * system.energy_scale(system.q0)
     state = (system.q0, system.v0, start_load(system))

@@ -6,7 +6,8 @@ from points import Point
 
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome, Rung
-from ancfsparse.solve.start import initial_jerk, starting_state
+from ancfsparse.solve.rates import initial_jerk
+from ancfsparse.solve.start import starting_state
 
 LENGTH, MASS = 3.0443, 10.0
 
@@ -25,8 +26,8 @@ def test_the_rate_of_the_start_acceleration_is_exact_however_stiff_the_bar(stiff
     # Rate of the force EA e / L q: EA (e / L + q q^T / L^3) v, with e = (1.01^2 - 1) / 2.
     rate = stiffness * 1.01**2 / LENGTH * np.array([1.0, 0.0])
     rate += stiffness * (1.01**2 - 1.0) / 2.0 / LENGTH * point.v0
-    for reach in (1e-3, 1e-5):
-        jerk = initial_jerk(point, seed, a, np.zeros(0), reach)
+    for dt in (0.1, 1e-3):
+        jerk = initial_jerk(point, seed, point.v0, a, np.zeros(0), dt)
         np.testing.assert_allclose(jerk, -rate / MASS, rtol=1e-6, atol=1e-8 * stiffness)
 
 

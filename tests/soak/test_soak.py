@@ -64,11 +64,31 @@ def test_a_gain_of_energy_and_a_wrong_energy_are_seen():
     scenes = (draw(np.random.default_rng(k), tame=True) for k in range(100))
     drawn = next(each for each in scenes if each.cables and each.words["motion"] == "spin")
     path = ancf.simulate(drawn.scene, drawn.t_end, drawn.dt, max_energy_gain=np.inf)
-    assert motions.judge(drawn, path) == []
+    scheme = ancf.GeneralizedAlpha()
+    assert motions.judge(drawn, scheme, path) == []
     path.v[-1] *= 3.0
-    assert any("more than was given" in find for find in motions.judge(drawn, path))
+    assert any("more than was given" in find for find in motions.judge(drawn, scheme, path))
     drawn.beams[0].__dict__["material"] = ancf.Material(1e3, 1.0)
-    assert any("computed independently" in find for find in motions.judge(drawn, path))
+    assert any("computed independently" in find for find in motions.judge(drawn, scheme, path))
+
+
+@pytest.mark.parametrize(
+    ("seed", "index"), [(31, 149), (31, 5572), (51, 4338), (51, 4534), (51, 5011)]
+)
+def test_motions_that_once_gained_do_not(seed, index):
+    assert motions.run(seed, index).finds == []
+
+
+def test_what_a_scheme_adds_where_a_load_turns_falls_with_the_steps_and_is_none_without_damping():
+    def added(integrator, steps):
+        t = np.linspace(0.0, 1.0, steps + 1)[:, None]
+        turns = motions.work_of_turns(integrator, np.sin(9.0 * t), np.diff(np.cos(9.0 * t), axis=0))
+        return turns[-1]
+
+    assert added(ancf.Newmark(0.0), 50) == added(ancf.GeneralizedAlpha(1.0), 50) == 0.0
+    for integrator in (ancf.GeneralizedAlpha(0.0), ancf.GeneralizedAlpha(0.8), ancf.HHT(0.3)):
+        ratio = added(integrator, 200) / added(integrator, 400)
+        assert ratio == pytest.approx(2.0**2.5, rel=0.1)
 
 
 def test_an_alarm_must_be_one_for_newton_too():

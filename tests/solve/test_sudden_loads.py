@@ -71,29 +71,32 @@ def test_sudden_loads_stop_no_solver_where_newton_finishes():
     assert false_alarms == []
 
 
-def thrown(steps, dt=5e-4):
-    """A stiff damped beam, free and turning, that falls; it gains in its first step alone."""
-    scene = ancf.Scene((0, -9.81, 0))
-    scene.add_beam(
-        "thick", (0, 0, 0), (1.34, 0, 0), 3, ancf.Rectangle(0.075, 0.075),
-        ancf.Material(8.9e9, 950.0, 0.45, rayleigh=(0.0135, 1e-4)), curvature="section",
-        velocity=lambda x: np.outer(0.72 * x[:, 0], (0.0, 1.0, 0.0)),
+def thrown(steps, dt=3e-3):
+    """A stiff bar shortened against its weight, which then swings; only its first step gains.
+
+    Its stretching has h omega = 3.1, and keeps half of the acceleration at the start.
+    """
+    scene = ancf.Scene((9.81, -0.2))
+    rod = scene.add_beam(
+        "thin", (0, 0), (1, 0), 1, ancf.Rectangle(0.05, 0.05), ancf.Material(2.5e8, 1000.0),
+        velocity=lambda x: np.outer(np.sin(0.5 * np.pi * x[:, 0]), (-0.02, 0.0)),
     )  # fmt: skip
+    scene.pin(rod.start)
     return {"scene": scene, "t_end": steps * dt, "dt": dt, "integrator": ancf.HHT(0.05)}
 
 
 @pytest.mark.parametrize("solver", SOLVERS, ids=str)
 def test_what_a_start_gains_is_judged_by_the_whole_motion(solver):
-    # 2.3 % of what moves at first: over 0.2 s the beam comes to seven times that.
-    energy = ancf.simulate(**thrown(400), solver=solver).energy
+    # 4.4 % of what moves at first: over 0.6 s the bar comes to ten times that.
+    energy = ancf.simulate(**thrown(200), solver=solver).energy
     gain = energy.total - energy.total[0]
     assert gain[1] > 0.02 * energy.kinetic[0]
     assert gain.max() < 0.01 * energy.kinetic.max()
-    # Over 0.02 s it does not.
+    # Over 0.06 s it does not.
     with pytest.raises(ancf.EnergyGain, match=r"had after step 1 .* kinetic energy") as stop:
-        ancf.simulate(**thrown(40), solver=solver)
+        ancf.simulate(**thrown(20), solver=solver)
     path = stop.value.trajectory
-    assert path.stats.steps == stop.value.step == 40
+    assert path.stats.steps == stop.value.step == 20
     assert stop.value.when == 1
     energy = path.energy
     assert stop.value.gain == pytest.approx(

@@ -1,0 +1,152 @@
+"""Accelerations at the start of a motion, and their rate."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.seeds import Seed
+from ancfsparse.system import System
+
+Vector = NDArray[np.float64]
+
+# A motion over which differences of stiff forces are taken, over the size of what moves: the cube
+# root of rounding, where a central difference is best.
+SMALL_MOTION = 6e-6
+
+
+def initial_acceleration(system: System, seed: Seed, v: Vector) -> tuple[Vector, Vector]:
+    """Solve ``M a + phi_q^T lam = f - Q``, ``phi_q a = -(phi_q v)_q v`` at the initial places.
+
+    Parameters
+    ----------
+    system : System
+        At its initial state.
+    seed : SparseSeed or IncompleteSeed
+        With the factor of the mass matrix.
+    v : (n_all,) float
+        Velocities [m/s, 1/s].
+
+    Returns
+    -------
+    a : (n_all,) float
+        Accelerations [m/s2, 1/s2], zero at fixed coordinates.
+    lam : (m,) float
+        Multipliers [N].
+
+    Raises
+    ------
+    InputError
+        If they leave the range of floating-point numbers.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        force = -_forces(system, system.q0, v, np.zeros(system.n_multipliers), 0.0)
+        rate = -system.constraints.curvature(v)
+        a, lam = solve_held(system, seed, force, rate)
+    if np.isfinite(a).all() and np.isfinite(lam).all():
+        return a, lam
+    if np.isfinite(rate).all():
+        i = worst_of(force)
+        raise out_of_range(f"the force at {system.describe(i)} is {force[i]:.3g} {system.unit(i)}")
+    i = worst_of(rate)
+    label = system.constraints.labels[i]
+    raise out_of_range(f"the {label} would need an acceleration of {rate[i]} m/s2")
+
+
+def initial_jerk(
+    system: System, seed: Seed, v: Vector, a: Vector, lam: Vector, dt: float
+) -> Vector:
+    """Return the rate of the accelerations at the start, (n_all,) [m/s3, 1/s3].
+
+    The equations of motion and the twice differentiated constraints are differentiated once more.
+    The rate of the loads is their change in the first step, which is all that the steps know of
+    them: one that turns, or jumps, within the step has another rate at the start, by which it would
+    throw the body away.  All other forces are differentiated by a central difference over a motion
+    of some millionths: over a hundredth of a long step a stiff bar that turns stretches by more
+    than it ever will.
+
+    Parameters
+    ----------
+    system, seed, v
+        As `initial_acceleration` takes them.
+    a, lam
+        As it returns them.
+    dt : float
+        Time step [s].
+    """
+    reach = 1e-2 * dt
+    near = min(reach, SMALL_MOTION / max(_rate(system, v), SMALL_MOTION / reach))
+    ahead, behind = (_forces(system, system.q0 + t * v, v + t * a, lam, 0.0) for t in (near, -near))
+    rate = (ahead - behind) / (2.0 * near)
+    if system.loads.amplitudes(np.zeros(1)).size:
+        later, now = (_forces(system, system.q0, v, lam, t) for t in (dt, 0.0))
+        rate += (later - now) / dt
+    return solve_held(system, seed, -rate, -_bending(system, v, a))[0]
+
+
+def _bending(system: System, v: Vector, a: Vector) -> Vector:
+    """Return ``3 v.phi_qq.a`` at the start, what moves constraints are bent by, (m,) [m/s3].
+
+    By polarization of the curvature, which is quadratic; over a time in which the accelerations
+    make velocities like the initial ones, or the smaller would be lost beside the larger.
+    """
+    inertia, curvature = system.assembly.inertia, system.constraints.curvature
+    moving, pushed = float(v @ inertia(v)), float(a @ inertia(a))
+    if moving == 0.0 or pushed == 0.0:
+        return np.zeros(system.n_multipliers)
+    time = math.sqrt(moving / pushed)
+    return np.asarray(0.75 / time * (curvature(v + time * a) - curvature(v - time * a)))
+
+
+def _rate(system: System, v: Vector) -> float:
+    """Return how fast the scene moves by its own size, or a slope by its own length [1/s]."""
+    places = np.concatenate([each[:, : system.dim].ravel() for each in system.places])
+    slopes = np.ones(system.n_all, dtype=bool)
+    slopes[places] = False
+    speed, size = (np.max(np.abs(x[places])) for x in (v, system.q0))
+    return float(max(speed / size, np.max(np.abs(v[slopes]), initial=0.0)))
+
+
+def _forces(system: System, q: Vector, v: Vector, lam: Vector, t: float) -> Vector:
+    """Return what must balance M a: internal and constraint forces less the loads, (n_all,) [N]."""
+    amplitudes = system.loads.amplitudes(np.array([t]))[0]
+    rest = np.zeros(system.n_all)
+    return np.asarray(system.assembly.residual(q, v, rest, lam, system.dead_load, amplitudes)[0])
+
+
+def gradient(system: System) -> Any:
+    """Return phi_q at the start, a sparse matrix (m, n_all)."""
+    return system.constraints.jacobian(system.q0)
+
+
+def solve_held(system: System, seed: Seed, force: Vector, rate: Vector) -> tuple[Vector, Vector]:
+    """Solve ``M x + phi_q^T mu = force``, ``phi_q x = rate``; refined, since the factor is near."""
+    n, m = system.n_free, system.n_multipliers
+    x, mu = np.zeros(system.n_all), np.zeros(m)
+    if not m:
+        x[:n] = seed.solve(force[:n])
+        return x, mu
+    phi_q = gradient(system)
+    for _ in range(3):
+        top = force - system.assembly.inertia(x) - phi_q.T @ mu
+        correction = seed.solve(np.concatenate([top[:n], rate - phi_q @ x]))
+        x[:n] += correction[:n]
+        mu += correction[n:]
+    return x, mu
+
+
+def out_of_range(where: str) -> InputError:
+    """Return the error for a start whose numbers are too large somewhere."""
+    return InputError(
+        f"the motion leaves the range of floating-point numbers at its start, where {where}: check "
+        "the units of loads, velocities and stiffness, which are SI"
+    )
+
+
+def worst_of(values: Vector) -> int:
+    """Return the place of what is not a number, or else of the largest."""
+    return int(np.argmax(np.nan_to_num(np.abs(values), nan=np.inf)))

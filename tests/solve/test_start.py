@@ -1,0 +1,88 @@
+"""What a march starts with, where damping or a load is faster than its step."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import pendulum
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.start import lasting
+from ancfsparse.system import System
+
+DAMPED = [ancf.HHT(0.3), ancf.GeneralizedAlpha(0.5), ancf.GeneralizedAlpha(0.0)]
+
+
+def clamped(damping, velocity=None, gravity=-9.81):
+    """A clamped steel beam of 1 m."""
+    scene = ancf.Scene((0.0, gravity))
+    material = ancf.Material(2e11, 7850.0, axial_damping=damping, bending_damping=damping)
+    rod = scene.add_beam(
+        "thin", (0, 0), (1, 0), 6, ancf.Rectangle(0.02, 0.02), material, velocity=velocity
+    )
+    scene.clamp(rod.start)
+    return scene, rod
+
+
+@pytest.mark.parametrize("damping", [1e-5, 1e-3, 1e-1])
+@pytest.mark.parametrize("integrator", DAMPED, ids=repr)
+def test_a_damped_stiff_body_takes_no_energy_from_its_start(integrator, damping):
+    # Its rate of acceleration at the start is that of the damping, which no step can follow.
+    scene, _ = clamped(damping)
+    run = ancf.simulate(scene, 0.4, 0.02, integrator=integrator, max_energy_gain=np.inf)
+    total = run.energy.total
+    assert np.ptp(total) > 0.0
+    assert total.max() - total[0] <= 1e-9 * np.ptp(run.energy.potential)
+
+
+@pytest.mark.parametrize("damping", [1e-4, 1e-2])
+@pytest.mark.parametrize(
+    "integrator", [ancf.Newmark(0.0), ancf.EnergyMomentum(), *DAMPED], ids=repr
+)
+def test_a_velocity_that_damping_takes_at_once_does_not_stretch_a_stiff_body(integrator, damping):
+    scene, _ = clamped(damping, lambda x: np.outer(x[:, 0] ** 2, (0.1, 1.0)), 0.0)
+    run = ancf.simulate(scene, 0.2, 0.01, integrator=integrator, max_energy_gain=np.inf)
+    total = run.energy.total
+    assert total.max() == total[0]
+    assert total[-1] < total[0]
+
+
+@pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), *DAMPED], ids=repr)
+@pytest.mark.parametrize("late", [0.0, 3e-4, 9e-4])
+def test_a_load_that_begins_within_the_first_step_does_not_throw_a_body_away(integrator, late):
+    # What a step knows of it is its change over the step: an error of the impulse by half a step.
+    tips = []
+    for force, dt, scheme in (
+        (lambda t: (0.0, 5.0 * (t > late)), 1e-3, integrator), ((0.0, 5.0), 5e-5, ancf.Newmark()),
+    ):  # fmt: skip
+        scene, rod = pendulum("thin")
+        scene.point_force(rod.end, force)
+        run = ancf.simulate(scene, 0.2, dt, integrator=scheme, save_every=round(1e-3 / dt))
+        tips.append(run.position(rod.end))
+    reached = np.linalg.norm(tips[1] - tips[1][0], axis=1).max()
+    assert np.abs(tips[0] - tips[1]).max() < 0.01 * reached
+
+
+def test_what_lasts_of_a_velocity_is_of_third_order_and_holds_all_rigid_motion():
+    def left(damping, velocity, scale):
+        scene, _ = clamped(damping, velocity)
+        system = System(scene)
+        pattern = system.pattern
+        seed = SparseSeed(pattern.indptr, pattern.indices, system.n_free)
+        return lasting(system, seed, scale) - system.v0, system
+
+    def bending(x):
+        return np.outer(x[:, 0] ** 2, (0.0, 1.0))
+
+    errors = [np.abs(left(1e-7, bending, scale)[0]).max() for scale in (1e-4, 5e-5, 2.5e-5)]
+    assert np.diff(np.log2(errors)) == pytest.approx([-3.0, -3.0], abs=0.2)
+    gone, system = left(0.1, bending, 1.0)
+    assert np.abs(system.v0 + gone).max() < 0.005 * np.abs(system.v0).max()
+    scene = ancf.Scene((0.0, 0.0))
+    material = ancf.Material(2e11, 7850.0, axial_damping=1e-2, bending_damping=1e-2)
+    scene.add_beam(
+        "thin", (0, 0), (1, 0), 6, ancf.Rectangle(0.02, 0.02), material,
+        velocity=lambda x: np.stack([1.0 + 0.0 * x[:, 0], 2.0 + 3.0 * x[:, 0]], axis=1),
+    )  # fmt: skip
+    free = System(scene)
+    seed = SparseSeed(free.pattern.indptr, free.pattern.indices, free.n_free)
+    np.testing.assert_allclose(lasting(free, seed, 1.0), free.v0, rtol=0, atol=1e-7)
