@@ -22,7 +22,7 @@ from ancfsparse.studies.bench.paper import PaperBench
 from ancfsparse.studies.bench.paper import bench_paper as run_bench_paper
 from ancfsparse.studies.commands import study
 from ancfsparse.studies.common import paper
-from ancfsparse.studies.common.files import check_targets
+from ancfsparse.studies.common.files import check_targets, fill_text
 from ancfsparse.studies.table1 import figures, report
 from ancfsparse.studies.table1.run import table1 as run_table1
 
@@ -245,9 +245,11 @@ def table1(
     readme: Annotated[
         Path | None, typer.Option(help="Page whose table, and picture in docs/gallery, to renew.")
     ] = None,
+    page: Annotated[Path | None, typer.Option(help="Page whose list of findings to renew.")] = None,
 ) -> None:
     """Reproduce table 1 and figures 1 and 2 of the paper beside the paper's own numbers."""
     check_targets(output, readme, report.MARKERS)
+    check_targets(output, page, report.FINDINGS)
     with _in_own_words():
         table = run_table1(t_end=time, dt=step, cap=cap, progress=True)
     typer.echo(report.as_text(table))
@@ -256,16 +258,23 @@ def table1(
     if readme is not None:
         report.fill_readme(table, readme)
         figures.fill_gallery(table, readme)
+    if page is not None:
+        report.fill_page(table, page)
 
 
 @app.command("bench-paper")
 def bench_paper(
     repeats: Annotated[int, typer.Option(help="Interleaved runs of each contestant.")] = 9,
     save: SaveOption = None,
+    page: Annotated[Path | None, typer.Option(help="Page whose output to renew.")] = None,
 ) -> None:
     """Time the paper's pendulum beside Exudyn, in turn, and against the paper's own times."""
     check_count("repeats", repeats)
-    _report(run_bench_paper(repeats=repeats, progress=True), save)
+    check_targets(Path(), page, "bench-paper")
+    result = run_bench_paper(repeats=repeats, progress=True)
+    _report(result, save)
+    if page is not None:
+        fill_text(page, "bench-paper", f"```\n{result}\n```")
 
 
 @app.command("bench-kernels")

@@ -54,7 +54,7 @@ def test_files_hold_the_table(table, tmp_path):
     assert len(rows) == 2 * len(cells.COLUMNS)
     assert list(rows[0]) == [
         "element", "method", "stands_for", "seconds", "paper_seconds", "speed_up",
-        "iterations_per_step", "evaluations", "tip_error_m", "runs", "note",
+        "iterations_per_step", "evaluations", "tip_error_m", "runs", "set_up_seconds", "note",
     ]  # fmt: skip
     broyden = next(row for row in rows if (row["element"], row["method"]) == ("Thin", "Broyden"))
     assert float(broyden["paper_seconds"]) == 7.22
@@ -83,6 +83,22 @@ def test_readme_is_rewritten_between_its_markers_only(table, tmp_path):
     assert "old" not in text
     assert "| Radau, for `ode23t` |" in text
     assert "(1.69)" in text
+    assert "set-up before the first step" in text
+
+
+def test_findings_go_to_their_own_page(table, tmp_path):
+    page = tmp_path / "benchmarks.md"
+    begin, end = "<!-- table1-findings:begin -->", "<!-- table1-findings:end -->"
+    page.write_text(f"before\n{begin}\nold\n{end}\nafter\n", encoding="utf-8")
+    report.fill_page(table, page)
+    lines = page.read_text(encoding="utf-8").splitlines()
+    assert lines == ["before", begin, *(f"- {each}" for each in findings(table)), end, "after"]
+
+
+def test_the_march_of_a_cell_leaves_its_set_up_out(table):
+    cell = table.cells["Thin", "Davidon"]
+    assert 0.0 < cell.set_up_seconds < 1.0
+    assert math.isnan(table.cells["Thin", "RK23"].set_up_seconds)
 
 
 def test_readme_without_markers_is_refused_and_kept(table, tmp_path):

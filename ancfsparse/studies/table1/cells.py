@@ -81,6 +81,8 @@ class Cell:
         Median wall time, of SciPy's integration or of our compiled march [s]; NaN without result.
     runs : int
         How many times the median is of.
+    set_up_seconds : float
+        Wall time from the scene to the first step of the last of these runs [s]; NaN for SciPy.
     tip : (k, dim) float or None
         Tip at the instants of the table [m].
     tip_error : float
@@ -97,6 +99,7 @@ class Cell:
     column: str
     seconds: float = math.nan
     runs: int = 0
+    set_up_seconds: float = math.nan
     tip: Vector | None = field(default=None, repr=False)
     tip_error: float = math.nan
     evaluations: int = 0
@@ -131,6 +134,7 @@ class Cell:
             "evaluations": self.evaluations,
             "tip_error_m": self.tip_error,
             "runs": self.runs,
+            "set_up_seconds": self.set_up_seconds,
             "note": self.note,
         }
         return {key: None if value != value else value for key, value in record.items()}
@@ -202,6 +206,7 @@ class Bench:
             empty,
             seconds=seconds,
             runs=runs,
+            set_up_seconds=run.stats.seconds["set-up"],
             evaluations=run.stats.residual_evaluations,
             iterations_per_step=run.stats.iterations_per_step,
         )
