@@ -17,13 +17,14 @@ enum ancf_outcome {
     ANCF_HAD_GAINED = 9  /* found at the end of a run, of some step before */
 };
 
-/* In the order in which they are tried. */
+/* In the order in which they are tried; on incomplete seeds descent comes after a new seed. */
 enum ancf_rung {
     ANCF_METHOD = 0,
     ANCF_NEW_SEED = 1,
     ANCF_DAMPED_NEWTON = 2,
     ANCF_NEWTON = 3,
-    ANCF_COASTING = 4 /* Newton from the predictor without the last acceleration */
+    ANCF_COASTING = 4, /* Newton from the predictor without the last acceleration */
+    ANCF_DESCENT = 5 /* down the potential of the step from its predictor */
 };
 
 #endif

@@ -17,3 +17,4 @@ cdef extern from "outcome.h":
         DAMPED_NEWTON "ANCF_DAMPED_NEWTON"
         NEWTON "ANCF_NEWTON"
         COASTING "ANCF_COASTING"
+        DESCENT "ANCF_DESCENT"

@@ -13,6 +13,7 @@ import numpy as np
 include "state.pxi"
 include "renewal.pxi"
 include "attempt.pxi"
+include "descent.pxi"
 include "ladder.pxi"
 
 
@@ -95,7 +96,7 @@ cdef class Iteration:
 
         Each as ``(step, rung, cause, contraction)``: number of the step from 1; 1 for a new seed,
         2 for damped Newton, 3 for Newton after a solution that was refused, 4 for Newton from a
-        start without acceleration; why the attempt before failed (`nonlinear.outcome`); the
+        start without acceleration, 5 for descent; why the attempt before failed (`nonlinear.outcome`); the
         contraction of the residual it ended with.
         """
         cdef ptrdiff_t k

@@ -34,7 +34,10 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
     if self.rounded:  # it may be why the step was lost
         self.rounds = False
     used[0] = 0
-    if rung == COASTING:
+    if rung == DESCENT:
+        eq.restart(eq.context)
+        outcome = descend(self, used)
+    elif rung == COASTING:
         eq.coast(eq.context)
         outcome = attempt(self, True, False, False, used)
     else:
@@ -52,21 +55,33 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
     return outcome
 
 
+cdef bint has_saddles(const Loop *self, ptrdiff_t indefinite) noexcept nogil:
+    """Whether there is a potential, which was seen to curve downwards in the step under way."""
+    return self.n == self.equations.n_coordinates and self.counts.indefinite > indefinite
+
+
 cdef int solve(void *context) noexcept nogil:
-    """Walk the ladder: the chosen method, the same with a new seed, damped Newton, another start."""
+    """Walk the ladder: the chosen method, a new seed, damped Newton, another start, downhill."""
     cdef Loop *self = <Loop *>context
     cdef int used = 0
     cdef int outcome
+    cdef ptrdiff_t indefinite = self.counts.indefinite
+    cdef bint inexact = self.seed.refine != NULL
     self.step += 1
     self.rung, self.doubtful = METHOD, False
     outcome = attempt(self, self.newton, False, self.economical, &used)
     if outcome != CONVERGED and not self.newton:
         self.cost_since += attempt_cost(self, used)
         outcome = climb(self, NEW_SEED, outcome, &used)
+    # Incomplete seeds give ways down where the matrix is indefinite, and not Newton's corrections.
+    if outcome != CONVERGED and inexact and has_saddles(self, indefinite):
+        outcome = climb(self, DESCENT, outcome, &used)
     if outcome != CONVERGED:
         outcome = climb(self, DAMPED_NEWTON, outcome, &used)
     if outcome != CONVERGED and self.equations.coast != NULL:
         outcome = climb(self, COASTING, outcome, &used)
+    if outcome != CONVERGED and not inexact and has_saddles(self, indefinite):
+        outcome = climb(self, DESCENT, outcome, &used)
     if outcome != CONVERGED:
         return outcome
     if self.economical and not self.newton:

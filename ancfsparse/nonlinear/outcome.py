@@ -59,6 +59,7 @@ class Rung(IntEnum):
     DAMPED_NEWTON = _RUNGS["DAMPED_NEWTON"]
     NEWTON = _RUNGS["NEWTON"]
     COASTING = _RUNGS["COASTING"]
+    DESCENT = _RUNGS["DESCENT"]
 
     @property
     def words(self) -> str:
@@ -69,4 +70,5 @@ class Rung(IntEnum):
             Rung.DAMPED_NEWTON: "damped Newton",
             Rung.NEWTON: "Newton",
             Rung.COASTING: "Newton from rest",
+            Rung.DESCENT: "descent",
         }[self]

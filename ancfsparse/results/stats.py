@@ -19,10 +19,10 @@ class Event(NamedTuple):
         Time at its end [s]; each run to an accuracy starts at zero again.
     rung : str
         What was tried next: ``"new seed"``, ``"damped Newton"``, ``"Newton from rest"``, which
-        starts without the acceleration of the last step, or ``"Newton"`` in place of a solution
-        that gained energy; ``"8 steps of 0.001 s"`` where it was crossed in shorter ones, and
-        ``"step of 0.001 s"`` or ``"shorter steps"`` where a run to an accuracy went on, or was
-        begun again, with those.
+        starts without the acceleration of the last step, ``"descent"``, or ``"Newton"`` in place of
+        a solution that gained energy; ``"8 steps of 0.001 s"`` where it was crossed in shorter
+        ones, and ``"step of 0.001 s"`` or ``"shorter steps"`` where a run to an accuracy went on,
+        or was begun again, with those.
     cause : str
         Why the attempt before had failed: ``"too many"`` iterations, ``"diverged"``,
         ``"not finite"``, or ``"indefinite"``: any of these on a factor with a wrong sign; or it

@@ -136,17 +136,24 @@ def test_short_steps_stay_on_incomplete_seeds():
 
 
 def test_a_step_that_fails_is_solved_on_an_exact_seed(monkeypatch):
-    scene = lattice(8, "rough", **STEEL).scene
+    scene, t_end, dt = lattice(5, "rough", **STEEL).scene, 0.25, 0.05
     with pytest.raises(ancf.StepFailure):
-        ancf.simulate(scene, 0.01, 1e-3, seed="incomplete")
-    run = ancf.simulate(scene, 0.01, 1e-3)
-    assert run.stats.steps == 10
+        ancf.simulate(scene, t_end, dt, seed="incomplete")
+    run = ancf.simulate(scene, t_end, dt)
+    assert run.stats.steps == 5
     (event,) = [event for event in run.stats.events if event.rung == "exact seed"]
     assert f"from step {event.step} on an exact seed" in run.stats.solver
     # Without room for it the run ends as it would have.
     monkeypatch.setattr(way_back, "available", lambda: 1e5)
     with pytest.raises(ancf.StepFailure):
-        ancf.simulate(scene, 0.01, 1e-3)
+        ancf.simulate(scene, t_end, dt)
+
+
+def test_rough_steps_of_steel_are_solved_on_incomplete_seeds():
+    run = ancf.simulate(lattice(8, "rough", **STEEL).scene, 0.01, 1e-3)
+    assert run.stats.steps == 10
+    assert {event.rung for event in run.stats.events} == {"new seed", "descent"}
+    assert "exact seed" not in run.stats.solver
 
 
 def test_runs_repeat_bit_for_bit():
