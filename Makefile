@@ -7,7 +7,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peers demo test soak sanitize codegen codegen-check bench-paper bench-kernels bench-time bench-error accuracy charts lint format clean
+.PHONY: help setup peers demo test soak sanitize mutants codegen codegen-check bench-paper bench-kernels bench-time bench-error accuracy charts lint format clean
 
 help: ## Show this list
 	@echo 'make TARGET            (ARGS="..." is handed on to the command behind it)'
@@ -39,6 +39,9 @@ soak: setup ## Look for what breaks, e.g. ARGS="--seed 3 --seconds 120"
 SANITIZED := -m 'not slow' tests/kernels tests/seeds tests/system tests/nonlinear tests/integrators
 sanitize: setup ## Run tests of compiled code under address and undefined-behaviour sanitizers
 	tools/sanitize.sh $(if $(ARGS),$(ARGS),$(SANITIZED))
+
+mutants: setup ## Change hot code in small wrong ways, in place, and see whether tests fail; half an hour
+	$(BIN)/python tools/mutants.py $(ARGS)
 
 codegen: setup ## Derive the elements with SymPy and write generated/
 	$(BIN)/python -m codegen $(ARGS)
