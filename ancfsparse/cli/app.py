@@ -20,11 +20,11 @@ from ancfsparse.studies.bench.kernels import KernelBench
 from ancfsparse.studies.bench.kernels import bench_kernels as run_bench_kernels
 from ancfsparse.studies.bench.paper import PaperBench
 from ancfsparse.studies.bench.paper import bench_paper as run_bench_paper
-from ancfsparse.studies.commands import study
+from ancfsparse.studies.commands import report, study
 from ancfsparse.studies.common import paper
-from ancfsparse.studies.common.files import check_targets, fill_text
-from ancfsparse.studies.table1 import figures, report
-from ancfsparse.studies.table1.run import table1 as run_table1
+from ancfsparse.studies.common.files import check_targets, fill_page
+from ancfsparse.studies.table1.report import ON_BENCHMARKS
+from ancfsparse.studies.table1.report import STUDY as TABLE1
 
 EXIT_FAILURE, EXIT_INPUT = 1, 2
 
@@ -248,18 +248,13 @@ def table1(
     page: Annotated[Path | None, typer.Option(help="Page whose list of findings to renew.")] = None,
 ) -> None:
     """Reproduce table 1 and figures 1 and 2 of the paper beside the paper's own numbers."""
-    check_targets(output, readme, report.MARKERS)
-    check_targets(output, page, report.FINDINGS)
+    TABLE1.check(output, readme)
+    ON_BENCHMARKS.check(output, page)
     with _in_own_words():
-        table = run_table1(t_end=time, dt=step, cap=cap, progress=True)
-    typer.echo(report.as_text(table))
-    written = report.write(table, output) + figures.write(table, output)
-    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
-    if readme is not None:
-        report.fill_readme(table, readme)
-        figures.fill_gallery(table, readme)
+        table = TABLE1.run(t_end=time, dt=step, cap=cap, progress=True)
+    report(TABLE1, table, output, readme)
     if page is not None:
-        report.fill_page(table, page)
+        ON_BENCHMARKS.fill(table, page, output)
 
 
 @app.command("bench-paper")
@@ -274,7 +269,7 @@ def bench_paper(
     result = run_bench_paper(repeats=repeats, progress=True)
     _report(result, save)
     if page is not None:
-        fill_text(page, "bench-paper", f"```\n{result}\n```")
+        fill_page(page, "bench-paper", f"```\n{result}\n```")
 
 
 @app.command("bench-kernels")

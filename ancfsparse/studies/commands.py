@@ -3,34 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.studies.common import paper
-from ancfsparse.studies.common.files import check_targets, fill_page
-from ancfsparse.studies.error_budget import report as error_budget_report
-from ancfsparse.studies.error_budget.run import error_budget as run_error_budget
-from ancfsparse.studies.lattices import report as lattices_report
-from ancfsparse.studies.lattices.run import lattices as run_lattices
-from ancfsparse.studies.long_runs import report as long_runs_report
-from ancfsparse.studies.long_runs.run import long_runs as run_long_runs
-from ancfsparse.studies.memory import report as memory_report
-from ancfsparse.studies.memory.run import memory as run_memory
-from ancfsparse.studies.scaling import report as scaling_report
-from ancfsparse.studies.scaling.run import scaling as run_scaling
-from ancfsparse.studies.stability import findings as stability_findings
-from ancfsparse.studies.stability import report as stability_report
+from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.error_budget.report import STUDY as ERROR_BUDGET
+from ancfsparse.studies.lattices.report import STUDY as LATTICES
+from ancfsparse.studies.long_runs.report import STUDY as LONG_RUNS
+from ancfsparse.studies.memory.report import STUDY as MEMORY
+from ancfsparse.studies.scaling.report import STUDY as SCALING
+from ancfsparse.studies.stability.report import STUDY as STABILITY
 from ancfsparse.studies.stability.run import read as read_stability
-from ancfsparse.studies.stability.run import stability as run_stability
 from ancfsparse.studies.stability.scenes import SCENES
-from ancfsparse.studies.total_error import report as total_error_report
-from ancfsparse.studies.total_error.run import total_error as run_total_error
-from ancfsparse.studies.units import run as units
-from ancfsparse.studies.work_precision import report as work_precision_report
-from ancfsparse.studies.work_precision.run import work_precision as run_work_precision
+from ancfsparse.studies.total_error.report import STUDY as TOTAL_ERROR
+from ancfsparse.studies.units.run import SCENES as UNITS_SCENES
+from ancfsparse.studies.units.run import STUDY as UNITS
+from ancfsparse.studies.work_precision.report import STUDY as WORK_PRECISION
 
 study = typer.Typer(
     help="Studies of cost, memory and accuracy, each with tables and a chart.", no_args_is_help=True
@@ -40,6 +32,15 @@ OutputOption = Annotated[Path, typer.Option(help="Folder for tables and charts."
 PageOption = Annotated[
     Path | None, typer.Option(help="Page whose tables, and charts in gallery beside it, to renew.")
 ]
+
+
+def report(shown: Study[Any], result: Any, output: Path, page: Path | None) -> None:
+    """Print a result, write its tables and charts, and renew the regions of a page."""
+    typer.echo(shown.text(result))
+    written = shown.write(result, output)
+    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+    if page is not None:
+        shown.fill(result, page, output)
 
 
 @study.command()
@@ -58,21 +59,15 @@ def scaling(
     page: PageOption = None,
 ) -> None:
     """Measure cost per element and step, and memory, against size, and the roofline."""
-    check_targets(output, page, "scaling")
+    SCALING.check(output, page)
     check_count("largest", largest)
     check_count("steps", steps)
     check_count("largest-net", largest_net, 2)
     check_count("rounds", rounds)
     check_positive("cap", cap, "s")
     check_count("threads", threads)
-    result = run_scaling(
-        largest, steps, largest_net if nets else 0, peers, rounds, cap, True, threads
-    )
-    typer.echo(scaling_report.as_text(result))
-    written = scaling_report.write(result, output)
-    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
-    if page is not None:
-        fill_page(page, "scaling", scaling_report.as_markdown(result), written[-1])
+    sizes = (largest, steps, largest_net if nets else 0)
+    report(SCALING, SCALING.run(*sizes, peers, rounds, cap, True, threads), output, page)
 
 
 @study.command()
@@ -87,17 +82,13 @@ def lattices(
     page: PageOption = None,
 ) -> None:
     """Measure exact and incomplete seeds on lattices and nets: time, memory and counts by size."""
-    check_targets(output, page, "lattices")
+    LATTICES.check(output, page)
     for name, size in (("largest", largest), ("largest-net", largest_net)):
         check_count(name, size, 2)
     check_count("largest-exact", largest_exact, 0)
     check_count("steps", steps)
-    rows = run_lattices(largest, largest_net, largest_exact, steps, progress=True)
-    typer.echo(lattices_report.as_text(rows))
-    written = lattices_report.write(rows, output)
-    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
-    if page is not None:
-        fill_page(page, "lattices", lattices_report.as_markdown(rows), written[-1])
+    sizes = (largest, largest_net, largest_exact, steps)
+    report(LATTICES, LATTICES.run(*sizes, progress=True), output, page)
 
 
 @study.command()
@@ -110,15 +101,10 @@ def memory(
     page: PageOption = None,
 ) -> None:
     """Measure what secant pairs are worth: all updates, memory lengths, carried or not."""
-    check_targets(output, page, "memory")
+    MEMORY.check(output, page)
     check_count("steps", steps)
     check_count("rounds", rounds)
-    result = run_memory(chain, net, steps, rounds, progress=True)
-    typer.echo(memory_report.as_text(result))
-    written = memory_report.write(result, output)
-    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
-    if page is not None:
-        fill_page(page, "memory", memory_report.as_markdown(result), written[-1])
+    report(MEMORY, MEMORY.run(chain, net, steps, rounds, progress=True), output, page)
 
 
 @study.command("work-precision")
@@ -133,21 +119,17 @@ def work_precision(
     page: PageOption = None,
 ) -> None:
     """Measure seconds against error in time, and split the error of the paper's choice."""
-    check_targets(output, page, "work-precision", *["error-budget"] * budget)
-    result = run_work_precision(
+    WORK_PRECISION.check(output, page)
+    if budget:
+        ERROR_BUDGET.check(output, page)
+    result = WORK_PRECISION.run(
         elements=elements, t_end=time, with_peers=peers, rounds=rounds, cap=cap, progress=True
     )
-    typer.echo(work_precision_report.as_text(result))
-    written = work_precision_report.write(result, output)
-    if page is not None:
-        fill_page(page, "work-precision", work_precision_report.as_markdown(result), written[-1])
+    report(WORK_PRECISION, result, output, page)
     if budget:
-        split = run_error_budget(elements=elements, t_end=time, progress=True)
-        typer.echo("\n" + error_budget_report.as_text(split))
-        written += error_budget_report.write(split, output)
-        if page is not None:
-            fill_page(page, "error-budget", error_budget_report.as_markdown(split), written[-1])
-    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+        split = ERROR_BUDGET.run(elements=elements, t_end=time, progress=True)
+        typer.echo()
+        report(ERROR_BUDGET, split, output, page)
 
 
 @study.command("total-error")
@@ -158,13 +140,9 @@ def total_error(
     page: PageOption = None,
 ) -> None:
     """Measure the whole error against its cost over elements, their number and the step."""
-    check_targets(output, page, "total-error")
-    result = run_total_error(with_peers=peers, rounds=rounds, progress=True)
-    typer.echo(total_error_report.as_text(result))
-    written = total_error_report.write(result, output)
-    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
-    if page is not None:
-        fill_page(page, "total-error", total_error_report.as_markdown(result), written[-1])
+    TOTAL_ERROR.check(output, page)
+    result = TOTAL_ERROR.run(with_peers=peers, rounds=rounds, progress=True)
+    report(TOTAL_ERROR, result, output, page)
 
 
 @study.command()
@@ -182,7 +160,7 @@ def stability(
     page: PageOption = None,
 ) -> None:
     """Map which runs complete, over step, stiffness, integrator and solver; minutes."""
-    check_targets(output, page, "stability", "stability-solvers")
+    STABILITY.check(output, page)
     options = {"steps": step, "stiffnesses": stiffness}
     if table is not None:
         if scene or step or stiffness:
@@ -192,19 +170,12 @@ def stability(
             )
         result = read_stability(table)
     else:
-        result = run_stability(
+        result = STABILITY.run(
             tuple(scene or SCENES),
             **{name: tuple(given) for name, given in options.items() if given},
             progress=True,
         )
-    typer.echo(stability_report.as_text(result))
-    written = stability_report.write(result, output)
-    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
-    if page is not None:
-        text = stability_findings.integrator_table(result)
-        fill_page(page, "stability", text, written[-2])
-        text = stability_findings.solver_table(result)
-        fill_page(page, "stability-solvers", text, written[-1])
+    report(STABILITY, result, output, page)
 
 
 @study.command("units")
@@ -213,13 +184,10 @@ def units_command(
     output: OutputOption = Path("results"),
 ) -> None:
     """Run the same scenes in seven systems of units, under 1e-6 to 1e4 m/s2; a minute."""
-    check_targets(output, None)
+    UNITS.check(output, None)
     for name in scene or ():
-        check_choice("--scene", name, tuple(units.SCENES))
-    runs = units.units(tuple(scene or units.SCENES), progress=True)
-    typer.echo(units.as_text(runs))
-    written = units.write(runs, output)
-    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
+        check_choice("--scene", name, tuple(UNITS_SCENES))
+    report(UNITS, UNITS.run(tuple(scene or UNITS_SCENES), progress=True), output, None)
 
 
 @study.command("long-runs")
@@ -229,10 +197,5 @@ def long_runs(
     page: PageOption = None,
 ) -> None:
     """Let the pendulum fall for a million steps: memory, energy, and what fails when."""
-    check_targets(output, page, "long-runs")
-    result = run_long_runs(steps, progress=True)
-    typer.echo(long_runs_report.table(result))
-    written = long_runs_report.write(result, output)
-    typer.echo("\nwritten: " + ", ".join(str(path) for path in written))
-    if page is not None:
-        fill_page(page, "long-runs", long_runs_report.table(result), written[-1])
+    LONG_RUNS.check(output, page)
+    report(LONG_RUNS, LONG_RUNS.run(steps, progress=True), output, page)

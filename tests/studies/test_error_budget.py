@@ -7,7 +7,7 @@ import pytest
 
 from ancfsparse.problems import pendulum
 from ancfsparse.solve import simulate
-from ancfsparse.studies.error_budget.report import _headline, as_markdown, as_text, chart, write
+from ancfsparse.studies.error_budget.report import STUDY, _headline, as_markdown, as_text, chart
 from ancfsparse.studies.error_budget.run import DEFAULT, Budget, Part, error_budget
 
 
@@ -57,7 +57,7 @@ def test_the_chart_can_be_read(budget, readable):
 
 
 def test_files(budget, tmp_path):
-    paths = write(budget, tmp_path)
+    paths = STUDY.write(budget, tmp_path)
     assert [p.name for p in paths] == [f"error-budget.{kind}" for kind in ("csv", "json", "png")]
     data = json.loads(paths[1].read_text(encoding="utf-8"))
     assert set(data["choice"]) == {"Thin", "Thin, Biot", "L2T2"}

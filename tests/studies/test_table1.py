@@ -48,7 +48,7 @@ def test_matched_runs_are_at_least_as_good(table):
 
 
 def test_files_hold_the_table(table, tmp_path):
-    paths = report.write(table, tmp_path / "new")
+    paths = report.STUDY.write(table, tmp_path / "new")
     with paths[0].open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 2 * len(cells.COLUMNS)
@@ -75,8 +75,10 @@ def test_readme_is_rewritten_between_its_markers_only(table, tmp_path):
     readme = tmp_path / "README.md"
     begin, end = "<!-- table1:begin -->", "<!-- table1:end -->"
     readme.write_text(f"before\n{begin}\nold\n{end}\nafter\n", encoding="utf-8")
-    report.fill_readme(table, readme)
-    report.fill_readme(table, readme)
+    report.STUDY.write(table, tmp_path)
+    report.STUDY.fill(table, readme, tmp_path)
+    report.STUDY.fill(table, readme, tmp_path)
+    assert (tmp_path / "docs" / "gallery" / "figure1.png").is_file()
     text = readme.read_text(encoding="utf-8")
     assert text.startswith(f"before\n{begin}\n|")
     assert text.endswith(f"{end}\nafter\n")
@@ -90,7 +92,8 @@ def test_findings_go_to_their_own_page(table, tmp_path):
     page = tmp_path / "benchmarks.md"
     begin, end = "<!-- table1-findings:begin -->", "<!-- table1-findings:end -->"
     page.write_text(f"before\n{begin}\nold\n{end}\nafter\n", encoding="utf-8")
-    report.fill_page(table, page)
+    report.ON_BENCHMARKS.write(table, tmp_path)
+    report.ON_BENCHMARKS.fill(table, page, tmp_path)
     lines = page.read_text(encoding="utf-8").splitlines()
     assert lines == ["before", begin, *(f"- {each}" for each in findings(table)), end, "after"]
 
@@ -105,12 +108,14 @@ def test_readme_without_markers_is_refused_and_kept(table, tmp_path):
     readme = tmp_path / "README.md"
     readme.write_text("nothing here\n", encoding="utf-8")
     with pytest.raises(InputError, match="no place for table1"):
-        report.fill_readme(table, readme)
+        report.STUDY.fill(table, readme, tmp_path)
     assert readme.read_text(encoding="utf-8") == "nothing here\n"
 
 
 def test_figures_are_drawn_with_units(table, tmp_path):
-    for path in figures.write(table, tmp_path):
+    for stem in ("figure1", "figure2"):
+        path = tmp_path / f"{stem}.png"
+        report.STUDY.charts[stem](table).savefig(path)
         assert path.read_bytes().startswith(b"\x89PNG")
     among, against, off = figures.figure2(table).axes
     assert off.get_xlabel() == "time [s]"

@@ -13,7 +13,7 @@ from ancfsparse.studies.common.race import OURS, Point, Task
 from ancfsparse.studies.common.references import Reference
 from ancfsparse.studies.total_error import run as module
 from ancfsparse.studies.total_error.findings import findings, headline
-from ancfsparse.studies.total_error.report import as_markdown, as_text, chart, write
+from ancfsparse.studies.total_error.report import STUDY, as_markdown, as_text, chart
 from ancfsparse.studies.total_error.run import TotalError, element_forces, total_error
 
 
@@ -110,7 +110,7 @@ def test_the_chart_can_be_read(short, readable):
 
 
 def test_files(short, tmp_path):
-    paths = write(short, tmp_path)
+    paths = STUDY.write(short, tmp_path)
     with paths[0].open(encoding="utf-8") as file:
         assert len(list(csv.DictReader(file))) == len(short.points)
     data = json.loads(paths[1].read_text(encoding="utf-8"))
@@ -122,7 +122,8 @@ def test_files(short, tmp_path):
 
 
 def test_command_fills_a_page(tmp_path, capsys, monkeypatch, short):
-    monkeypatch.setattr("ancfsparse.studies.commands.run_total_error", lambda **how: short)
+    done = replace(STUDY, run=lambda **how: short)
+    monkeypatch.setattr("ancfsparse.studies.commands.TOTAL_ERROR", done)
     page = tmp_path / "page.md"
     page.write_text("<!-- total-error:begin -->\n<!-- total-error:end -->\n", encoding="utf-8")
     words = ["--output", str(tmp_path / "results"), "--page", str(page)]

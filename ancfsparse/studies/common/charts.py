@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.transforms import blended_transform_factory
 
+from ancfsparse.studies.common.models import MODELS
 from ancfsparse.studies.common.race import OURS, Point
 
 # A page shows a picture 800 pixels wide: what is drawn at this width [in] has letters of ten pixels
@@ -23,6 +24,11 @@ NOTE_SIZE = 7.0
 # Letters that fit above the whole picture, above one of two panels beside each other, and into a
 # column of notes.
 HEAD_LETTERS, TITLE_LETTERS, NOTE_LETTERS = 96, 64, 71
+
+MODEL_COLOURS = dict(
+    zip(MODELS, ("#0072b2", "#009e73", "#e69f00", "#d55e00", "#cc79a7"), strict=True)
+)
+"""One colour per model, distinguished by colour-blind eyes too."""
 
 
 def set_head(figure: Figure, text: str) -> None:

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import csv
-import json
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
 from ancfsparse.errors import InputError
-
-DPI = 120
 
 
 def write_csv(records: Sequence[dict[str, Any]], path: Path) -> None:
@@ -23,16 +18,6 @@ def write_csv(records: Sequence[dict[str, Any]], path: Path) -> None:
         writer = csv.DictWriter(file, names)
         writer.writeheader()
         writer.writerows(records)
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write a chart."""
-    figure.savefig(path, dpi=DPI)
-
-
-def write_json(data: dict[str, Any], path: Path) -> None:
-    """Write one JSON object."""
-    path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def check_targets(output: Path, page: Path | None, *names: str) -> None:
@@ -58,8 +43,10 @@ def check_targets(output: Path, page: Path | None, *names: str) -> None:
             _split(page, name)
 
 
-def fill_page(page: Path, name: str, text: str, chart: Path) -> None:
-    """Put generated text on a page and a chart into the folder ``gallery`` beside it.
+def fill_page(
+    page: Path, name: str, text: str, chart: Path | None = None, gallery: Path | None = None
+) -> None:
+    """Put generated text on a page, and a chart into its gallery.
 
     Parameters
     ----------
@@ -69,24 +56,22 @@ def fill_page(page: Path, name: str, text: str, chart: Path) -> None:
         What the markers are called.
     text : str
         What to put between them.
-    chart : Path
+    chart : Path, optional
         A picture.
+    gallery : Path, optional
+        A folder, made if missing; ``gallery`` beside the page by default.
 
     Raises
     ------
     InputError
         If a marker is missing; nothing is written.
     """
-    fill_text(page, name, text)
-    gallery = page.parent / "gallery"
-    gallery.mkdir(exist_ok=True)
-    shutil.copy(chart, gallery)
-
-
-def fill_text(page: Path, name: str, text: str) -> None:
-    """Put generated text on a page, as `fill_page` does, and no chart."""
     before, after = _split(page, name)
     page.write_text(f"{before}\n{text}\n{after}", encoding="utf-8")
+    if chart is not None:
+        gallery = gallery or page.parent / "gallery"
+        gallery.mkdir(parents=True, exist_ok=True)
+        shutil.copy(chart, gallery)
 
 
 def _split(page: Path, name: str) -> tuple[str, str]:

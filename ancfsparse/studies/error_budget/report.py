@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend, set_title
-from ancfsparse.studies.common.files import save, write_csv, write_json
-from ancfsparse.studies.common.models import MODELS
-from ancfsparse.studies.error_budget.run import DEFAULT, PARTS, Budget, Part
-
-COLOURS = dict(zip(MODELS, ("#0072b2", "#009e73", "#e69f00", "#d55e00", "#cc79a7"), strict=True))
-"""One colour per model, distinguished by colour-blind eyes too."""
+from ancfsparse.studies.common.charts import (
+    MODEL_COLOURS,
+    SMALL,
+    WIDTH,
+    set_head,
+    set_legend,
+    set_title,
+)
+from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.error_budget.run import DEFAULT, PARTS, Budget, Part, error_budget
 
 AXES = {
     "mesh": "elements",
@@ -40,11 +43,8 @@ def as_text(budget: Budget) -> str:
 
 def as_markdown(budget: Budget) -> str:
     """Set the table for a page."""
-    lines = ["| | " + " | ".join(PARTS) + " |", "|---|" + "---:|" * len(PARTS)]
-    for model in budget.references:
-        cells = [_cell(budget, model, part) for part in PARTS]
-        lines.append(f"| {model} | " + " | ".join(cells) + " |")
-    return "\n".join([*lines, "", *(f"- {each}." for each in budget.findings())])
+    rows = [[model, *(_cell(budget, model, part) for part in PARTS)] for model in budget.references]
+    return with_findings(table(["", *PARTS], rows), (f"{each}." for each in budget.findings()))
 
 
 def _cell(budget: Budget, model: str, part: str) -> str:
@@ -52,29 +52,6 @@ def _cell(budget: Budget, model: str, part: str) -> str:
     if found is None:
         return ""
     return f"{found.error:.1e} ± {found.uncertainty:.0e}"
-
-
-def write(budget: Budget, folder: Path) -> list[Path]:
-    """Write error-budget.csv, .json and .png.
-
-    Parameters
-    ----------
-    budget : Budget
-        A finished study.
-    folder : Path
-        Where to; made if missing.
-
-    Returns
-    -------
-    list of Path
-        The files.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"error-budget.{kind}" for kind in ("csv", "json", "png")]
-    write_csv([asdict(p) for p in budget.parts], paths[0])
-    write_json(budget.record(), paths[1])
-    save(chart(budget), paths[2])
-    return paths
 
 
 def chart(budget: Budget) -> Figure:
@@ -85,10 +62,10 @@ def chart(budget: Budget) -> Figure:
     for ax, part in zip(panels, AXES, strict=False):
         for model in budget.references:
             numbers = [p for p in budget.curve(part, model) if p.value != DEFAULT]
-            shown[model] = _curve(ax, numbers, COLOURS[model])
+            shown[model] = _curve(ax, numbers, MODEL_COLOURS[model])
             if part == "solver":
                 error = budget.choice(model)[part].error
-                ax.axhline(error, color=COLOURS[model], linewidth=0.8, linestyle=":")
+                ax.axhline(error, color=MODEL_COLOURS[model], linewidth=0.8, linestyle=":")
         chosen = {"mesh": budget.elements, "time step": budget.dt}.get(part)
         if chosen is not None:
             ax.axvline(chosen, color="black", linewidth=0.8, linestyle=":")
@@ -130,8 +107,8 @@ def _models(ax: Axes, budget: Budget) -> None:
     for row, p in enumerate(pairs):
         ax.errorbar(
             row, p.error, yerr=[[min(p.uncertainty, 0.9 * p.error)], [p.uncertainty]], fmt="D",
-            color=COLOURS[p.model], markersize=6, capsize=3,
-            markerfacecolor=COLOURS[str(p.value)], markeredgewidth=2,
+            color=MODEL_COLOURS[p.model], markersize=6, capsize=3,
+            markerfacecolor=MODEL_COLOURS[str(p.value)], markeredgewidth=2,
         )  # fmt: skip
     ax.set_xticks(
         range(len(pairs)), [f"{p.model} – {p.value}" for p in pairs], rotation=35, ha="right",
@@ -173,3 +150,15 @@ def _headline(budget: Budget) -> str:
         )
     listed = ", ".join(f"{p.model}: {p.part}" for p in largest)
     return f"With {name} the largest error is: {listed}"
+
+
+STUDY = Study(
+    "error-budget",
+    run=error_budget,
+    text=as_text,
+    rows=lambda budget: [asdict(p) for p in budget.parts],
+    record=Budget.record,
+    findings=Budget.findings,
+    charts={"error-budget": chart},
+    regions={"error-budget": as_markdown},
+)

@@ -129,7 +129,6 @@ class Budget:
                 model: {part: asdict(p) for part, p in self.choice(model).items()}
                 for model in self.references
             },
-            "findings": self.findings(),
             "parts": [asdict(p) for p in self.parts],
         }
 

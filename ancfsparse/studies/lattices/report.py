@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import groupby
-from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -12,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from ancfsparse.studies.common.charts import SMALL, WIDTH, set_empty, set_head, set_legend
-from ancfsparse.studies.common.files import save, write_csv, write_json
-from ancfsparse.studies.lattices.run import Row, pairs
+from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.lattices.run import Row, lattices, pairs
 
 COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
 HEAD = (
@@ -50,15 +50,10 @@ def as_text(rows: Sequence[Row]) -> str:
 
 def as_markdown(rows: Sequence[Row]) -> str:
     """Set the chart and the table for a page."""
-    lines = [
-        "![Time and memory of exact and incomplete seeds against size](gallery/lattices.png)",
-        "",
-    ]
-    lines += ["| | size | " + " | ".join(HEAD) + " |", "|---|---:|---|" + "---:|" * 7]
-    lines += [
-        f"| {row.job.title} | {row.job.side} | " + " | ".join(_cells(row)) + " |" for row in rows
-    ]
-    return "\n".join([*lines, "", *(f"- {each}." for each in findings(rows))])
+    picture = "![Time and memory of exact and incomplete seeds against size](gallery/lattices.png)"
+    lines = [[row.job.title, row.job.side, *_cells(row)] for row in rows]
+    tabled = table(["", "size", *HEAD], lines, left=(0, 2))
+    return with_findings([picture, "", *tabled], (f"{each}." for each in findings(rows)))
 
 
 def findings(rows: Sequence[Row]) -> list[str]:
@@ -89,16 +84,6 @@ def _incomplete(rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
         if not row.note and row.job.seed == "incomplete":
             found.setdefault(row.job.title, []).append(row)
     return list(found.items())
-
-
-def write(rows: Sequence[Row], folder: Path) -> list[Path]:
-    """Write lattices.csv, lattices.json and lattices.png to a folder, made if missing."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"lattices.{kind}" for kind in ("csv", "json", "png")]
-    write_csv([row.flat() for row in rows], paths[0])
-    write_json({"rows": [row.flat() for row in rows], "findings": findings(rows)}, paths[1])
-    save(chart(rows), paths[2])
-    return paths
 
 
 def chart(rows: Sequence[Row]) -> Figure:
@@ -165,3 +150,15 @@ def _headline(rows: Sequence[Row]) -> str:
         f"The exact seed takes up to {exact.microseconds / incomplete.microseconds:.2g} times as "
         f"long as the incomplete one ({exact.job.title}, {exact.job.side})"
     )
+
+
+STUDY = Study(
+    "lattices",
+    run=lattices,
+    text=as_text,
+    rows=lambda rows: [row.flat() for row in rows],
+    record=lambda rows: {"rows": [row.flat() for row in rows]},
+    findings=findings,
+    charts={"lattices": chart},
+    regions={"lattices": as_markdown},
+)

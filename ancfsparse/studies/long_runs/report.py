@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 
 from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
-from ancfsparse.studies.common.files import save, write_csv, write_json
-from ancfsparse.studies.long_runs.run import MOST_RISE, NOISE, LongRun, LongRuns
+from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.long_runs.run import MOST_RISE, NOISE, LongRun, LongRuns, long_runs
 
 REASONS = {
     "EnergyGain": "gained energy",
@@ -29,24 +29,23 @@ COLOURS = {
 """Of each integrator, from its shortest step to its longest."""
 
 
-def table(result: LongRuns) -> str:
-    """Set the table for a page."""
-    lines = [
-        "| | end | energy at the end | most above the start | drift per second | "
-        "iterations per step | steps halved | s | memory grew |",
-        "|---|---:|---:|---:|---:|---:|---:|---:|---:|",
-    ]
+def as_markdown(result: LongRuns) -> str:
+    """Set the table for a page, and for a terminal."""
+    head = [
+        "", "end", "energy at the end", "most above the start", "drift per second",
+        "iterations per step", "steps halved", "s", "memory grew",
+    ]  # fmt: skip
+    rows = []
     for run in result.runs:
         end = f"{run.t[-1]:.4g} s"
         if run.reason:
             end = f"{REASONS[run.reason]} at {run.stopped:.3g} s"
-        each = f"{run.iterations:.2g}" if run.iterations else "-"
-        lines.append(
-            f"| {run.label} | {end} | {100 * run.energy[-1]:+.2g} % | {100 * run.rise:.1e} % | "
-            f"{100 * run.rate:+.1e} % | {each} | {run.halved} | {run.seconds:.2g} | "
-            f"{_grown(run)} |"
-        )
-    return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
+        rows.append([
+            run.label, end, f"{100 * run.energy[-1]:+.2g} %", f"{100 * run.rise:.1e} %",
+            f"{100 * run.rate:+.1e} %", f"{run.iterations:.2g}" if run.iterations else "-",
+            str(run.halved), f"{run.seconds:.2g}", _grown(run),
+        ])  # fmt: skip
+    return with_findings(table(head, rows), findings(result))
 
 
 def _grown(run: LongRun) -> str:
@@ -84,29 +83,6 @@ def headline(result: LongRuns) -> str:
         return f"{text}, none without gaining energy"
     best = min(kept, key=lambda run: abs(run.energy[-1]))
     return f"{text}; {best.label} keeps its energy best: {100 * best.energy[-1]:+.2g}\u00a0%"
-
-
-def write(result: LongRuns, folder: Path) -> list[Path]:
-    """Write long-runs.csv, .json and .png.
-
-    Parameters
-    ----------
-    result : LongRuns
-        A finished study.
-    folder : Path
-        Where to; made if missing.
-
-    Returns
-    -------
-    list of Path
-        The files.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"long-runs.{kind}" for kind in ("csv", "json", "png")]
-    write_csv([run.record() for run in result.runs], paths[0])
-    write_json({**result.record(), "findings": findings(result)}, paths[1])
-    save(chart(result), paths[2])
-    return paths
 
 
 def chart(result: LongRuns) -> Figure:
@@ -158,3 +134,15 @@ def _coloured(runs: list[LongRun]) -> list[tuple[LongRun, str]]:
         for name, members in found.items()
         for k, run in enumerate(sorted(members, key=lambda each: each.dt))
     ]
+
+
+STUDY = Study(
+    "long-runs",
+    run=long_runs,
+    text=as_markdown,
+    rows=lambda result: [run.record() for run in result.runs],
+    record=LongRuns.record,
+    findings=findings,
+    charts={"long-runs": chart},
+    regions={"long-runs": as_markdown},
+)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict
 from itertools import cycle
-from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -13,8 +12,9 @@ from matplotlib.figure import Figure
 
 from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
-from ancfsparse.studies.common.files import save, write_csv, write_json
-from ancfsparse.studies.memory.run import SAME, MemoryStudy, Run
+from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.memory.run import SAME, MemoryStudy, Run, memory
 
 COLOURS = dict(zip(UPDATES, cycle(["#e69f00", "#0072b2", "#009e73", "#cc79a7"]), strict=False))
 """Taken in turn, so that a new update has one."""
@@ -46,48 +46,24 @@ def as_text(result: MemoryStudy) -> str:
 
 def as_markdown(result: MemoryStudy) -> str:
     """Set the chord and the best of both kinds of pairs, scene by scene, for a page."""
-    lines = [
-        "| | | corrections per step | seeds | cost by counts | seconds |",
-        "|---|---|---:|---:|---:|---:|",
-    ]
+    rows = []
     for scene in result.scenes:
         chord = result.of(scene)[0]
         for run in (chord, result.best(scene, False), result.best(scene, True)):
             name = f"{run.update}, {run.pairs} pairs{' carried' * run.carry}"
-            lines.append(
-                f"| {scene} | {'chord' if run is chord else name} | {run.iterations_per_step:.2f} "
-                f"| {run.factorizations} | {run.model_cost / chord.model_cost:.2f} | "
-                f"{run.seconds / chord.seconds:.2f} |"
-            )
-    return "\n".join([*lines, "", *(f"- {each}." for each in result.findings())])
+            rows.append([
+                scene, "chord" if run is chord else name, f"{run.iterations_per_step:.2f}",
+                str(run.factorizations), f"{run.model_cost / chord.model_cost:.2f}",
+                f"{run.seconds / chord.seconds:.2f}",
+            ])  # fmt: skip
+    head = ["", "", "corrections per step", "seeds", "cost by counts", "seconds"]
+    return with_findings(table(head, rows, left=(0, 1)), (f"{each}." for each in result.findings()))
 
 
-def write(result: MemoryStudy, folder: Path) -> list[Path]:
-    """Write memory.csv, memory.json and memory.png.
-
-    Parameters
-    ----------
-    result : MemoryStudy
-        A finished study.
-    folder : Path
-        Where to; made if missing.
-
-    Returns
-    -------
-    list of Path
-        The files.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"memory.{kind}" for kind in ("csv", "json", "png")]
-    rows = []
-    for run in result.runs:
-        row = asdict(run) | {"median_seconds": run.seconds}
-        del row["rounds"]
-        rows.append(row)
-    write_csv(rows, paths[0])
-    write_json(result.record(), paths[1])
-    save(chart(result), paths[2])
-    return paths
+def _row(run: Run) -> dict[str, Any]:
+    row = asdict(run) | {"median_seconds": run.seconds}
+    del row["rounds"]
+    return row
 
 
 ROWS: tuple[tuple[str, Callable[[Run, Run], float]], ...] = (
@@ -154,3 +130,15 @@ def _panel(
     ax.minorticks_off()
     ax.tick_params(labelsize=SMALL)
     ax.grid(alpha=0.3)
+
+
+STUDY = Study(
+    "memory",
+    run=memory,
+    text=as_text,
+    rows=lambda result: [_row(run) for run in result.runs],
+    record=MemoryStudy.record,
+    findings=MemoryStudy.findings,
+    charts={"memory": chart},
+    regions={"memory": as_markdown},
+)

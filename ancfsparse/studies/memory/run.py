@@ -122,7 +122,6 @@ class MemoryStudy:
         return {
             "settings": self.settings,
             "runs": [asdict(run) | {"median_seconds": run.seconds} for run in self.runs],
-            "findings": self.findings(),
         }
 
 

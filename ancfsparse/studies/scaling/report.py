@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from ancfsparse.dispatch import instruction_set
-from ancfsparse.studies.common.files import save, write_csv, write_json
+from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.common.tables import table, with_findings
 from ancfsparse.studies.peers.exudyn_scene import SETTINGS as PEERS
 from ancfsparse.studies.scaling.charts import chart
 from ancfsparse.studies.scaling.findings import findings, name_of, targets
 from ancfsparse.studies.scaling.rows import TITLES, Row, Scaling, ratios
+from ancfsparse.studies.scaling.run import scaling
 
 
 def as_text(result: Scaling) -> str:
@@ -65,58 +66,48 @@ def _line(row: Row) -> str:
 
 def as_markdown(result: Scaling) -> str:
     """Set what auto costs and how it compares, scene by scene and size by size, for a page."""
-    lines = [
-        "| with `auto` | elements | us per element and step | corrections per step | "
-        "factorisations | MB at the peak | beside best fixed | Newton takes | nearest peer takes |",
-        "|---|" + "---:|" * 8,
-    ]
+    head = [
+        "with `auto`", "elements", "us per element and step", "corrections per step",
+        "factorisations", "MB at the peak", "beside best fixed", "Newton takes",
+        "nearest peer takes",
+    ]  # fmt: skip
+    rows = []
     for group in result.by_size():
         auto = next((row for row in group if row.job.solver == "auto"), group[0])
-        name = f"| {name_of(auto)} | {auto.job.elements:,} "
+        name = [name_of(auto), f"{auto.job.elements:,}"]
         if auto.note:
-            lines.append(f"{name}| {auto.note} |" + " |" * 6)
+            rows.append([*name, auto.note, *[""] * 6])
             continue
         flat, compared = auto.flat(), ratios(group)
         peers = [compared[k] for peer in PEERS if (k := f"{peer.name} / auto") in compared]
         best = f"{compared['auto / best fixed']:.2f}" if "auto / best fixed" in compared else ""
-        lines.append(
-            f"{name}| {auto.microseconds:.3g} | {flat['iterations_per_step']:.2f} | "
-            f"{flat['factorizations']} in {auto.job.steps} steps | {flat['peak_megabytes']:.0f} | "
-            f"{best} | {_times(compared.get('Newton / auto'))} | "
-            f"{_times(min(peers, default=None))} |"
-        )
-    return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
+        rows.append([
+            *name, f"{auto.microseconds:.3g}", f"{flat['iterations_per_step']:.2f}",
+            f"{flat['factorizations']} in {auto.job.steps} steps",
+            f"{flat['peak_megabytes']:.0f}", best, _times(compared.get("Newton / auto")),
+            _times(min(peers, default=None)),
+        ])  # fmt: skip
+    return with_findings(table(head, rows), findings(result))
 
 
 def _times(ratio: float | None) -> str:
     return "" if ratio is None else f"{ratio:.1f} times as long"
 
 
-def write(result: Scaling, folder: Path) -> list[Path]:
-    """Write scaling.csv, scaling.json and scaling.png.
-
-    Parameters
-    ----------
-    result : Scaling
-        A finished study.
-    folder : Path
-        Where to; made if missing.
-
-    Returns
-    -------
-    list of Path
-        The files.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"scaling.{kind}" for kind in ("csv", "json", "png")]
-    write_csv([_spread(row.flat()) for row in result.rows], paths[0])
-    aims = [each.record() for each in targets(result)]
-    write_json({**result.record(), "targets": aims, "findings": findings(result)}, paths[1])
-    save(chart(result), paths[2])
-    return paths
-
-
 def _spread(flat: dict[str, Any]) -> dict[str, Any]:
     """Give each part of the split a column of its own."""
     split = flat.pop("split_microseconds")
     return flat | {f"{key}_microseconds": value for key, value in split.items()}
+
+
+STUDY = Study(
+    "scaling",
+    run=scaling,
+    text=as_text,
+    rows=lambda result: [_spread(row.flat()) for row in result.rows],
+    record=Scaling.record,
+    findings=findings,
+    targets=targets,
+    charts={"scaling": chart},
+    regions={"scaling": as_markdown},
+)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from statistics import median
 
+from ancfsparse.studies.common.tables import table, with_findings
 from ancfsparse.studies.stability.cells import (
     FAILED,
     GAINED,
@@ -110,10 +111,7 @@ def solver_headline(result: Stability) -> str:
 
 def integrator_table(result: Stability) -> str:
     """Set the table of integrators for a page: safe step and share of the runs, by scene."""
-    lines = [
-        '| with `"auto"` | ' + " | ".join(result.scenes) + " |",
-        "|---|" + "---:|" * len(result.scenes),
-    ]
+    rows = []
     for name in INTEGRATORS:
         runs = with_integrator(result, name)
         cells = []
@@ -121,16 +119,17 @@ def integrator_table(result: Stability) -> str:
             here = [run for run in runs if run.place.scene == scene]
             step = safe_step(here)
             cells.append(f"{f'{step:g} s' if step else 'none'}, {completed(here):.0f} %")
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
+        rows.append([name, *cells])
+    return with_findings(table(['with `"auto"`', *result.scenes], rows), findings(result))
 
 
 def solver_table(result: Stability) -> str:
     """Set the table of solvers for a page."""
-    lines = [
-        "| | integrator | finished | with help | gained energy | failed | corrections per step |",
-        "|---|---|---:|---:|---:|---:|---:|",
-    ]
+    head = [
+        "", "integrator", "finished", "with help", "gained energy", "failed",
+        "corrections per step",
+    ]  # fmt: skip
+    rows = []
     for solver in SOLVERS:
         for integrator in FOR_ALL_SOLVERS:
             runs = with_integrator(result, integrator, solver)
@@ -139,6 +138,5 @@ def solver_table(result: Stability) -> str:
                 *(sum(run.outcome == kind for run in runs) for kind in (RECOVERED, GAINED, FAILED)),
             ]
             work = median(run.iterations for run in runs if run.whole)
-            cells = " | ".join(str(each) for each in counts)
-            lines.append(f"| {solver} | {integrator} | {cells} | {work:.2f} |")
-    return "\n".join(lines)
+            rows.append([solver, integrator, *map(str, counts), f"{work:.2f}"])
+    return "\n".join(table(head, rows, left=(0, 1)))

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from ancfsparse.studies.common.files import save, write_csv, write_json
+from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.stability.cells import OUTCOMES
 from ancfsparse.studies.stability.charts import integrator_chart, solver_chart
 from ancfsparse.studies.stability.findings import findings, integrator_table, solver_table
-from ancfsparse.studies.stability.run import Stability
+from ancfsparse.studies.stability.run import Stability, stability
 
 
 def as_text(result: Stability) -> str:
@@ -19,26 +17,13 @@ def as_text(result: Stability) -> str:
     return f"{n} runs: {', '.join(counts)}\n\n" + "\n\n".join(tables).replace("\n- ", "\n")
 
 
-def write(result: Stability, folder: Path) -> list[Path]:
-    """Write stability.csv and .json, stability.png and stability-solvers.png.
-
-    Parameters
-    ----------
-    result : Stability
-        A finished study.
-    folder : Path
-        Where to; made if missing.
-
-    Returns
-    -------
-    list of Path
-        The files, the two charts last.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    names = ("stability.csv", "stability.json", "stability.png", "stability-solvers.png")
-    paths = [folder / name for name in names]
-    write_csv([run.record() for run in result.runs], paths[0])
-    write_json({**result.record(), "findings": findings(result)}, paths[1])
-    save(integrator_chart(result), paths[2])
-    save(solver_chart(result), paths[3])
-    return paths
+STUDY = Study(
+    "stability",
+    run=stability,
+    text=as_text,
+    rows=lambda result: [run.record() for run in result.runs],
+    record=Stability.record,
+    findings=findings,
+    charts={"stability": integrator_chart, "stability-solvers": solver_chart},
+    regions={"stability": integrator_table, "stability-solvers": solver_table},
+)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,35 +27,6 @@ COLOURS = {
     "RK23": "#56b4e9", "LSODA": "#d55e00", "Radau": "#333333",
 }  # fmt: skip
 """One colour per method, distinguished by colour-blind eyes too."""
-
-
-def write(table: Table, folder: Path) -> list[Path]:
-    """Write figure1.png and figure2.png.
-
-    Parameters
-    ----------
-    table : Table
-        A finished table.
-    folder : Path
-        Where to; made if missing.
-
-    Returns
-    -------
-    list of Path
-        The files.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / "figure1.png", folder / "figure2.png"]
-    figure1(table).savefig(paths[0], dpi=120)
-    figure2(table).savefig(paths[1], dpi=120)
-    return paths
-
-
-def fill_gallery(table: Table, readme: Path) -> None:
-    """Draw figure 1 again where a page shows it, in docs/gallery beside the page."""
-    gallery = readme.parent / "docs" / "gallery"
-    gallery.mkdir(parents=True, exist_ok=True)
-    figure1(table).savefig(gallery / "figure1.png", dpi=120)
 
 
 def figure1(table: Table) -> Figure:

@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import math
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
-from ancfsparse.studies.common import paper
-from ancfsparse.studies.common.files import fill_text
+from ancfsparse.studies.common import paper, tables
+from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.table1.cells import COLUMNS, ROWS, Cell
+from ancfsparse.studies.table1.figures import figure1, figure2
 from ancfsparse.studies.table1.findings import findings
-from ancfsparse.studies.table1.run import Match, Table
-
-MARKERS = "table1"
-"""Name of the markers of the table on a page."""
-
-FINDINGS = "table1-findings"
-"""Name of the markers of its findings on a page."""
+from ancfsparse.studies.table1.run import Match, Table, table1
 
 
 def as_text(table: Table) -> str:
@@ -88,59 +81,30 @@ def as_record(table: Table) -> dict[str, Any]:
             else {"element": match.row, "method": match.column}
             for match in table.matches.values()
         ],
-        "findings": findings(table),
     }
-
-
-def write(table: Table, folder: Path) -> list[Path]:
-    """Write table1.csv and table1.json.
-
-    Parameters
-    ----------
-    table : Table
-        A finished table.
-    folder : Path
-        Where to; made if missing.
-
-    Returns
-    -------
-    list of Path
-        The files.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    records = [cell.record() for cell in table.cells.values()]
-    with (folder / "table1.csv").open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(records[0]))
-        writer.writeheader()
-        writer.writerows(records)
-    text = json.dumps(as_record(table), indent=1, allow_nan=False)
-    (folder / "table1.json").write_text(text + "\n", encoding="utf-8")
-    return [folder / "table1.csv", folder / "table1.json"]
 
 
 def as_markdown(table: Table) -> str:
     """Return the table for README: one line per method, our time and the paper's per element."""
-    heads = table.rows
-    lines = [
-        "| seconds (the paper's) | " + " | ".join(heads) + " |",
-        "|---|" + "---:|" * len(heads),
-    ]
+    lines = []
     for column in COLUMNS:
         stands_for = paper.ODE_FUNCTIONS.get(column)
         name = f"{column}, for `{stands_for}`" if stands_for else column
-        cells = [table.cells[row, column] for row in table.rows]
-        lines.append(f"| {name} | " + " | ".join(_both(cell) for cell in cells) + " |")
+        lines.append([name, *(_both(table.cells[row, column]) for row in table.rows)])
     davidon = [table.cells[row, "Davidon"] for row in table.rows]
     lines += [
-        "| *Davidon: set-up before the first step* | "
-        + " | ".join(_number(c.set_up_seconds, ".2g") for c in davidon) + " |",
-        "| *Davidon: speed-up over the paper* | "
-        + " | ".join(_number(c.speed_up, ".0f") for c in davidon) + " |",
-        "| *Davidon: iterations per step* | "
-        + " | ".join(_number(c.iterations_per_step, ".2f") for c in davidon) + " |",
-        "| *Davidon: tip error [m]* | "
-        + " | ".join(_number(c.tip_error, ".1e") for c in davidon) + " |",
-    ]  # fmt: skip
+        [
+            "*Davidon: set-up before the first step*",
+            *(_number(c.set_up_seconds, ".2g") for c in davidon),
+        ],
+        ["*Davidon: speed-up over the paper*", *(_number(c.speed_up, ".0f") for c in davidon)],
+        [
+            "*Davidon: iterations per step*",
+            *(_number(c.iterations_per_step, ".2f") for c in davidon),
+        ],
+        ["*Davidon: tip error [m]*", *(_number(c.tip_error, ".1e") for c in davidon)],
+    ]
+    tabled = tables.table(["seconds (the paper's)", *table.rows], lines)
     settings = table.settings
     caption = (
         f"{settings['elements']} elements, dt = {settings['dt_s']:g} s, on {settings['machine']} "
@@ -150,7 +114,7 @@ def as_markdown(table: Table) -> str:
         f"{settings['ode_rtol']:g} and {settings['ode_atol']:g}. Tip error: largest distance over "
         "the whole run from the same mesh converged in time."
     )
-    return "\n".join([*lines, "", caption])
+    return "\n".join([*tabled, "", caption])
 
 
 def findings_as_markdown(table: Table) -> str:
@@ -163,24 +127,17 @@ def _both(cell: Cell) -> str:
     return _seconds(cell) + theirs
 
 
-def fill_readme(table: Table, readme: Path) -> None:
-    """Put the table between its two markers.
+STUDY = Study(
+    "table1",
+    run=table1,
+    text=as_text,
+    rows=lambda table: [cell.record() for cell in table.cells.values()],
+    record=as_record,
+    findings=findings,
+    charts={"figure1": figure1, "figure2": figure2},
+    regions={"table1": as_markdown},
+    gallery="docs/gallery",
+)
 
-    Parameters
-    ----------
-    table : Table
-        A finished table.
-    readme : Path
-        A page with both markers.
-
-    Raises
-    ------
-    InputError
-        If a marker is missing; nothing is written.
-    """
-    fill_text(readme, MARKERS, as_markdown(table))
-
-
-def fill_page(table: Table, page: Path) -> None:
-    """Put the findings between their two markers, as `fill_readme` does with the table."""
-    fill_text(page, FINDINGS, findings_as_markdown(table))
+ON_BENCHMARKS = replace(STUDY, regions={"table1-findings": findings_as_markdown}, gallery="gallery")
+"""The same with its findings for a page of their own."""

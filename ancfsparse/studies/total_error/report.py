@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -13,6 +12,7 @@ from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, ScalarFo
 
 from ancfsparse.studies.common import paper
 from ancfsparse.studies.common.charts import (
+    MODEL_COLOURS,
     SMALL,
     WIDTH,
     failures,
@@ -22,11 +22,11 @@ from ancfsparse.studies.common.charts import (
     set_title,
     write_notes,
 )
-from ancfsparse.studies.common.files import save, write_csv, write_json
 from ancfsparse.studies.common.race import OURS, Point
-from ancfsparse.studies.error_budget.report import COLOURS
+from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.common.tables import table, with_findings
 from ancfsparse.studies.total_error.findings import about_steps, about_thick, findings, headline
-from ancfsparse.studies.total_error.run import MESHES, TotalError, element_forces
+from ancfsparse.studies.total_error.run import MESHES, TotalError, element_forces, total_error
 
 PEERS = {"Exudyn": ("#555555", "s"), "PyElastica": ("#a0522d", "^")}
 """Colour and marker by peer."""
@@ -75,40 +75,15 @@ def _line(p: Point) -> str:
 
 def as_markdown(result: TotalError) -> str:
     """Set the front and the findings for a page."""
-    lines = [
-        "| error [m] | element | elements | integrator | dt [s] | ms |",
-        "|---:|---|---:|---|---:|---:|",
-    ]
-    for p in reversed(result.front()):
-        lines.append(
-            f"| {p.error:.1e} | {p.task.model} | {p.task.elements} | "
-            f"{p.task.method} | {p.task.value:.3g} | "
-            f"{1e3 * p.seconds:.2f} |"
-        )
-    return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
-
-
-def write(result: TotalError, folder: Path) -> list[Path]:
-    """Write total-error.csv, .json and .png.
-
-    Parameters
-    ----------
-    result : TotalError
-        A finished study.
-    folder : Path
-        Where to; made if missing.
-
-    Returns
-    -------
-    list of Path
-        The files.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"total-error.{kind}" for kind in ("csv", "json", "png")]
-    write_csv([p.record() for p in result.points], paths[0])
-    write_json({**result.record(), "findings": findings(result)}, paths[1])
-    save(chart(result), paths[2])
-    return paths
+    rows = [
+        [
+            f"{p.error:.1e}", p.task.model, str(p.task.elements), p.task.method,
+            f"{p.task.value:.3g}", f"{1e3 * p.seconds:.2f}",
+        ]
+        for p in reversed(result.front())
+    ]  # fmt: skip
+    head = ["error [m]", "element", "elements", "integrator", "dt [s]", "ms"]
+    return with_findings(table(head, rows, left=(1, 3)), findings(result))
 
 
 def chart(result: TotalError) -> Figure:
@@ -142,7 +117,7 @@ def explicit(p: Point) -> bool:
 
 
 def _colour(p: Point) -> str:
-    return COLOURS[p.task.model] if p.task.program == OURS else PEERS[p.task.program][0]
+    return MODEL_COLOURS[p.task.model] if p.task.program == OURS else PEERS[p.task.program][0]
 
 
 def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str, Any]) -> None:
@@ -151,7 +126,7 @@ def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str,
         points = result.ours(model)
         areas = [6.0 + 0.6 * p.task.elements for p in points]
         shown[model] = ax.scatter(
-            [p.error for p in points], [size(p) for p in points], areas, color=COLOURS[model],
+            [p.error for p in points], [size(p) for p in points], areas, color=MODEL_COLOURS[model],
             alpha=0.45, linewidths=0,
         )  # fmt: skip
     best: list[Point] = []
@@ -203,7 +178,7 @@ def _by_mesh(ax: Axes, result: TotalError) -> None:
     for model in result.references:
         curve = [p for n in MESHES if (p := result.at(model, n, paper.DT)) is not None]
         ax.plot([p.task.elements for p in curve], [p.error for p in curve], "o-",
-                color=COLOURS[model], markersize=4)  # fmt: skip
+                color=MODEL_COLOURS[model], markersize=4)  # fmt: skip
     ax.axvline(paper.ELEMENTS, color="black", linewidth=0.8, linestyle=":")
     ax.set_xscale("log")
     ax.set_yscale("log")
@@ -224,7 +199,7 @@ def _by_step(ax: Axes, result: TotalError) -> None:
         for n, style in ((paper.ELEMENTS, "o-"), (fine, "s--")):
             curve = [p for p in result.ours(model) if p.task.elements == n and not explicit(p)]
             ax.plot([p.task.value for p in curve], [p.error for p in curve], style,
-                    color=COLOURS[model], markersize=4)  # fmt: skip
+                    color=MODEL_COLOURS[model], markersize=4)  # fmt: skip
     ax.axvline(paper.DT, color="black", linewidth=0.8, linestyle=":")
     ax.set_xscale("log")
     ax.set_yscale("log")
@@ -234,3 +209,15 @@ def _by_step(ax: Axes, result: TotalError) -> None:
     thin = result.at("Thin", paper.ELEMENTS, paper.DT)
     about = about_steps(result, thin) if thin else "Error by step"
     set_title(ax, about)
+
+
+STUDY = Study(
+    "total-error",
+    run=total_error,
+    text=as_text,
+    rows=lambda result: [p.record() for p in result.points],
+    record=TotalError.record,
+    findings=findings,
+    charts={"total-error": chart},
+    regions={"total-error": as_markdown},
+)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +24,7 @@ from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.scene import Beam, Material, Rectangle, Scene
 from ancfsparse.solve import simulate
-from ancfsparse.studies.common.files import write_csv
+from ancfsparse.studies.common.study import Study
 
 
 class Units(NamedTuple):
@@ -250,9 +249,4 @@ def as_text(runs: Sequence[Run]) -> str:
     return "\n".join(lines)
 
 
-def write(runs: Sequence[Run], output: Path) -> list[Path]:
-    """Write every run to ``units.csv`` in a folder; return what was written."""
-    output.mkdir(parents=True, exist_ok=True)
-    path = output / "units.csv"
-    write_csv([asdict(run) for run in runs], path)
-    return [path]
+STUDY = Study("units", run=units, text=as_text, rows=lambda runs: [asdict(run) for run in runs])

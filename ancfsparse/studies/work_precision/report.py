@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -20,8 +19,9 @@ from ancfsparse.studies.common.charts import (
     write_notes,
 )
 from ancfsparse.studies.common.entrants import INTEGRATORS
-from ancfsparse.studies.common.files import save, write_csv, write_json
 from ancfsparse.studies.common.race import OURS, Point, fastest
+from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.common.tables import table, with_findings
 from ancfsparse.studies.work_precision.findings import (
     count_title,
     evaluations,
@@ -29,7 +29,7 @@ from ancfsparse.studies.work_precision.findings import (
     headline,
     title,
 )
-from ancfsparse.studies.work_precision.run import LEVELS, WorkPrecision
+from ancfsparse.studies.work_precision.run import LEVELS, WorkPrecision, work_precision
 
 COLOURS = {
     "Exudyn": ("#d55e00", "#e69f00", "#8c3b00", "#b8860b", "#ff9955"),
@@ -91,49 +91,20 @@ def as_markdown(result: WorkPrecision) -> str:
     """Set the table of the fastest runs on Exudyn's discretisation for a page."""
     model = next(iter(result.references))
     names = result.programs(model)
-    lines = [
-        "| error at most [m] | our fastest | ms | "
-        + " | ".join(f"{n} takes" for n in names)
-        + " |",
-        "|---:|---|---:|" + "---:|" * len(names),
-    ]
+    rows = []
     for level in LEVELS:
         best = fastest(result.of(model, OURS), level)
-        cells = [_times(result.ratio(model, name, level)) for name in names]
+        ours = ["none", ""]
         if best is not None:
-            what = f"{best.task.name}, {best.task.value:g} s"
-            cells = [what, f"{1e3 * best.seconds:.1f}", *cells]
-        else:
-            cells = ["none", "", *cells]
-        lines.append(f"| {level:.0e} | " + " | ".join(cells) + " |")
-    return "\n".join([*lines, "", *(f"- {each}" for each in findings(result))])
+            ours = [f"{best.task.name}, {best.task.value:g} s", f"{1e3 * best.seconds:.1f}"]
+        theirs = [_times(result.ratio(model, name, level)) for name in names]
+        rows.append([f"{level:.0e}", *ours, *theirs])
+    head = ["error at most [m]", "our fastest", "ms", *(f"{name} takes" for name in names)]
+    return with_findings(table(head, rows, left=(1,)), findings(result))
 
 
 def _times(value: float) -> str:
     return f"{value:.1f} times as long" if math.isfinite(value) and value > 0.0 else _ratio(value)
-
-
-def write(result: WorkPrecision, folder: Path) -> list[Path]:
-    """Write work-precision.csv, .json and .png.
-
-    Parameters
-    ----------
-    result : WorkPrecision
-        A finished study.
-    folder : Path
-        Where to; made if missing.
-
-    Returns
-    -------
-    list of Path
-        The files.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [folder / f"work-precision.{kind}" for kind in ("csv", "json", "png")]
-    write_csv([p.record() for p in result.points], paths[0])
-    write_json({**result.record(), "findings": findings(result)}, paths[1])
-    save(chart(result), paths[2])
-    return paths
 
 
 def chart(result: WorkPrecision) -> Figure:
@@ -218,3 +189,16 @@ def _looks(result: WorkPrecision, program: str, method: str) -> tuple[str, str]:
     methods = dict.fromkeys(p.task.method for p in result.points if p.task.program == program)
     shades = COLOURS[program]
     return shades[list(methods).index(method) % len(shades)], STYLES[program]
+
+
+STUDY = Study(
+    "work-precision",
+    run=work_precision,
+    text=as_text,
+    rows=lambda result: [p.record() for p in result.points],
+    record=WorkPrecision.record,
+    findings=findings,
+    targets=WorkPrecision.targets,
+    charts={"work-precision": chart},
+    regions={"work-precision": as_markdown},
+)

@@ -149,7 +149,6 @@ class WorkPrecision:
         return {
             "settings": self.settings,
             "references": {name: each.record() for name, each in self.references.items()},
-            "targets": [each.record() for each in self.targets()],
             "orders": self.orders(),
             "missing": self.missing,
             "points": [each.record() for each in self.points],

@@ -1,0 +1,14 @@
+"""Progress bars of studies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from tqdm import tqdm
+
+
+def bar(what: Iterable[Any] | int, unit: str, progress: bool) -> tqdm[Any]:
+    """Draw a bar over items, or over a number of them, if asked for and there is a terminal."""
+    items, total = (None, what) if isinstance(what, int) else (what, None)
+    return tqdm(items, total=total, unit=unit, disable=None if progress else True, leave=False)
