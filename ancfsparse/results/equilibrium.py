@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from ancfsparse.results.sections import SectionForce, Where, curvature, section_
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
 from ancfsparse.scene import Body, Node
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -149,3 +153,31 @@ class Equilibrium:
         """
         state = self.q[None, :]
         return section_force(self.system, state, np.zeros_like(state), body, s).at(0)
+
+    def plot(
+        self,
+        what: str = "shape",
+        of: Body | None = None,
+        *,
+        ax: Axes | None = None,
+        view: str | tuple[float, float] | None = None,
+    ) -> Axes:
+        """Draw the shape beside the reference shape, or a quantity along a beam.
+
+        Parameters
+        ----------
+        what : str, optional
+            ``"shape"``, ``"N"``, ``"Q"``, ``"M"``, ``"T"``, ``"strain"`` or ``"curvature"``.
+        of : Beam or Mesh, optional
+            Of which body; by default all.
+        ax, view
+            As in `Trajectory.plot`.
+
+        Returns
+        -------
+        Axes
+            The axes drawn into.
+        """
+        from ancfsparse.results.pictures import plot_at_rest
+
+        return plot_at_rest(self.system, self.q, what, of, ax=ax, view=view)

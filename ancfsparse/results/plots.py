@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_count, check_finite, check_reals
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.hermite import position_weights
-from ancfsparse.machine import check_room
+from ancfsparse.results.shapes import rows_of, shapes
 from ancfsparse.results.source import Array
 from ancfsparse.results.trajectory import Trajectory
-from ancfsparse.scene import Beam, Body, Mesh, Node
+from ancfsparse.scene import Beam, Body, Mesh
 from ancfsparse.words import shown
 
 Rows = NDArray[np.intp]
@@ -87,17 +86,7 @@ def edge_lines(
         raise InputError(f"a beam or a mesh of the run is needed, got {shown(body)}")
     rows = _check_states(states, len(trajectory.t))
     pieces = check_count("per_element", per_element)
-    numbers = float(len(rows)) * body.n_elements * (pieces + 1) * body.dim
-    check_room("a picture of so many points", 8.0 * numbers, "a smaller per_element")
-    # Inside an element, a position always depends on both ends, at a node on that node alone.
-    middles = [Node(body, e, 0.5) for e in range(body.n_elements)]
-    places = np.stack([trajectory.system.point(each)[0] for each in middles])
-    ends = np.asarray(trajectory.q[..., places])[rows]
-    weights = position_weights(np.linspace(0.0, 1.0, pieces + 1), body.lengths[:, None])
-    lines: Array = np.einsum("epc,jedc->jepd", weights, ends)
-    if isinstance(body, Mesh):
-        lines[:, body.flipped] = lines[:, body.flipped, ::-1]
-    return lines
+    return shapes(trajectory.system, rows_of(trajectory.q, rows), body, pieces)
 
 
 def snapshots(
@@ -138,7 +127,7 @@ def snapshots(
         raise InputError(
             f"times of snapshots must be a list such as [0.0, 0.5], got {shown(times)}"
         )
-    rows = [_nearest(trajectory.t, time) for time in instants]
+    rows = [nearest(trajectory.t, time) for time in instants]
     lines = edge_lines(trajectory, body, rows)
     across, up = _check_plane(plane, body.dim)
     ax = _axes(ax, (6.4, 4.8))
@@ -281,7 +270,8 @@ def _joined(lines: Array, gaps: bool) -> tuple[Array, list[int]]:
     return path, [k * (p - 1) for k in range(e + 1)]
 
 
-def _nearest(t: Array, time: float) -> int:
+def nearest(t: Array, time: float) -> int:
+    """Return the number of the saved state that is nearest to a time [s]."""
     wanted = check_finite("time of a snapshot", time, "s")
     slack = 1e-9 * max(abs(float(t[0])), abs(float(t[-1])))
     if not t[0] - slack <= wanted <= t[-1] + slack:

@@ -25,6 +25,11 @@ class SolvedSystem(Protocol):
         """What it was made of."""
         ...
 
+    @property
+    def q0(self) -> Array:
+        """Coordinates of the reference shape, (n,) [m, 1]."""
+        ...
+
     def kind_of(self, beam: Body) -> ElementKind:
         """Say which element a body is made of."""
         ...

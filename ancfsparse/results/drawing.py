@@ -1,0 +1,286 @@
+"""Scenes drawn into axes of matplotlib, planar or in perspective, in equal scales."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.markers import MarkerStyle
+from matplotlib.path import Path
+from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Affine2D
+from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+from ancfsparse.errors import InputError
+from ancfsparse.results.shapes import pieces_for, shapes
+from ancfsparse.results.source import Array, SolvedSystem, combine
+from ancfsparse.scene import Body, Node
+from ancfsparse.scene.joints import Clamp, Pin, Rod
+from ancfsparse.words import shown
+
+# Share of the scene below which its extent in one direction counts as none, and room around it.
+FLAT, MARGIN = 1e-6, 0.06
+# Share of the largest extent that every other axis has at least.
+NARROWEST = 0.2
+# Sizes of planar axes, at most, and of what is around them [inch].
+WIDEST, HIGHEST, LEFT, BOTTOM, TOP, RIGHT, LEGEND = 5.2, 5.2, 0.8, 0.55, 0.35, 0.2, 1.15
+# Elements from which lines become thinner.
+MANY = 200
+# Elevation and azimuth of the eye [degrees].
+EYE = 22.0, -60.0
+SUPPORT = "0.25"
+
+_TRIANGLE = Path(
+    [(0, 0), (-0.7, -1.1), (0.7, -1.1), (0, 0), (-1.0, -1.1), (1.0, -1.1)],
+    [Path.MOVETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY, Path.MOVETO, Path.LINETO],
+)
+_WALL = Path(
+    [(0, -1.2), (0, 1.2), *(p for y in (-1.2, -0.4, 0.4, 1.2) for p in ((0, y), (-0.6, y - 0.5)))],
+    [Path.MOVETO, Path.LINETO] * 5,
+)
+
+
+@dataclass(frozen=True)
+class Film:
+    """The shapes of bodies in some states, and where their supports are.
+
+    Attributes
+    ----------
+    dim : int
+        Components of positions, 2 or 3.
+    lines : list of ndarray, each of shape (j, n_elements, pieces + 1, dim)
+        Points on every element of every body [m].
+    supports : list of (str, ndarray of shape (j, dim), ndarray of shape (dim,))
+        Kind of joint to the ground, ``"pin"``, ``"clamp"`` or ``"rod"``; the point it holds [m];
+        out of the wall, of a clamp, or the anchor of a rod [m].
+    gravity : ndarray, shape (dim,)
+        Acceleration of gravity [m/s2].
+    """
+
+    dim: int
+    lines: list[Array]
+    supports: list[tuple[str, Array, Array]]
+    gravity: Array
+
+    @property
+    def box(self) -> Array:
+        """Smallest and largest coordinates of all that is drawn, shape (2, dim) [m]."""
+        points = [each.reshape(-1, self.dim) for each in self.lines]
+        points += [other[None, :] for kind, _, other in self.supports if kind == "rod"]
+        together = np.concatenate(points)
+        return np.stack([together.min(axis=0), together.max(axis=0)])
+
+    @property
+    def width(self) -> float:
+        """Width of lines [pt]."""
+        n = sum(each.shape[1] for each in self.lines)
+        return float(np.clip(1.8 * np.sqrt(MANY / max(n, MANY)), 0.5, 1.8))
+
+
+def film(system: SolvedSystem, q: Array, bodies: Sequence[Body]) -> Film:
+    """Trace bodies in some states.
+
+    Parameters
+    ----------
+    system : SolvedSystem
+        The system the states belong to.
+    q : table, shape (j, n)
+        Coordinates in these states.
+    bodies : sequence of Beam and Mesh
+        What to draw.
+    """
+    pieces = pieces_for(list(bodies))
+    lines = [shapes(system, q, body, pieces) for body in bodies]
+    supports = []
+    for joint in system.scene.joints:
+        if isinstance(joint, (Pin, Clamp, Rod)) and joint.node.beam in bodies:
+            other = np.zeros(system.scene.dim)
+            if isinstance(joint, Rod):
+                other = joint.anchor
+            elif isinstance(joint, Clamp):
+                other = _out_of_the_wall(joint.node)
+            places = combine(system.point(joint.node), q)
+            supports.append((type(joint).__name__.lower(), places, other))
+    return Film(system.scene.dim, lines, supports, system.scene.gravity)
+
+
+class Canvas:
+    """Axes with equal scales that show all of a film.
+
+    Parameters
+    ----------
+    of : Film
+        What will be drawn.
+    ax : Axes, optional
+        Where; a new figure if not given.
+    view : str or (float, float), optional
+        Two of ``"xyz"`` for a planar picture, or elevation and azimuth of the eye [degrees].  By
+        default the plane that all motion stays in, else perspective.
+    legend : bool, optional
+        Whether a new figure has room for a legend.
+
+    Raises
+    ------
+    InputError
+        If an argument is invalid.
+    """
+
+    def __init__(
+        self, of: Film, ax: object = None, view: object = None, *, legend: bool = True
+    ) -> None:
+        self.film = of
+        self.axes = _components(of, view, of.box)
+        limits = _limits(of.box[:, self.axes])
+        self._new = ax is None
+        if ax is None:
+            self.ax = _new(limits, LEGEND if legend else RIGHT)
+        elif isinstance(ax, Axes):
+            self.ax = ax
+        else:
+            raise InputError(f"ax must be axes of matplotlib, got {shown(ax)}")
+        if (len(self.axes) == 3) != isinstance(self.ax, Axes3D):
+            needed = "projection='3d'" if len(self.axes) == 3 else "two dimensions"
+            raise InputError(f"ax must have {needed} for this picture: leave it out, or give view")
+        self.figure: Any = self.ax.get_figure(root=True)
+        self._set_limits(limits)
+        if isinstance(self.ax, Axes3D):
+            elevation, azimuth = view if isinstance(view, tuple) else EYE
+            self.ax.view_init(elev=elevation, azim=azimuth)
+
+    def draw(self, state: int, colour: Any, *, alpha: float = 1.0, label: str = "") -> list[Any]:
+        """Draw all bodies in one state; every body is one artist."""
+        artists = []
+        for lines in self.film.lines:
+            several = Line3DCollection if len(self.axes) == 3 else LineCollection
+            artist = several(
+                lines[state][..., self.axes], colors=[colour], alpha=alpha, capstyle="round",
+                linewidths=self.film.width, label=label or None,
+            )  # fmt: skip
+            self.ax.add_collection(artist, autolim=False)
+            artists.append(artist)
+            label = ""
+        return artists
+
+    def add_legend(self, title: str | None = None) -> None:
+        """Add the legend of what was drawn, beside the picture if the figure is a new one."""
+        if self._new and len(self.axes) == 2:
+            self.ax.legend(
+                title=title, fontsize="small", frameon=False, loc="upper left",
+                bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0,
+            )  # fmt: skip
+        else:
+            self.ax.legend(title=title, fontsize="small")
+
+    def draw_supports(self, state: int) -> list[Any]:
+        """Mark pins, clamps and rods where they are in one state."""
+        artists: list[Any] = []
+        style: dict[str, Any] = {"color": SUPPORT, "mfc": "w", "zorder": 3, "linestyle": "none"}
+
+        def mark(places: Array, marker: Any, size: float) -> None:
+            columns = np.atleast_2d(places)[:, self.axes].T
+            artists.extend(self.ax.plot(*columns, marker=marker, markersize=size, **style))
+
+        pins = [places[state] for kind, places, _ in self.film.supports if kind == "pin"]
+        pins += [anchor for kind, _, anchor in self.film.supports if kind == "rod"]
+        for kind, places, other in self.film.supports:
+            if kind == "rod":
+                ends = np.stack([places[state], other])[:, self.axes].T
+                artists += self.ax.plot(*ends, "-", color=SUPPORT, linewidth=1.0, zorder=3)
+                mark(places[state], "o", 3.5)
+            elif kind == "clamp" and len(self.axes) == 2:
+                across, up = other[self.axes]
+                turn = Affine2D().rotate(float(np.arctan2(up, across)))
+                mark(places[state], MarkerStyle(_WALL, transform=turn), 22.0)
+            elif kind == "clamp":
+                mark(places[state], "s", 7.0)
+        if pins:
+            flat = len(self.axes) == 2
+            mark(np.array(pins), MarkerStyle(_TRIANGLE) if flat else "^", 14.0 if flat else 8.0)
+        return artists
+
+    def draw_path(self, points: Array) -> list[Any]:
+        """Draw the way of a point, (j, dim) [m]."""
+        return list(self.ax.plot(*points[:, self.axes].T, "-", color="C1", linewidth=1.0, zorder=1))
+
+    def _set_limits(self, limits: Array) -> None:
+        ax, size = self.ax, limits[1] - limits[0]
+        for name, axis, (low, high) in zip("xyz", self.axes, limits.T, strict=False):
+            ax.set(**{f"{name}lim": (low, high), f"{name}label": f"{'xyz'[axis]} [m]"})
+        if isinstance(ax, Axes3D):
+            ax.set_box_aspect(size, zoom=0.95)
+            for axis, share in zip((ax.xaxis, ax.yaxis, ax.zaxis), size / size.max(), strict=True):
+                axis.set_major_locator(MaxNLocator(int(np.clip(1 + 4 * share, 2, 5))))
+        else:
+            ax.set_aspect("equal")
+            ax.grid(alpha=0.3)
+
+
+def _out_of_the_wall(node: Node) -> Array:
+    """Return the direction in which a beam leaves the wall it is clamped to."""
+    body = node.beam
+    row = body.rows_of(node.index).start
+    slope = np.asarray(body.vectors[min(row, len(body.vectors) - 1), 0])
+    return slope if (body.ends[:, 0] == row).any() else -slope
+
+
+def _components(of: Film, view: object, box: Array) -> list[int]:
+    """Return the components that are drawn: two, or three in perspective."""
+    if isinstance(view, str):
+        axes = ["xyz".find(letter) for letter in view]
+        if len(axes) != 2 or axes[0] == axes[1] or not all(0 <= each < of.dim for each in axes):
+            raise InputError(f"view must name two of {'xyz'[: of.dim]!r}, got {shown(view)}")
+        return axes
+    if view is not None:
+        numbers = isinstance(view, tuple) and len(view) == 2
+        if not numbers or not all(isinstance(each, (int, float)) for each in view):  # type: ignore[attr-defined]
+            raise InputError(
+                "view must be a plane such as 'xz', or elevation and azimuth in degrees such as "
+                f"(20, -60), got {shown(view)}"
+            )
+        if of.dim == 2:
+            raise InputError("the scene is planar and has no view from aside: leave view out")
+        return _upright(of.gravity)
+    extent = box[1] - box[0]
+    wide = [k for k in range(of.dim) if extent[k] > FLAT * extent.max()]
+    if of.dim == 2:
+        return [0, 1]
+    ahead, aside, up = _upright(of.gravity)
+    if len(wide) == 3:
+        return [ahead, aside, up]
+    if up not in wide and len(wide) == 2:
+        return sorted(wide)
+    return [ahead if aside not in wide else aside, up]
+
+
+def _upright(gravity: Array) -> list[int]:
+    """Return the three components in cyclic order, that along gravity last, else z."""
+    up = int(np.argmax(np.abs(gravity))) if gravity.any() else 2
+    return [(up + 1) % 3, (up + 2) % 3, up]
+
+
+def _limits(box: Array) -> Array:
+    """Return the ends of all axes, shape (2, c) [m]: with room around, and nothing too narrow."""
+    extent = box[1] - box[0]
+    size = float(extent.max()) or 1.0
+    half = 0.5 * np.maximum(extent, NARROWEST * size) + MARGIN * size
+    middle = box.mean(axis=0)
+    return np.stack([middle - half, middle + half])
+
+
+def _new(limits: Array, right: float) -> Axes:
+    """Return the axes of a new figure that they fill, but for `right` [inch] beside them."""
+    size = limits[1] - limits[0]
+    if len(size) == 3:
+        figure = plt.figure(figsize=(6.4, 3.4 + 2.2 * float(size[2] / size.max())))
+        axes: Axes = figure.add_axes((0.02, 0.01, 0.92, 0.92), projection="3d")
+        return axes
+    width, height = size * min(WIDEST / size[0], HIGHEST / size[1])
+    across, up = LEFT + width + right, BOTTOM + height + TOP
+    figure = plt.figure(figsize=(across, up))
+    return figure.add_axes((LEFT / across, BOTTOM / up, width / across, height / up))

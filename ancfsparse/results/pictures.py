@@ -1,0 +1,243 @@
+"""Pictures of runs and equilibria: shapes, and quantities over time or along a beam."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import check_choice, check_reals
+from ancfsparse.errors import InputError
+from ancfsparse.results.drawing import Canvas, film
+from ancfsparse.results.plots import nearest
+from ancfsparse.results.sections import curvature, section_force, strain
+from ancfsparse.results.shapes import rows_of
+from ancfsparse.results.source import Array, SolvedSystem
+from ancfsparse.results.tables import Readable
+from ancfsparse.results.trajectory import Trajectory
+from ancfsparse.scene import Beam, Body, Node
+from ancfsparse.words import shown
+
+MOTIONS = {
+    "position": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s²",
+    "slope": "-",
+    "reaction": "N",
+}
+"""What a point has over time: names of methods of `Trajectory`, and units."""
+SECTIONS = {
+    "N": ("axial force", "N"),
+    "Q": ("shear force", "N"),
+    "M": ("bending moment", "N m"),
+    "T": ("torsion", "N m"),
+    "strain": ("strain", "-"),
+    "curvature": ("curvature", "1/m"),
+}
+"""What sections have, over time or along a beam, and units."""
+ENERGIES = ("kinetic", "elastic", "potential", "work", "dissipated", "total")
+INSTANTS = 6
+
+
+def plot(
+    run: Trajectory,
+    what: str = "shape",
+    of: Body | Node | None = None,
+    *,
+    times: ArrayLike | None = None,
+    ax: Axes | None = None,
+    view: str | tuple[float, float] | None = None,
+) -> Axes:
+    """Draw shapes at instants, or a quantity; see `Trajectory.plot`."""
+    check_choice("what to plot", what, ("shape", "energy", *MOTIONS, *SECTIONS))
+    if what == "shape":
+        return _shapes(run, of, _rows(run.t, times), ax, view)
+    if view is not None:
+        raise InputError(f"view is for shapes and means nothing to {what!r}: leave it out")
+    if what == "energy":
+        return _energies(run, of, times, ax)
+    if isinstance(of, Node):
+        if times is not None:
+            raise InputError(f"{what} of {of!r} is drawn over all times: leave times out")
+        return _over_time(run, what, of, ax)
+    if what in MOTIONS:
+        raise InputError(f"{what} is that of a point, such as rod.end, got {shown(of)}")
+    rows = _rows(run.t, times)
+    colours, labels = _colours(len(rows)), [f"{run.t[row]:.3g} s" for row in rows]
+    q, v = rows_of(run.q, rows), rows_of(run.v, rows)
+    ax = _along(run.system, q, v, what, of, ax, colours, labels)
+    ax.legend(title="time", fontsize="small")
+    return ax
+
+
+def plot_at_rest(
+    system: SolvedSystem,
+    q: Array,
+    what: str = "shape",
+    of: Body | None = None,
+    *,
+    ax: Axes | None = None,
+    view: str | tuple[float, float] | None = None,
+) -> Axes:
+    """Draw an equilibrium beside its reference shape, or a quantity; see `Equilibrium.plot`."""
+    check_choice("what to plot", what, ("shape", *SECTIONS))
+    if what != "shape":
+        if view is not None:
+            raise InputError(f"view is for shapes and means nothing to {what!r}: leave it out")
+        return _along(system, q[None, :], np.zeros((1, len(q))), what, of, ax, ["C0"], [""])
+    canvas = Canvas(film(system, np.stack([system.q0, q]), bodies_of(system, of)), ax, view)
+    canvas.draw(0, "0.7", label="reference")
+    canvas.draw(1, "C0", label="equilibrium")
+    canvas.draw_supports(1)
+    canvas.add_legend()
+    return canvas.ax
+
+
+def _shapes(
+    run: Trajectory,
+    of: Body | Node | None,
+    rows: NDArray[np.intp],
+    ax: Axes | None,
+    view: str | tuple[float, float] | None,
+) -> Axes:
+    if isinstance(of, Node):
+        raise InputError(f"a point has no shape: give {of.beam.name}, or nothing for all bodies")
+    shown_states = film(run.system, rows_of(run.q, rows), bodies_of(run.system, of))
+    canvas = Canvas(shown_states, ax, view)
+    for k, (row, colour) in enumerate(zip(rows, _colours(len(rows)), strict=True)):
+        canvas.draw(k, colour, label=f"{run.t[row]:.3g} s")
+    canvas.draw_supports(len(rows) - 1)
+    canvas.add_legend("time")
+    return canvas.ax
+
+
+def _energies(run: Trajectory, of: object, times: ArrayLike | None, ax: Axes | None) -> Axes:
+    if of is not None or times is not None:
+        raise InputError("energies are those of the whole scene over all times: leave the rest out")
+    ax = _empty(ax)
+    for name in ENERGIES:
+        values = getattr(run.energy, name)
+        if values.any():
+            style = "k--" if name == "total" else "-"
+            ax.plot(run.t, values, style, label=name, linewidth=1.4)
+    ax.set_xlabel("time [s]")
+    ax.set_ylabel("energy [J]")
+    ax.legend(fontsize="small")
+    return ax
+
+
+def _over_time(run: Trajectory, what: str, point: Node, ax: Axes | None) -> Axes:
+    if what in MOTIONS:
+        values, label = getattr(run, what)(point), f"{what} [{MOTIONS[what]}]"
+    else:
+        values = _section(run.system, run.q, run.v, what, point.beam, [point])[:, 0]
+        label = "{} [{}]".format(*SECTIONS[what])
+    ax = _empty(ax)
+    for values_of, name in _components(values, what, point.beam):
+        ax.plot(run.t, values_of, linewidth=1.4, label=name or None)
+    ax.set_title(repr(point), fontsize="medium")
+    ax.set_xlabel("time [s]")
+    ax.set_ylabel(label)
+    if values.ndim > 1:
+        ax.legend(fontsize="small")
+    return ax
+
+
+def _along(
+    system: SolvedSystem,
+    q: Readable,
+    v: Readable,
+    what: str,
+    of: object,
+    ax: Axes | None,
+    colours: Sequence[object],
+    labels: Sequence[str],
+) -> Axes:
+    """Draw a quantity of sections along a beam, one curve for every state."""
+    if not isinstance(of, Beam):
+        raise InputError(
+            f"{what} is drawn along a beam of the run or, over time, at a point of it such as "
+            f"rod.at(0.5), got {shown(of)}"
+        )
+    middles = np.cumsum(of.lengths) - 0.5 * of.lengths
+    values = _section(system, q, v, what, of, None)
+    ax = _empty(ax)
+    styles = ("-", "--", ":")
+    for state, colour, label in zip(values, colours, labels, strict=True):
+        for (each, name), style in zip(_components(state, what, of), styles, strict=False):
+            text = ", ".join(part for part in (label, name) if part)
+            ax.plot(middles, each, style, marker=".", color=colour, linewidth=1.4, label=text)
+    ax.set_title(of.name, fontsize="medium")
+    ax.set_xlabel("arc coordinate s [m]")
+    ax.set_ylabel("{} [{}]".format(*SECTIONS[what]))
+    if values.ndim > 2:
+        ax.legend(fontsize="small")
+    return ax
+
+
+def _section(
+    system: SolvedSystem, q: Readable, v: Readable, what: str, body: Body, s: list[Node] | None
+) -> Array:
+    """Evaluate a quantity of sections, (k, p) or (k, p, components)."""
+    if what == "strain":
+        return strain(system, q, body, s)
+    if what == "curvature":
+        return curvature(system, q, body, s)
+    values: Array | None = getattr(section_force(system, q, v, body, s), what)
+    if values is None:
+        raise InputError(
+            f"{body.name} has no torsion: it is "
+            + ("planar" if body.dim == 2 else f"made of {body.element!r}; take 'thick'")
+        )
+    return values
+
+
+def _components(values: Array, what: str, body: Body) -> list[tuple[Array, str]]:
+    """Return the components of values (n, c) with their names; one without a name if there is one.
+
+    Those of sections of thick beams are in the axes of the section, all others in space.
+    """
+    if values.ndim == 1:
+        return [(values, "")]
+    names = ["x", "y", "z"][: values.shape[1]]
+    if what in SECTIONS and body.element == "thick":
+        names = ["twist", "about y", "about z"] if what == "curvature" else ["y", "z"]
+    return list(zip(values.T, names, strict=True))
+
+
+def _rows(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
+    """Return the numbers of the saved states nearest to some times, each once."""
+    if times is None:
+        instants = np.linspace(t[0], t[-1], INSTANTS)
+    else:
+        instants = np.atleast_1d(check_reals("times", times, "a list of times in s"))
+        if instants.ndim != 1 or not instants.size:
+            raise InputError(f"times must be a list such as [0.0, 0.5], got {shown(times)}")
+    return np.unique([nearest(t, float(time)) for time in instants])
+
+
+def bodies_of(system: SolvedSystem, of: object) -> list[Body]:
+    """Return the bodies to be drawn: one, or all where none is given."""
+    if of is None:
+        return list(system.scene.beams)
+    if not isinstance(of, Body):
+        raise InputError(f"a beam or a mesh of the run is needed, got {shown(of)}")
+    system.kind_of(of)  # refuses bodies of other scenes
+    return [of]
+
+
+def _colours(n: int) -> list[object]:
+    """Return colours for instants, early ones light and late ones dark."""
+    return list(plt.get_cmap("viridis_r")(np.linspace(0.2, 0.95, n) if n > 1 else [0.7]))
+
+
+def _empty(ax: object) -> Axes:
+    if ax is None:
+        ax = plt.subplots(figsize=(6.4, 4.0), layout="constrained")[1]
+    if not isinstance(ax, Axes):
+        raise InputError(f"ax must be axes of matplotlib, got {shown(ax)}")
+    ax.grid(alpha=0.3)
+    return ax

@@ -1,0 +1,199 @@
+"""Pictures and films show the numbers of a run, and refuse what they cannot show."""
+
+from itertools import pairwise
+
+import matplotlib as mpl
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from PIL import Image
+
+import ancfsparse as ancf
+from ancfsparse.errors import InputError
+from ancfsparse.problems import elastica, lattice, pendulum
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    mpl.use("Agg")
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def swing():
+    scene, rod = pendulum(n_elements=4)
+    return ancf.simulate(scene, 0.5, 5e-3), rod
+
+
+@pytest.fixture(scope="module")
+def arm():
+    """Two beams with a hinge between them, clamped at one end, held by a rod at the other."""
+    scene = ancf.Scene()
+    material = ancf.Material(1e8, 4e3)
+    a = scene.add_beam("thin", (0, 0), (2, 0), 4, ancf.Circle(0.02), material)
+    b = scene.add_beam("thin", (3, 1), (2, 0), 4, ancf.Circle(0.02), material)
+    scene.connect(a.end, b.end)
+    scene.clamp(a.start)
+    scene.rod(b.start, (3.5, 2.0))
+    return ancf.simulate(scene, 0.2, 5e-3), a, b
+
+
+@pytest.fixture(scope="module")
+def cube():
+    scene, mesh = lattice(3)
+    return ancf.simulate(scene, 0.05, 5e-3), mesh
+
+
+def test_shapes_of_all_bodies_and_their_supports(arm):
+    run, a, b = arm
+    ax = run.plot(times=[0.0, 0.1])
+    assert len(ax.collections) == 4  # two bodies at two instants
+    last = ax.collections[-1].get_segments()
+    assert len(last) == b.n_elements
+    k = int(np.argmin(np.abs(run.t - 0.1)))
+    np.testing.assert_allclose(last[0][0], run.position(b.start)[k], atol=1e-12)
+    np.testing.assert_allclose(last[-1][-1], run.position(b.end)[k], atol=1e-12)
+    drawn = np.concatenate([line.get_xydata() for line in ax.lines])
+    for place in (a.start.position, (3.5, 2.0), run.position(b.start)[k]):
+        assert np.abs(drawn - place).sum(axis=1).min() < 1e-12
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["0 s", "0.1 s"]
+    assert ax.get_aspect() == 1.0
+    assert len(run.plot(of=a).collections) == 6
+
+
+def test_all_that_moves_is_inside_the_picture(cube):
+    run, mesh = cube
+    ax = run.plot()
+    places = np.concatenate([run.position(mesh.node(i)) for i in range(mesh.n_nodes)])
+    for k, name in enumerate("xyz"):
+        low, high = getattr(ax, f"get_{name}lim")()
+        assert low < places[:, k].min()
+        assert places[:, k].max() < high
+        assert getattr(ax, f"get_{name}label")() == f"{name} [m]"
+    ax.figure.canvas.draw()
+
+
+def test_what_stays_in_a_plane_is_drawn_in_it():
+    scene, _ = pendulum("thick", 4)
+    run = ancf.simulate(scene, 0.05, 1e-3)
+    ax = run.plot()
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.name) == ("x [m]", "y [m]", "rectilinear")
+    assert run.plot(view=(30, 40)).name == "3d"
+    # Gravity along y points down: x is third in a cyclic order that ends with y.
+    assert run.plot(view=(30, 40)).get_zlabel() == "y [m]"
+    assert run.plot(view="xz").get_ylabel() == "z [m]"
+    assert ancf.solve_static(elastica(0.0, dim=3).scene).plot().name == "rectilinear"
+
+
+def test_quantities_over_time_and_along_a_beam(swing):
+    run, rod = swing
+    x, y = run.plot("velocity", rod.end).lines
+    np.testing.assert_array_equal(x.get_ydata(), run.velocity(rod.end)[:, 0])
+    np.testing.assert_array_equal(y.get_ydata(), run.velocity(rod.end)[:, 1])
+    ax = run.plot("N", rod.at(0.3))
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), run.section_force(rod, 0.3).N[:, 0])
+    assert ax.get_ylabel() == "axial force [N]"
+    ax = run.plot("M", rod, times=[0.25])
+    np.testing.assert_allclose(ax.lines[0].get_xdata(), [0.25, 0.75, 1.25, 1.75])
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), run.section_force(rod).M[50], rtol=1e-12)
+    energy = {line.get_label(): line.get_ydata() for line in run.plot("energy").lines}
+    np.testing.assert_array_equal(energy["total"], run.energy.total)
+    assert "dissipated" not in energy
+
+
+def test_components_in_space_are_named():
+    scene, rod = pendulum("thick", 2)
+    run = ancf.simulate(scene, 0.01, 1e-3)
+    names = [line.get_label() for line in run.plot("curvature", rod.at(0.1)).lines]
+    assert names == ["twist", "about y", "about z"]
+    assert [line.get_label() for line in run.plot("Q", rod, times=0.01).lines] == [
+        "0.01 s, y",
+        "0.01 s, z",
+    ]
+
+
+def test_equilibrium_beside_its_reference():
+    scene, rod = elastica(2.0, n_elements=4)
+    rest = ancf.solve_static(scene)
+    before, after = rest.plot().collections
+    np.testing.assert_allclose(before.get_segments()[-1][-1], rod.end.position, atol=1e-12)
+    np.testing.assert_allclose(after.get_segments()[-1][-1], rest.position(rod.end), atol=1e-12)
+    np.testing.assert_array_equal(
+        rest.plot("M", rod).lines[0].get_ydata(), rest.section_force(rod).M
+    )
+
+
+def test_a_film_has_a_picture_for_each_instant(arm, tmp_path):
+    run, _, b = arm
+    path = run.animate(
+        tmp_path / "arm.gif", seconds=0.4, fps=10, dpi=40, trace=[b.end], progress=False
+    )
+    with Image.open(path) as film:
+        assert film.n_frames == 4
+        assert film.info["duration"] == 100
+        pictures = []
+        for k in range(film.n_frames):
+            film.seek(k)
+            pictures.append(np.asarray(film.convert("RGB")))
+    assert all((one != other).any() for one, other in pairwise(pictures))
+    again = run.animate(
+        tmp_path / "again.gif", seconds=0.4, fps=10, dpi=40, trace=[b.end], progress=False
+    )
+    assert path.read_bytes() == again.read_bytes()
+    assert not plt.get_fignums()
+
+
+def test_a_film_in_space_shows_its_progress(cube, tmp_path, capsys):
+    run, _ = cube
+    path = run.animate(tmp_path / "cube.gif", seconds=0.2, fps=10, dpi=40)
+    assert path.stat().st_size > 1000
+    assert "2/2" in capsys.readouterr().err
+
+
+def test_a_film_needs_ffmpeg_for_mp4(swing, tmp_path, monkeypatch):
+    run, _ = swing
+    monkeypatch.setattr(
+        "ancfsparse.results.animation.FFMpegWriter.isAvailable", classmethod(lambda _: False)
+    )
+    with pytest.raises(InputError, match=r"needs the program ffmpeg.*or write a GIF, '.*a\.gif'"):
+        run.animate(tmp_path / "a.mp4")
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda run, rod: run.plot("speed"), "what to plot"),
+        (lambda run, rod: run.plot("position"), "position is that of a point, such as rod.end"),
+        (lambda run, rod: run.plot("N"), "N is drawn along a beam of the run or, over time"),
+        (lambda run, rod: run.plot("T", rod), "beam 0 has no torsion: it is planar"),
+        (lambda run, rod: run.plot("energy", rod), "energies are those of the whole scene"),
+        (lambda run, rod: run.plot("N", rod, view="xy"), "view is for shapes"),
+        (lambda run, rod: run.plot("N", rod.end, times=[0]), "is drawn over all times"),
+        (lambda run, rod: run.plot("shape", rod.end), "a point has no shape"),
+        (lambda run, rod: run.plot("shape", 3), "a beam or a mesh of the run is needed, got 3"),
+        (lambda run, rod: run.plot("shape", pendulum().rod), "is not part of this scene"),
+        (lambda run, rod: run.plot(times=[9.0]), "no state was saved at t = 9 s"),
+        (lambda run, rod: run.plot(times=[]), "times must be a list such as"),
+        (lambda run, rod: run.plot(view="xz"), "view must name two of 'xy', got 'xz'"),
+        (lambda run, rod: run.plot(view=(20, 30)), "the scene is planar"),
+        (lambda run, rod: run.plot(view=20), "view must be a plane such as 'xz', or elevation"),
+        (lambda run, rod: run.plot(ax=3), "ax must be axes of matplotlib, got 3"),
+        (lambda run, rod: run.plot("energy", ax=3), "ax must be axes of matplotlib, got 3"),
+        (lambda run, rod: run.animate("a.avi"), "a film is a .gif or an .mp4, got 'a.avi'"),
+        (lambda run, rod: run.animate("nowhere/a.gif"), "there is no folder nowhere"),
+        (lambda run, rod: run.animate("a.gif", seconds=-1), "seconds of a film must be"),
+        (lambda run, rod: run.animate("a.gif", trace=[3]), "a trace needs a point on a beam"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(swing, call, message):
+    with pytest.raises(InputError, match=message):
+        call(*swing)
+
+
+def test_a_run_of_chosen_points_cannot_be_drawn():
+    scene, rod = pendulum(n_elements=4)
+    run = ancf.simulate(scene, 0.01, 1e-3, save_nodes=[rod.end])
+    with pytest.raises(InputError, match="the run did not keep this"):
+        run.plot()
+    assert len(run.plot("position", rod.end).lines) == 2
