@@ -1,9 +1,18 @@
 """In comes a symmetric matrix on a fixed sparse pattern, out goes its inverse as a solve."""
 
+from ancfsparse.seeds.deflated import DeflatedSeed
 from ancfsparse.seeds.groups import Fill, Groups
 from ancfsparse.seeds.incomplete import IncompleteSeed
 from ancfsparse.seeds.sparse import SparseSeed, fill_of
 
 Seed = SparseSeed | IncompleteSeed
 
-__all__ = ["Fill", "Groups", "IncompleteSeed", "Seed", "SparseSeed", "fill_of"]
+__all__ = [
+    "DeflatedSeed",
+    "Fill",
+    "Groups",
+    "IncompleteSeed",
+    "Seed",
+    "SparseSeed",
+    "fill_of",
+]

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
-from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds import DeflatedSeed
+from ancfsparse.solve.seed import make_static_seed
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -58,10 +59,12 @@ class Balance:
         Counts residuals, factors and solves.
     on_factor : callable, optional
         Called at every factorisation.
+    kind : str, optional
+        One of `solve.seed.SEEDS`.
 
     Attributes
     ----------
-    seed : SparseSeed
+    seed : SparseSeed or DeflatedSeed
         Ordered for the matrix.
     mass : (n_free,) float
         Diagonal of the mass matrix, which measures corrections and forces [kg, kg m2].
@@ -80,7 +83,11 @@ class Balance:
     """
 
     def __init__(
-        self, system: System, stats: RunStats, on_factor: Callable[[], object] = lambda: None
+        self,
+        system: System,
+        stats: RunStats,
+        on_factor: Callable[[], object] = lambda: None,
+        kind: str = "exact",
     ) -> None:
         self.system, self.stats = system, stats
         self._on_factor = on_factor
@@ -90,7 +97,8 @@ class Balance:
         self.plain = not system.loads.moment_place and system.constraints.linear
         self.conservative = system.dim == 2 or not system.loads.moment_place
         self._make_pattern()
-        self.seed = SparseSeed(self._indptr, self._indices, system.n_free)
+        self.seed, self._modes = make_static_seed(system, self._indptr, self._indices, kind)
+        self._ready: tuple[State, Vector] | None = None
         self.mass = system.mass_diagonal
         self._whole_mass = float(self.mass.sum())
         self._body, self.slopes = self._bodies()
@@ -177,7 +185,8 @@ class Balance:
         Returns
         -------
         int or None
-            Number of negative pivots; None if it is singular.
+            Number of negative pivots, of a seed that is incomplete at least so many; None if it is
+            singular.
         """
         kept = values[self._keep]
         if self._keys is not None:
@@ -197,18 +206,32 @@ class Balance:
             kept[self._indptr[:-1]] += shift * self.mass
         self.stats.factorizations += 1
         self._on_factor()
-        if self.seed.factor(kept) == 0:
+        if isinstance(self.seed, DeflatedSeed):
+            assert self._modes is not None
+            self.seed.factor(kept, self._modes.at(state.q))
+            # Only a solution finds out whether the matrix is definite.
+            self._ready = state, self._solution(state)
+        elif self.seed.factor(kept) == 0:
             return 0
-        self.stats.indefinite += 1
+        self.stats.indefinite += self.seed.negative_pivots != 0
         return self.seed.negative_pivots
 
     def correction(self, state: State) -> tuple[Vector, Vector]:
         """Return what the last factor takes for the error of coordinates and multipliers."""
+        if self._ready is not None and self._ready[0] is state:
+            dx = self._ready[1]
+        else:
+            dx = self._solution(state)
+        if not len(state.phi):
+            return dx, state.phi
+        return dx, self._springs * (state.phi + self._phi_q @ dx)
+
+    def _solution(self, state: State) -> Vector:
+        """Return what the last factor takes for the error of the coordinates."""
         self.stats.solves += 1
         if not len(state.phi):
-            return -self.seed.solve(state.r), state.phi
-        dx = -self.seed.solve(state.r + self._phi_q.T @ (self._springs * state.phi))
-        return dx, self._springs * (state.phi + self._phi_q @ dx)
+            return -self.seed.solve(state.r)
+        return -self.seed.solve(state.r + self._phi_q.T @ (self._springs * state.phi))
 
     def distance(self, dx: Vector) -> float:
         """Return the size of a correction: the root mean square of the displacement [m]."""
@@ -252,6 +275,19 @@ class Balance:
         q[self.slopes] = 1.0
         rounding = self.size_of_forces(self._rounding(self.stiffness(self.start, 0.0), q))
         return rounding > self.loads + self._stress_at_start
+
+    def negative_pivots(self, counted: int) -> int:
+        """Return the number of negative pivots that were counted, of the last matrix.
+
+        One that is not factored exactly is tried with a random force beside, which has a share of
+        every direction.
+        """
+        if isinstance(self.seed, DeflatedSeed) and counted == 0:
+            force = np.random.default_rng(1).standard_normal(len(self.mass)) * np.sqrt(self.mass)
+            self.stats.solves += 1
+            self.seed.solve(force)
+            return self.seed.negative_pivots
+        return counted
 
     def noise(self, state: State, load: float) -> Vector:
         """Return how far rounding of the forces moves the bodies, by the last factor [m]."""

@@ -15,7 +15,7 @@ from ancfsparse.kernels.layout import MANY_BLOCKS
 from ancfsparse.machine import GIGABYTE, available
 from ancfsparse.nonlinear import Method, QuasiNewton
 from ancfsparse.scene import Beam, Connect, Mesh, Pin, Rod, Scene
-from ancfsparse.seeds import IncompleteSeed, Seed
+from ancfsparse.seeds import DeflatedSeed, Seed, SparseSeed
 from ancfsparse.seeds.sparse import BLOCK_ENTRY
 from ancfsparse.solve.fill import counted_fill
 
@@ -24,8 +24,8 @@ from ancfsparse.solve.fill import counted_fill
 VECTORS = 24
 # Bytes for an entry of the matrix, value and row; and of its factor, value and its share of a row.
 MATRIX_ENTRY, FACTOR_ENTRY = 12, 9
-# Bytes of an incomplete factor for an entry of the matrix.
-INCOMPLETE_ENTRY = 20
+# Bytes of an incomplete factor for an entry of the matrix, and of one with coarse modes.
+INCOMPLETE_ENTRY, DEFLATED_ENTRY = 20, 200
 # Entries of the factor of a cube of n nodes, over those of the matrix and the third root of n: 0.8
 # to 1.7 for 6 to 18 nodes a side, growing with their logarithm.
 CUBE = 4.0
@@ -83,6 +83,7 @@ def estimate(
     whole_runs: int = 0,
     matrices: int = 1,
     incomplete: bool = False,
+    incomplete_entry: float = INCOMPLETE_ENTRY,
 ) -> Memory:
     """Estimate the memory of a run from the scene alone.
 
@@ -104,6 +105,8 @@ def estimate(
         Arrays of values on the pattern: `EnergyMomentum` adds one up in another.
     incomplete : bool, optional
         Whether the factor may be an incomplete one, and so is where it would fill in.
+    incomplete_entry : float, optional
+        Bytes that such a seed takes for an entry of the matrix.
     """
     kernels = entries = coordinates = 0.0
     n_rows = n_elements = n_nodes = 0
@@ -133,7 +136,7 @@ def estimate(
     pairs = int(solver.memory) if isinstance(solver, QuasiNewton) else 0
     extra = 8.0 * PAIR * pairs * coordinates
     if incomplete and not _has_multipliers(scene) and _cycles(scene) > 0.1 * n_nodes:
-        factor, most = INCOMPLETE_ENTRY * entries, _cube(entries, n_nodes)
+        factor, most = incomplete_entry * entries, _cube(entries, n_nodes)
         return replace(needed, factor=factor + extra, exact=most + extra)
     return replace(needed, factor=_factor(scene, entries, n_nodes, needed.total) + extra)
 
@@ -225,18 +228,18 @@ def memory_for(needed: Memory) -> Iterator[None]:
         ) from None
 
 
-def check_factor(needed: Memory, seed: Seed) -> None:
+def check_factor(needed: Memory, seed: Seed | DeflatedSeed) -> None:
     """Refuse a run whose factor, now that it is counted, cannot fit with what is yet to come.
 
     Parameters
     ----------
     needed : Memory
         The estimate from the scene; its element arrays and its matrix are there by now.
-    seed : SparseSeed or IncompleteSeed
+    seed : SparseSeed, IncompleteSeed or DeflatedSeed
         Ordered, but not yet factored.
     """
-    if isinstance(seed, IncompleteSeed):
-        here = replace(needed, factor=seed.nbytes)
-    else:
+    if isinstance(seed, SparseSeed):
         here = replace(needed, factor=max(needed.factor, seed.nbytes), exact=0.0)
+    else:
+        here = replace(needed, factor=seed.nbytes)
     check_fits(replace(here, kernels=0.0, matrix=0.0))

@@ -124,7 +124,7 @@ def find(
         if not np.isfinite(state.r).all():
             raise NotFoundError("a correction left the range of numbers", state, load)
         if arrived and (least or balance.is_balanced(state, load, tolerance)):
-            return Found(state, negative, float(error.max()))
+            return Found(state, balance.negative_pivots(negative), float(error.max()))
         sizes.append(size)
         if len(sizes) > PATIENCE and size > 0.9 * min(sizes[: -PATIENCE // 2]):
             raise NotFoundError("corrections do not become smaller", state, load)

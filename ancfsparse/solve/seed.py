@@ -1,4 +1,4 @@
-"""Which seed a run is solved on: the exact factor of its matrix, or one without fill."""
+"""Which seed a run or an equilibrium is solved on: the exact factor, or one without fill."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from ancfsparse.errors import InputError
 from ancfsparse.machine import available
 from ancfsparse.nonlinear import Method, QuasiNewton
 from ancfsparse.scene import Connect, Mesh
-from ancfsparse.seeds import Groups, IncompleteSeed, Seed, SparseSeed
-from ancfsparse.seeds.sparse import OWN_ENTRY
+from ancfsparse.seeds import DeflatedSeed, Groups, IncompleteSeed, Seed, SparseSeed
+from ancfsparse.seeds.sparse import OWN_ENTRY, Indices
+from ancfsparse.solve.coarse import CoarseModes
 from ancfsparse.solve.memory import Memory, check_factor
 from ancfsparse.system import System
 from ancfsparse.system.vectors import vectors_of
@@ -19,6 +20,9 @@ SMALL = 300
 # Blocks of an exact factor for each of the matrix up to which it is taken: its solves cost three
 # sweeps, and incomplete seeds take half as many corrections again.
 MOST_FILL = 3.0
+# The same in statics, whose solutions on incomplete seeds take some forty sweeps each: lattices of
+# 10 nodes a side (12 blocks) take as long with both, of 16 (27) five times as long with exact ones.
+MOST_STATIC_FILL = 16.0
 
 
 def check_seed(kind: str, solver: Method | str, accuracy: float | None) -> str:
@@ -96,15 +100,43 @@ def make_seed(
     return exact, None
 
 
+def make_static_seed(
+    system: System, indptr: Indices, indices: Indices, kind: str
+) -> tuple[SparseSeed | DeflatedSeed, CoarseModes | None]:
+    """Make the seed of an equilibrium, with the coarse modes of one that is incomplete.
+
+    Parameters
+    ----------
+    system : System
+        Tells which coordinates are vectors.
+    indptr, indices : integer arrays
+        Lower triangle of the stiffness of the free coordinates.
+    kind : str
+        One of `SEEDS`.
+    """
+    fills = kind == "incomplete"
+    if fills or (kind == "auto" and _meshed(system)):
+        groups = Groups.of(indptr, indices, *vectors_of(system.places, system.dim, system.n_free))
+        if not fills:
+            fills = groups.cycles > 0 and groups.exact_fill(MOST_STATIC_FILL) is None
+        if fills:
+            return DeflatedSeed(indptr, indices, groups), CoarseModes(system)
+    return SparseSeed(indptr, indices, system.n_free), None
+
+
 def _may_fill_in(system: System, solver: Method | str) -> bool:
     """Whether there may be more fill than is worth a thought, and no need of an exact factor."""
-    if system.n_multipliers or system.n_free <= SMALL:
-        return False
     if isinstance(solver, QuasiNewton) and solver.memory == "full":
         return False
+    return not system.n_multipliers and _meshed(system)
+
+
+def _meshed(system: System) -> bool:
+    """Whether beams of a scene may cross, and it has more than a few coordinates."""
     scene = system.scene
-    return any(isinstance(b, Mesh) for b in scene.beams) or any(
-        isinstance(joint, Connect) for joint in scene.joints
+    return system.n_free > SMALL and (
+        any(isinstance(body, Mesh) for body in scene.beams)
+        or any(isinstance(joint, Connect) for joint in scene.joints)
     )
 
 

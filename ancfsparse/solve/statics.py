@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 import warnings
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
-from ancfsparse.checks import check_count, check_flag, check_positive
+from ancfsparse.checks import check_choice, check_count, check_flag, check_positive
 from ancfsparse.errors import (
     EquilibriumFailure,
     InputError,
@@ -17,11 +19,13 @@ from ancfsparse.errors import (
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats
 from ancfsparse.scene import Scene, check_scene
+from ancfsparse.seeds import DeflatedSeed, SparseSeed
 from ancfsparse.solve.balance import Balance, State
 from ancfsparse.solve.freedom import MOST, free_motions
-from ancfsparse.solve.memory import check_factor, estimate, memory_for
+from ancfsparse.solve.memory import DEFLATED_ENTRY, Memory, check_factor, estimate, memory_for
 from ancfsparse.solve.progress import progress_bar
 from ancfsparse.solve.relax import Found, NotFoundError, find, settle
+from ancfsparse.solve.seed import SEEDS
 from ancfsparse.system import System
 
 # Shares of the loads that may be asked for, and the one for load steps on the way.
@@ -41,7 +45,12 @@ MATRICES = 8
 
 
 def solve_static(
-    scene: Scene, *, load_steps: int = 1, tolerance: float = 1e-9, progress: bool = False
+    scene: Scene,
+    *,
+    load_steps: int = 1,
+    tolerance: float = 1e-9,
+    seed: str = "auto",
+    progress: bool = False,
 ) -> Equilibrium:
     """Find the static equilibrium under gravity and the loads at t = 0.
 
@@ -60,6 +69,10 @@ def solve_static(
         Unbalanced forces that may be left, as a share of all loads, from 1e-14 to 1e-3 [-].  What
         is below the rounding of forces counts as balanced.  One more correction follows, so the
         error of the positions is smaller yet.
+    seed : {"auto", "exact", "incomplete"}, optional
+        What corrections are solved with: the factor of the stiffness, or conjugate gradients on one
+        without fill and on coarse modes, whose memory is linear in the mesh.  ``"auto"`` counts how
+        much the factor would fill in.
     progress : bool, optional
         Whether to draw a progress bar.
 
@@ -97,19 +110,42 @@ def solve_static(
             f"tolerance is the share of the loads that may stay unbalanced, from {FINEST:g} to "
             f"{COARSEST:g}, got {tolerance:g}: leave it out, or take 1e-12 for more digits"
         )
+    check_choice("seed", seed, SEEDS)
     check_flag("progress", progress)
     begin = time.perf_counter()
-    needed = estimate(scene, 1, 0, False, Newton(), matrices=MATRICES)
+    needed = estimate(
+        scene,
+        1,
+        0,
+        False,
+        Newton(),
+        matrices=MATRICES,
+        incomplete=seed != "exact",
+        incomplete_entry=DEFLATED_ENTRY,
+    )
     stats = RunStats(solver="Newton with extrapolated stress")
     with memory_for(needed), progress_bar("factor", progress) as bar:
         system = System(scene)
         check_held(system)
-        balance = Balance(system, stats, bar.update)
+        balance = Balance(system, stats, bar.update, seed)
         check_factor(needed, balance.seed)
+        if isinstance(balance.seed, DeflatedSeed):
+            stats.solver += ", on an incomplete seed with coarse modes"
         stats.seconds["set-up"] = time.perf_counter() - begin
-        found = _solve(balance, load_steps, tolerance)
+        try:
+            found = _solve(balance, load_steps, tolerance)
+        except EquilibriumFailure as failure:
+            exact = _exact_instead(balance, needed, seed, bar.update)
+            if exact is None:
+                raise
+            try:
+                found = _solve(exact, load_steps, tolerance)
+            except EquilibriumFailure:
+                raise failure from None
+            stats.solver += ", then on an exact seed (which found an equilibrium)"
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
     stats.negative_pivots, stats.error = found.negative, found.error
+    stats.sweeps, stats.products = balance.seed.inner
     if found.negative and balance.conservative:
         warnings.warn(UnstableEquilibrium(found.negative), stacklevel=2)
     return Equilibrium(system, found.state.q, found.state.lam, stats)
@@ -130,6 +166,20 @@ def check_held(system: System) -> None:
             f"the scene is not held: {count} rigid motion(s) are free, first the {free[0]}; "
             "add a pin or a clamp, or let it settle in time with simulate if only its load holds it"
         )
+
+
+def _exact_instead(
+    balance: Balance, needed: Memory, kind: str, on_factor: Callable[[], object]
+) -> Balance | None:
+    """Return the same equations on an exact seed, where one was not asked against and it fits."""
+    if kind != "auto" or isinstance(balance.seed, SparseSeed):
+        return None
+    exact = Balance(balance.system, balance.stats, on_factor)
+    try:
+        check_factor(replace(needed, factor=0.0, exact=0.0), exact.seed)
+    except InputError:
+        return None
+    return exact
 
 
 def _solve(balance: Balance, load_steps: int, tolerance: float) -> Found:

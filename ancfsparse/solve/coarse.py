@@ -1,0 +1,119 @@
+"""Coarse modes of a scene: motions of large parts that hardly strain it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.scene import Mesh
+from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
+
+Vector = NDArray[np.float64]
+Numbers = NDArray[np.integer[Any]]
+
+# Nodes of a box at most, and boxes; large scenes have larger boxes, so that the matrix of the modes
+# stays small.
+IN_BOX, BOXES = 64, 64
+
+
+class CoarseModes:
+    """Sliding of each cable along itself, and affine motions of boxes of nodes.
+
+    A cable that slides through those that cross it is held by their bending alone; a box that turns
+    or shears, by little more.  Modes are taken at the present coordinates, so turns stay turns.
+
+    Parameters
+    ----------
+    system : System
+        The scene.
+    """
+
+    def __init__(self, system: System) -> None:
+        dim, places = system.dim, system.places
+        self._n, self._dim = system.n_free, dim
+        # Of each row: position, first slope, line.
+        self._rows = np.concatenate([table[:, :dim] for table in places])
+        self._tangents = np.concatenate([table[:, dim : 2 * dim] for table in places])
+        self._line = _lines(system)
+        # All slopes, and the node and box of each.
+        self._slopes = np.concatenate([table[:, dim:].reshape(-1, dim) for table in places])
+        each = [(table.shape[1] - dim) // dim for table in places]
+        owner = [np.repeat(table[:, 0], k) for table, k in zip(places, each, strict=True)]
+        heads, index = np.unique(self._rows[:, 0], return_index=True)
+        self._nodes = self._rows[index]
+        self._box = boxes(system.q0[self._nodes])
+        self._slope_box = self._box[np.searchsorted(heads, np.concatenate(owner))]
+
+    def at(self, q: Vector) -> sp.csc_array:
+        """Return the modes in columns at coordinates ``q (n_all,)``, those that move anything."""
+        import scipy.sparse as sp
+
+        modes = sp.csc_array(sp.hstack([self._sliding(q), self._affine(q)]))
+        return modes[:, np.flatnonzero(np.diff(modes.indptr))]
+
+    def _columns(self, entries: list[tuple[Numbers, Numbers, Vector]], width: int) -> sp.csc_array:
+        """Return a matrix of entries (place, column, value), without those of what is fixed."""
+        import scipy.sparse as sp
+
+        places, columns, values = (np.concatenate(part) for part in zip(*entries, strict=True))
+        kept = (places < self._n) & (values != 0.0)
+        return sp.csc_array((values[kept], (places[kept], columns[kept])), shape=(self._n, width))
+
+    def _sliding(self, q: Vector) -> sp.csc_array:
+        """Move each line along its slopes."""
+        tangents = q[self._tangents]
+        tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+        entries = [(self._rows[:, k], self._line, tangents[:, k]) for k in range(self._dim)]
+        return self._columns(entries, int(self._line.max()) + 1)
+
+    def _affine(self, q: Vector) -> sp.csc_array:
+        """Move each box, and turn, stretch and shear it with its slopes."""
+        dim, box, x = self._dim, self._box, q[self._nodes]
+        count = np.bincount(box)
+        sums = np.stack([np.bincount(box, c) for c in x.T], axis=1)
+        apart = x - (sums / count[:, None])[box]
+        size = np.sqrt(np.bincount(box, np.sum(apart**2, axis=1)) / count)
+        size[size == 0.0] = 1.0
+        apart /= size[box, None]
+        tilts = q[self._slopes] / size[self._slope_box, None]
+        width = dim * (dim + 1)
+        entries: list[tuple[Numbers, Numbers, Vector]] = []
+        for k in range(dim):
+            first = width * box + k * (dim + 1)
+            entries.append((self._nodes[:, k], first, np.ones(len(x))))
+            first_of_slope = width * self._slope_box + k * (dim + 1)
+            for j in range(dim):
+                entries.append((self._nodes[:, k], first + j + 1, apart[:, j]))
+                entries.append((self._slopes[:, k], first_of_slope + j + 1, tilts[:, j]))
+        return self._columns(entries, width * len(count))
+
+
+def _lines(system: System) -> Numbers:
+    """Return the line of every row of all bodies: a beam is one, a mesh has its own."""
+    lines, total = [], 0
+    for body, table in zip(system.scene.beams, system.places, strict=True):
+        own = body.lines if isinstance(body, Mesh) else np.zeros(len(table), dtype=np.int64)
+        lines.append(total + own)
+        total += int(own.max()) + 1
+    return np.concatenate(lines)
+
+
+def boxes(places: Vector) -> Numbers:
+    """Halve points ``(n, dim)`` across their longest side, and halves; return the box of each."""
+    most = max(IN_BOX, len(places) // BOXES)
+    box, parts, done = np.empty(len(places), dtype=np.int64), [np.arange(len(places))], 0
+    while parts:
+        part = parts.pop()
+        if len(part) <= most:
+            box[part] = done
+            done += 1
+            continue
+        along = int(np.argmax(np.ptp(places[part], axis=0)))
+        order = part[np.argsort(places[part, along], kind="stable")]
+        parts += [order[: len(order) // 2], order[len(order) // 2 :]]
+    return box
