@@ -87,7 +87,7 @@ def test_parts_that_stay_take_so_many_bytes_per_element(threads):
     n = 50_000
     system = System(chain(n)[0])
     seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free, threads)
-    elements = sum(group["layout"].nbytes for group in system.assembly.elements.groups)
+    elements = sum(layout.nbytes for layout in system.contributions[0].layouts)
     assert elements < 16 * n / 2  # two numbers and a set of parameters for each block
     # 26 entries, 4 pivots, work space, two permutations, rows and supernodes, and 40 for the node.
     assert seed.own.nbytes < n * (8 * 26 + 8 * 4 + 4 * 4 * 4 + 40)

@@ -155,6 +155,11 @@ cdef void material(void *context, double *values) noexcept nogil:
                          self.scheme.middle, values)
 
 
+cdef inline const double *start_velocity(const Motion *self) noexcept nogil:
+    """For the work of loads, whose velocity is that in the middle throughout the step."""
+    return self.v
+
+
 cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     return solver.solve(solver.context)
 

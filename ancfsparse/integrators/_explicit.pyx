@@ -119,6 +119,8 @@ cdef class Explicit:
         self.watch.limit, self.watch.noise = largest_gain, noise
         ancf_watch_start(&self.watch, self.system, &self.dead_load[0], &self.q[0, 0],
                          &self.v[0, 0], &self.r[0])
+        if self.system.begin != NULL:
+            self.remember(self.system.begin)
 
     def hold_by(self, constraints):
         """Take constraints; return what must be kept of them."""
@@ -195,6 +197,8 @@ cdef class Explicit:
                     memcpy(&self.load[0], load, amplitudes.shape[1] * sizeof(double))
                 self.now = next
                 self.first = (self.first + last) % self.stages
+                if self.system.accept != NULL:
+                    self.remember(self.system.accept)
                 if (steps_done + k + 1) % save_every == 0:
                     row = (steps_done + k + 1) // save_every
                     memcpy(&q_out[row, 0], &self.q[next, 0], self.n_all * sizeof(double))
@@ -234,15 +238,25 @@ cdef class Explicit:
         cdef const ancf_system *system = self.system
         cdef const double *q0 = &self.q[self.now, 0]
         cdef const double *q1 = &self.q[next, 0]
+        cdef ancf_state x0, x1
         cdef double unsure
-        self.watch.work += system.load_work(
-            system.context, q0, &self.load[0], q1, load, &self.r[0])
+        x0.q, x0.v, x0.amplitudes = q0, &self.v[self.now, 0], &self.load[0]
+        x1.q, x1.v, x1.amplitudes = q1, &self.v[next, 0], load
+        self.watch.work += system.load_work(system.context, &x0, &x1, &self.r[0])
         ancf_jumps_find(&self.jumps, &self.load[0], load, self.dt)
         if self.jumps.any:
             unsure = JUMP_SHARE * system.load_reach(
                 system.context, q0, q1, self.jumps.jump, &self.r[0])
             self.watch.unsure += unsure * unsure
         ancf_jumps_accept(&self.jumps, &self.load[0], load, self.dt)
+
+    cdef void remember(
+            self, void (*keep)(void *, const ancf_state *) noexcept nogil) noexcept nogil:
+        """Show the system the last accepted state, for what it keeps from step to step."""
+        cdef ancf_state x
+        x.q, x.v, x.a = &self.q[self.now, 0], &self.v[self.now, 0], NULL
+        x.lam, x.amplitudes = &self.lam[0], &self.load[0]
+        keep(self.system.context, &x)
 
     cdef inline double *stage(self, ptrdiff_t i) noexcept nogil:
         """The rows turn round by one from step to step, so that the last becomes the first."""

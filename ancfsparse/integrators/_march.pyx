@@ -194,6 +194,11 @@ cdef void material(void *context, double *values) noexcept nogil:
                          values)
 
 
+cdef inline const double *start_velocity(const Motion *self) noexcept nogil:
+    """Velocity before the step, beside the one after it in `v`, for the work of loads."""
+    return self.v0
+
+
 cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     """Solve a step and judge it; return an outcome."""
     cdef Control *control = &self.scheme.control

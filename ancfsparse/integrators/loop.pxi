@@ -3,7 +3,7 @@
 Such a module brings the formulas of its integrator: before this text a struct ``Scheme`` of what it
 alone keeps, after it a class made of `TimeLoop` and the functions ``set_weights``, ``set_load``,
 ``restart_part``, ``coast``, ``correct_part``, ``evaluate``, ``matrix``, ``material``,
-``solve_step`` and ``accept_part``.
+``start_velocity``, ``solve_step`` and ``accept_part``.
 
 The dynamic rows are multiplied by ``scale`` and the multipliers divided by it, so the matrix of a
 step, ``[M + scale K, phi_q^T; phi_q, 0]``, does not degrade as dt goes to zero.
@@ -143,6 +143,8 @@ cdef class TimeLoop:
         motion.watch.limit, motion.watch.noise = largest_gain, noise
         ancf_watch_start(&motion.watch, motion.system, motion.dead_load, motion.q0, motion.v0,
                          motion.r)
+        if motion.system.begin != NULL:
+            remember(motion, motion.system.begin)
 
     def change_step(self, double dt, integrator, change_b, change_v):
         """Go on with another step: its weights, and what a smooth motion asks of ``b``, ``v``."""
@@ -363,14 +365,26 @@ cdef void accept(Motion *self) noexcept nogil:
     in_parts(self.n_parts, accept_part, self)
     self.corrected = False
     memcpy(self.lam0, self.lam, self.m * sizeof(double))
+    if self.system.accept != NULL:
+        remember(self, self.system.accept)
+
+
+cdef void remember(Motion *self,
+                   void (*keep)(void *, const ancf_state *) noexcept nogil) noexcept nogil:
+    """Show the system the last accepted state, for what it keeps from step to step."""
+    cdef ancf_state x
+    x.q, x.v, x.a, x.lam, x.amplitudes = self.q0, self.v0, self.a0, self.lam0, self.amplitudes0
+    keep(self.system.context, &x)
 
 
 cdef void add_work(Motion *self) noexcept nogil:
     """Add what the loads do in the step under way, and how much of that is unsure."""
     cdef const ancf_system *system = self.system
+    cdef ancf_state x0, x1
     cdef double unsure
-    self.watch.work += system.load_work(
-        system.context, self.q0, self.amplitudes0, self.q, self.amplitudes, self.r)
+    x0.q, x0.v, x0.amplitudes = self.q0, start_velocity(self), self.amplitudes0
+    x1.q, x1.v, x1.amplitudes = self.q, self.v, self.amplitudes
+    self.watch.work += system.load_work(system.context, &x0, &x1, self.r)
     if self.jumps.any and self.jump_share > 0.0:
         unsure = self.jump_share * system.load_reach(
             system.context, self.q0, self.q, self.jumps.jump, self.r)

@@ -16,6 +16,12 @@
 
 #include <stddef.h>
 
+/* A state of a system, as far as a question needs it: other pointers are null. */
+typedef struct {
+    const double *q, *v, *a; /* [n_all] */
+    const double *lam, *amplitudes;
+} ancf_state;
+
 typedef struct {
     void *context;
     ptrdiff_t n_free, n_all, n_multipliers, n_values, n_amplitudes;
@@ -35,9 +41,10 @@ typedef struct {
     void (*inertia)(void *context, const double *a, double *out); /* out[n_all] = M a */
     /* out = kinetic and strain energy; scratch[n_all] is overwritten */
     void (*energies)(void *context, const double *q, const double *v, double *scratch, double *out);
-    /* Work of the changing loads between two states, by the trapezoidal rule. */
-    double (*load_work)(void *context, const double *q0, const double *amplitudes0,
-                        const double *q1, const double *amplitudes1, double *scratch);
+    /* Work of the changing loads between two states, by the trapezoidal rule; v may be null where
+     * forces do not depend on it. */
+    double (*load_work)(void *context, const ancf_state *x0, const ancf_state *x1,
+                        double *scratch);
     /* Most work that forces of these amplitudes, not negative, could do between two states,
      * whatever their signs: the sum of |force| |motion| over the coordinates. */
     double (*load_reach)(void *context, const double *q0, const double *q1,
@@ -49,6 +56,10 @@ typedef struct {
                              const double *v, const double *a, const double *lam,
                              const double *dead_load, const double *amplitudes, double *r,
                              double *phi);
+    /* The state that a run begins with, and each one that it accepts: what the system keeps from
+     * step to step changes here and nowhere else.  Null if it keeps nothing.  `a` may be null. */
+    void (*begin)(void *context, const ancf_state *x);
+    void (*accept)(void *context, const ancf_state *x);
 } ancf_system;
 
 typedef struct {

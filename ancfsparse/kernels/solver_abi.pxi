@@ -1,6 +1,13 @@
 """The structures of solver_abi.h, which says what they mean; text for the modules that include it."""
 
 cdef extern from "solver_abi.h":
+    ctypedef struct ancf_state:
+        const double *q
+        const double *v
+        const double *a
+        const double *lam
+        const double *amplitudes
+
     ctypedef struct ancf_system:
         void *context
         ptrdiff_t n_free, n_all, n_multipliers, n_values, n_amplitudes
@@ -13,13 +20,14 @@ cdef extern from "solver_abi.h":
                          double *) noexcept nogil
         void (*inertia)(void *, const double *, double *) noexcept nogil
         void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
-        double (*load_work)(void *, const double *, const double *, const double *, const double *,
-                            double *) noexcept nogil
+        double (*load_work)(void *, const ancf_state *, const ancf_state *, double *) noexcept nogil
         double (*load_reach)(void *, const double *, const double *, const double *,
                              double *) noexcept nogil
         void (*residual_between)(void *, const double *, const double *, const double *,
                                  const double *, const double *, const double *, const double *,
                                  const double *, double *, double *) noexcept nogil
+        void (*begin)(void *, const ancf_state *) noexcept nogil
+        void (*accept)(void *, const ancf_state *) noexcept nogil
 
     ctypedef struct ancf_seed:
         void *context

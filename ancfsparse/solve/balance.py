@@ -73,7 +73,7 @@ class Balance:
     plain : bool
         Whether the stiffness comes from the elements alone.
     conservative : bool
-        Whether the loads have a potential, as all have but moments in space.
+        Whether all forces have a potential, as moments in space have none.
     span : float
         Largest coordinate of the reference shape [m].
     start : State
@@ -95,7 +95,7 @@ class Balance:
         self._dead = system.dead_load
         self._rest = np.zeros(system.n_all)
         self.plain = not system.loads.moment_place and system.constraints.linear
-        self.conservative = system.dim == 2 or not system.loads.moment_place
+        self.conservative = system.conservative
         self._make_pattern()
         self.seed, self._modes = make_static_seed(system, self._indptr, self._indices, kind)
         self._ready: tuple[State, Vector] | None = None

@@ -8,7 +8,6 @@ from ancfsparse.checks import check_count
 from ancfsparse.errors import InputError
 from ancfsparse.openmp import forked
 from ancfsparse.system import System
-from ancfsparse.system.sharing import share
 
 # As in kernels/parallel.h.
 MOST = 256
@@ -44,7 +43,7 @@ def divide(system: System, threads: int, *loops: Any) -> None:
     Parameters
     ----------
     system : System
-        Its elements are dealt out, if too many would not meet at the borders.
+        What adds to its equations is dealt out.
     threads : int
         As `usable` returns it.
     *loops : compiled objects
@@ -52,9 +51,8 @@ def divide(system: System, threads: int, *loops: Any) -> None:
     """
     if threads == 1:
         return
-    layouts = [group["layout"] for group in system.assembly.elements.groups]
-    dealt = share(layouts, system.n_free, system.n_all, threads)
-    if dealt is not None:
-        system.assembly.elements.divide(*dealt)
+    dealt = [each.divide(system.n_free, system.n_all, threads) for each in system.contributions]
+    if any(dealt):
+        system.assembly.set_threads(threads)
     for loop in loops:
         loop.set_threads(threads)

@@ -1,12 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Residual, matrix and energy of a flattened system: clears, lets the elements add, adds the rest.
-
-The rest is what is not an element: loads that follow the motion or the clock, and constraints
-phi = sum of terms ``coefficient * (q[i] - about) * (q[j] - about)`` (or ``coefficient * q[i]``)
-plus a constant.
-"""
+"""Residual, matrix and energies of a system: sums of what its contributions add."""
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
-from libc.stdint cimport int32_t
+from libc.stdint cimport int64_t
+from libc.stdlib cimport calloc, free
 
 import numpy as np
 
@@ -23,33 +19,7 @@ cdef extern from "vectors.h":
         ptrdiff_t, double *, double, const double *, double, const double *,
         ptrdiff_t) noexcept nogil
 
-include "../kernels/solver_abi.pxi"
-
-cdef extern from "system_abi.h":
-    enum Quantity "ancf_quantity":
-        FORCE "ANCF_FORCE"
-        INERTIA "ANCF_INERTIA"
-        RESIDUAL "ANCF_RESIDUAL"
-        TANGENT "ANCF_TANGENT"
-        MASS "ANCF_MASS"
-        DAMPING "ANCF_DAMPING"
-        MATERIAL "ANCF_MATERIAL"
-        DISCRETE_GRADIENT "ANCF_DISCRETE_GRADIENT"
-
-    ctypedef struct ancf_elements:
-        void *context
-        ptrdiff_t n_parts
-        int damped
-        void (*add)(void *, int, const double *, const double *, double *, int) noexcept nogil
-        double (*strain_energy)(void *, const double *) noexcept nogil
-
-    ctypedef struct ancf_moments:
-        void *context
-        ptrdiff_t n
-        void (*add)(void *, const double *, const double *, double *) noexcept nogil
-        void (*add_stiffness)(void *, const double *, const double *, double *) noexcept nogil
-
-include "arrays.pxi"
+include "../kernels/system_abi.pxi"
 
 
 # Entries of a matrix up to which that of the masses is kept, not made again each time: 2 MB.
@@ -57,26 +27,14 @@ cdef ptrdiff_t FEW_VALUES = 250_000
 
 
 cdef struct Flat:
-    const ancf_elements *elements
-    const ancf_moments *moments
-    ptrdiff_t n_all, n_multipliers, n_values, n_terms, n_loads
+    ptrdiff_t n_contributions
+    const ancf_contribution **contributions
+    ptrdiff_t n_all, n_multipliers, n_values
+    ptrdiff_t n_parts  # threads for passes over vectors
+    bint damped
     const double *mass_values  # of the matrix; NULL where they would be too many
-    # Constraints: one entry for each term; places in q, and slots in the values of the matrix.
-    const int32_t *term_row
-    const int32_t *term_i
-    const int32_t *term_j
-    const int32_t *slot_i
-    const int32_t *slot_j
-    const int32_t *slot_ij
-    const int32_t *slot_diagonal
-    const double *coefficient
-    const double *about
-    const double *offset
+    const int64_t *diagonal  # slots of the multipliers
     double regularization
-    # Loads that change with time: force[place] += weight * amplitude[column].
-    const int32_t *load_place
-    const int32_t *load_column
-    const double *load_weight
 
 
 cdef struct Range:
@@ -86,68 +44,108 @@ cdef struct Range:
 
 
 cdef class Assembly:
-    """Evaluate a system given as flat arrays.
+    """Add up what the contributions to a system add to its equations.
 
     Parameters
     ----------
-    n_free, n_all, n_values, n_amplitudes : int
-        Free and all coordinates; stored entries of the lower triangle of the matrix; amplitudes of
-        the loads that change.
-    elements : Elements
-        What its elements give.
-    moments : Moments
-        The moments on its nodes.
-    constraints, loads : mapping
-        Contiguous arrays as built by `system.system`.
+    n_free, n_all, n_amplitudes : int
+        Free and all coordinates; numbers that are functions of time.
+    indptr : (n + 1,) int64
+        Columns of the matrix over coordinates and multipliers, as in `system.pattern`.
+    contributions : sequence of objects with a ``capsule`` "ancf_contribution"
+        In the order in which they are added.
     """
 
     cdef ancf_system interface
     cdef Flat flat
     cdef object mass_values
-    cdef tuple owners
-    cdef readonly object elements
+    cdef const int64_t[::1] indptr
+    cdef readonly tuple contributions
     cdef readonly object capsule
 
-    def __cinit__(self, ptrdiff_t n_free, ptrdiff_t n_all, ptrdiff_t n_values,
-                  ptrdiff_t n_amplitudes, elements, moments, constraints, loads):
+    def __cinit__(self, ptrdiff_t n_free, ptrdiff_t n_all, ptrdiff_t n_amplitudes,
+                  const int64_t[::1] indptr, contributions):
         cdef Flat *flat = &self.flat
+        cdef const ancf_contribution *each
+        cdef bint keeps = False
         # The structures below point into these.
-        self.elements, self.owners = elements, (moments, constraints, loads)
-        flat.elements = <const ancf_elements *>PyCapsule_GetPointer(
-            elements.capsule, "ancf_elements")
-        flat.moments = <const ancf_moments *>PyCapsule_GetPointer(moments.capsule, "ancf_moments")
-        flat.n_all, flat.n_values = n_all, n_values
-        flat.n_multipliers, flat.n_terms = len(constraints["offset"]), len(constraints["row"])
-        flat.n_loads = len(loads["place"])
-        flat.term_row, flat.term_i = integers(constraints["row"]), integers(constraints["i"])
-        flat.term_j, flat.slot_i = integers(constraints["j"]), integers(constraints["slot_i"])
-        flat.slot_j = integers(constraints["slot_j"])
-        flat.slot_ij = integers(constraints["slot_ij"])
-        flat.slot_diagonal = integers(constraints["diagonal"])
-        flat.coefficient = reals(constraints["coefficient"])
-        flat.about = reals(constraints["about"])
-        flat.offset = reals(constraints["offset"])
-        flat.load_place, flat.load_column = integers(loads["place"]), integers(loads["column"])
-        flat.load_weight = reals(loads["weight"])
-        if n_values <= FEW_VALUES:
+        self.contributions, self.indptr = tuple(contributions), indptr
+        flat.n_contributions = len(self.contributions)
+        flat.contributions = <const ancf_contribution **>calloc(
+            max(flat.n_contributions, 1), sizeof(ancf_contribution *))
+        if flat.contributions == NULL:
+            raise MemoryError
+        for k, owner in enumerate(self.contributions):
+            each = <const ancf_contribution *>PyCapsule_GetPointer(
+                owner.capsule, "ancf_contribution")
+            flat.contributions[k] = each
+            flat.damped |= each.damped
+            keeps |= each.n_memory > 0
+        flat.n_all, flat.n_multipliers = n_all, len(indptr) - 1 - n_free
+        flat.n_values, flat.n_parts = indptr[len(indptr) - 1], 1
+        flat.diagonal = &indptr[n_free]
+        if flat.n_values <= FEW_VALUES:
             self.mass_values = self.mass
-            flat.mass_values = reals(self.mass_values)
+            flat.mass_values = first(self.mass_values)
         self.interface.context = flat
         self.interface.n_free, self.interface.n_all = n_free, n_all
         self.interface.n_multipliers = flat.n_multipliers
-        self.interface.n_values = n_values
+        self.interface.n_values = flat.n_values
         self.interface.n_amplitudes = n_amplitudes
-        self.interface.damped = flat.elements.damped
+        self.interface.damped = flat.damped
         self.interface.residual, self.interface.matrix = residual, matrix
         self.interface.material = material
         self.interface.inertia, self.interface.energies = inertia, energies
         self.interface.load_work, self.interface.load_reach = load_work, load_reach
         self.interface.residual_between = residual_between
+        if keeps:
+            self.interface.begin, self.interface.accept = begin, accept
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
+
+    def __dealloc__(self):
+        free(self.flat.contributions)
 
     def set_regularization(self, double value):
         """Set epsilon of the constraint block, in the units of the scaled matrix [1/kg]."""
         self.flat.regularization = value
+
+    def set_threads(self, ptrdiff_t threads):
+        """Set the number of threads for passes over vectors."""
+        self.flat.n_parts = threads
+
+    @property
+    def threads(self):
+        """Number of threads for passes over vectors."""
+        return self.flat.n_parts
+
+    @property
+    def damped(self):
+        """Whether any force depends on velocities."""
+        return bool(self.flat.damped)
+
+    @property
+    def memory(self):
+        """What the contributions keep from one accepted step to the next, a copy ``(k,)``."""
+        cdef const ancf_contribution *each
+        cdef ptrdiff_t k, i
+        out = []
+        for k in range(self.flat.n_contributions):
+            each = self.flat.contributions[k]
+            for i in range(each.n_memory):
+                out.append(each.memory[i])
+        return np.array(out, dtype=float)
+
+    @memory.setter
+    def memory(self, const double[::1] values):
+        cdef const ancf_contribution *each
+        cdef ptrdiff_t k, i, n = 0
+        if len(values) != len(self.memory):
+            raise ValueError(f"memory has {len(self.memory)} numbers, got {len(values)}")
+        for k in range(self.flat.n_contributions):
+            each = self.flat.contributions[k]
+            for i in range(each.n_memory):
+                each.memory[i] = values[n]
+                n += 1
 
     @property
     def mass(self):
@@ -155,7 +153,9 @@ cdef class Assembly:
         # One more place than values: kernels throw the entries of fixed coordinates into it.
         values = np.zeros(self.flat.n_values + 1)
         cdef double[::1] view = values
-        add(&self.flat, MASS, &view[0], &view[0], &view[0])
+        cdef ancf_state x
+        set_state(&x, &view[0], NULL, NULL, NULL, NULL)
+        add_part(&self.flat, MASS, &x, &view[0])
         return values[: self.flat.n_values]
 
     def residual(self, const double[::1] q, const double[::1] v, const double[::1] a,
@@ -185,7 +185,7 @@ cdef class Assembly:
         values = np.empty(self.flat.n_values + 1) if out is None else out
         cdef double[::1] view = values
         matrix(&self.flat, mass_factor, stiffness_factor, damping_factor, &q[0],
-               NULL if v is None else &v[0], first(lam), first(amplitudes), &view[0])
+               first(v), first(lam), first(amplitudes), &view[0])
         return values[: self.flat.n_values]
 
     def material(self, double mass_factor, double stiffness_factor, const double[::1] q, *,
@@ -197,11 +197,14 @@ cdef class Assembly:
         return values[: self.flat.n_values]
 
     def load_work(self, const double[::1] q0, const double[::1] amplitudes0, const double[::1] q1,
-                  const double[::1] amplitudes1):
+                  const double[::1] amplitudes1, *, const double[::1] v0=None,
+                  const double[::1] v1=None):
         """Return the work of the changing loads from one state to another [J]."""
         cdef double[::1] scratch = np.empty(self.flat.n_all)
-        return load_work(&self.flat, &q0[0], first(amplitudes0), &q1[0], first(amplitudes1),
-                         &scratch[0])
+        cdef ancf_state x0, x1
+        set_state(&x0, &q0[0], first(v0), NULL, NULL, first(amplitudes0))
+        set_state(&x1, &q1[0], first(v1), NULL, NULL, first(amplitudes1))
+        return load_work(&self.flat, &x0, &x1, &scratch[0])
 
     def load_reach(self, const double[::1] q0, const double[::1] q1,
                    const double[::1] amplitudes):
@@ -210,11 +213,15 @@ cdef class Assembly:
         return load_reach(&self.flat, &q0[0], &q1[0], first(amplitudes), &scratch[0])
 
     def force(self, const double[::1] q):
-        """Return the elastic force ``Q(q)``, shape (n_all,) [N, N m]."""
-        out = np.zeros(self.flat.n_all)
-        cdef double[::1] view = out
-        add(&self.flat, FORCE, &q[0], &q[0], &view[0])
-        return out
+        """Return the force ``Q(q)`` at rest and without loads, shape (n_all,) [N, N m]."""
+        cdef double[::1] rest = np.zeros(self.flat.n_all)
+        cdef double[::1] none = np.zeros(
+            1 + max(self.flat.n_multipliers, self.interface.n_amplitudes))
+        r, phi = np.empty(self.flat.n_all), np.empty(1 + self.flat.n_multipliers)
+        cdef double[::1] r_view = r, phi_view = phi
+        residual(&self.flat, &q[0], &rest[0], NULL, &none[0], &rest[0], &none[0], &r_view[0],
+                 &phi_view[0])
+        return r
 
     def inertia(self, const double[::1] a):
         """Return ``M a`` over all coordinates, shape (n_all,) [N, N m]."""
@@ -231,12 +238,12 @@ cdef class Assembly:
         return out
 
     def strain_energy(self, const double[::1] q):
-        """Return the strain energy [J]."""
-        return self.flat.elements.strain_energy(self.flat.elements.context, &q[0])
+        """Return the energy of elements and springs [J]."""
+        return elastic(&self.flat, &q[0])
 
 
 cdef inline const double *first(const double[::1] values) noexcept nogil:
-    return &values[0] if values.shape[0] > 0 else NULL
+    return &values[0] if values is not None and values.shape[0] > 0 else NULL
 
 
 include "sums.pxi"

@@ -9,7 +9,7 @@ from ancfsparse.dispatch import compiled
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.layout import pack
 from ancfsparse.scene import Body
-from ancfsparse.system.flatten import base_parameters
+from ancfsparse.system.contributions.elements import base_parameters
 
 Array = NDArray[np.float64]
 

@@ -85,46 +85,6 @@ class Loads:
             raise failure
         return table
 
-    def power(self, q: Vector, v: Vector, times: Vector) -> Vector:
-        """Return the power of all these loads, shape (k,) [W], for states (k, n_all)."""
-        amplitude = self.amplitudes(times)
-        power = v @ self.constant
-        if self.place:
-            power += np.sum(v[:, self.place] * self.weight * amplitude[:, self.column], axis=1)
-        for places, column in zip(self.moment_place, self.moment_column, strict=True):
-            moment = np.zeros((len(times), 3))
-            moment[:, 3 - len(column) :] = amplitude[:, column]
-            if places[0, 0] < 0:
-                power += _power_on_section(q, v, places[1:], moment)
-                continue
-            slope, spin = _spin(q, v, places[0])
-            power += np.sum(moment * spin, axis=1)
-            along = np.sum(moment * slope, axis=1) / np.sum(slope**2, axis=1)
-            for vector in places[1:]:
-                if vector[0] >= 0:
-                    power += 0.5 * along * np.sum(slope * _spin(q, v, vector)[1], axis=1)
-        return power
-
-
-def _power_on_section(q: Vector, v: Vector, places: NDArray[np.int32], moment: Vector) -> Vector:
-    """Return the power of moments (k, 3) on r_y and r_z, shape (k,) [W], see ``_moments.pyx``."""
-    k, dim = len(q), places.shape[1]
-    units, rates = np.zeros((k, 2, 3)), np.zeros((k, 2, 3))
-    units[:, 1, 2] = 1.0  # of r_z in the plane
-    given = places[:, 0] >= 0
-    units[:, given, :dim], rates[:, given, :dim] = q[:, places[given]], v[:, places[given]]
-    squares = np.sum(units**2, axis=(1, 2))[:, None, None] * np.eye(3)
-    spread = squares - np.einsum("kvi,kvj->kij", units, units)
-    turning = np.linalg.solve(spread, moment[:, :, None])[:, :, 0]
-    return np.asarray(np.sum(turning * np.cross(units, rates).sum(axis=1), axis=1))
-
-
-def _spin(q: Vector, v: Vector, place: NDArray[np.int32]) -> tuple[Vector, Vector]:
-    """Return a vector of a node and its angular velocity u x u' / |u|^2, each (k, 3)."""
-    u, rate = np.zeros((len(q), 3)), np.zeros((len(q), 3))
-    u[:, : len(place)], rate[:, : len(place)] = q[:, place], v[:, place]
-    return u, np.cross(u, rate) / np.sum(u**2, axis=1, keepdims=True)
-
 
 def loads_of(
     scene: Scene,

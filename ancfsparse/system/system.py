@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind, element_kind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.scene import Body, Connect, Node, Scene, check_node, check_point, check_scene
 from ancfsparse.system.constraints import constraints_of
-from ancfsparse.system.flatten import assembly_of, pattern_of
+from ancfsparse.system.contributions import contributions_of
 from ancfsparse.system.loads import loads_of
 from ancfsparse.system.numbering import Places, number
+from ancfsparse.system.pattern import build
 
 Vector = NDArray[np.float64]
 
@@ -47,6 +49,8 @@ class System:
         The equations with multipliers.
     damped : bool
         Whether any force depends on velocities.
+    contributions : list of Contribution
+        What adds to the equations of motion.
     assembly : compiled object
         ``residual``, ``matrix``, ``force``, ``inertia``, ``strain_energy``.
     """
@@ -67,9 +71,18 @@ class System:
         self.constraints = constraints_of(scene, self.rows, self.kind_of)
         self.n_multipliers = len(self.constraints.offset)
         self.loads = loads_of(scene, self.n_all, self.point, self.frame, self.elements)
-        self.damped = any(beam.strains_damped or beam.masses_damped for beam in scene.beams)
-        self.pattern = pattern_of(self)
-        self.assembly = assembly_of(self)
+        self.contributions = contributions_of(self)
+        cliques = [table for each in self.contributions for table in each.cliques()]
+        self.pattern = build(self.n_free + self.n_multipliers, cliques)
+        del cliques
+        self.assembly = compiled("assembly").Assembly(
+            self.n_free,
+            self.n_all,
+            self.loads.n_amplitudes,
+            self.pattern.indptr,
+            [each.compile(self.pattern) for each in self.contributions],
+        )
+        self.damped = self.assembly.damped
         self.capsule = self.assembly.capsule
         self.gravity_load = self._gravity()
 
@@ -155,6 +168,11 @@ class System:
         return "N" if any((places == place).any() for places in positions) else "N m"
 
     @property
+    def conservative(self) -> bool:
+        """Whether all forces at rest have a potential."""
+        return all(each.conservative for each in self.contributions)
+
+    @property
     def dead_load(self) -> Vector:
         """Gravity and all constant loads together, (n_all,) [N, N m], added up when asked for."""
         return self.gravity_load + self.loads.constant
@@ -173,7 +191,11 @@ class System:
 
     def power(self, q: Vector, v: Vector, t: Vector) -> Vector:
         """Return the power of the applied forces without gravity, shape (k,) [W]."""
-        return self.loads.power(q, v, t)
+        amplitudes = self.loads.amplitudes(t)
+        power = v @ self.loads.constant
+        for each in self.contributions:
+            power += each.power(q, v, amplitudes)
+        return np.asarray(power)
 
     def dissipation(self, q: Vector, v: Vector) -> Vector:
         """Return the power that damping takes, shape (k,) [W], for states (k, n_all)."""

@@ -25,7 +25,7 @@ _MATRIX = ct.CFUNCTYPE(None, ct.c_void_p, *[ct.c_double] * 3, *[_NUMBERS] * 5)
 _MATERIAL = ct.CFUNCTYPE(None, ct.c_void_p, *[ct.c_double] * 3, *[_NUMBERS] * 2)
 _INERTIA = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 2)
 _ENERGIES = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 4)
-_WORK = ct.CFUNCTYPE(ct.c_double, ct.c_void_p, *[_NUMBERS] * 5)
+_WORK = ct.CFUNCTYPE(ct.c_double, *[ct.c_void_p] * 3, _NUMBERS)
 _BETWEEN = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 10)
 
 
@@ -45,6 +45,8 @@ class _Interface(ct.Structure):
         ("load_work", _WORK),
         ("load_reach", ct.c_void_p),
         ("residual_between", _BETWEEN),
+        ("begin", ct.c_void_p),
+        ("accept", ct.c_void_p),
     ]  # fmt: skip
 
 
@@ -81,7 +83,7 @@ class Point:
             None, 2, 2, self.n_multipliers, len(row), 0, 0,
             _RESIDUAL(self._residual), _MATRIX(self._matrix), _MATERIAL(self._material),
             _INERTIA(self._inertia), _ENERGIES(self._energies), _WORK(lambda *_: 0.0), None,
-            _BETWEEN(self._residual_between),
+            _BETWEEN(self._residual_between), None, None,
         )  # fmt: skip
         self.capsule = _new_capsule(ct.addressof(self.interface), b"ancf_system", None)
         # What the start and the set-up of a run ask of a system.

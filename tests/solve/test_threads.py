@@ -13,7 +13,7 @@ def test_runs_with_the_same_threads_are_the_same_bits(solver):
         scene, rod = chain(12_000, "rough")
         options = {"solver": solver, "threads": threads, "save_nodes": [rod.at(0.4), rod.end]}
         path = simulate(scene, 3e-3, 5e-4, **options)
-        assert path.system.assembly.elements.threads == threads
+        assert path.system.assembly.threads == threads
         return path.stats, np.array([path.position(rod.at(0.4)), path.position(rod.end)])
 
     (alone, moved), (one, moved_one), (other, moved_other) = run(1), run(2), run(2)

@@ -36,7 +36,7 @@ SCENES = {
 @pytest.mark.parametrize(("name", "threads"), [("chain", 2), ("chain", 3), ("net", 2), ("mesh", 2)])
 def test_parts_cover_all_and_share_nothing(name, threads):
     system = System(SCENES[name]())
-    layouts = [group["layout"] for group in system.assembly.elements.groups]
+    layouts = system.contributions[0].layouts
     run_start, runs = share(layouts, system.n_free, system.n_all, threads)
     seen = [np.zeros(len(layout.set_of), dtype=int) for layout in layouts]
     parts = [set() for _ in range(threads)]
@@ -59,9 +59,9 @@ def test_parts_cover_all_and_share_nothing(name, threads):
 @pytest.mark.parametrize("name", SCENES)
 def test_divided_sums_are_the_same(name):
     alone, together = System(SCENES[name]()), System(SCENES[name]())
-    layouts = [group["layout"] for group in together.assembly.elements.groups]
-    together.assembly.elements.divide(*share(layouts, together.n_free, together.n_all, 2))
-    assert (alone.assembly.elements.threads, together.assembly.elements.threads) == (1, 2)
+    assert together.contributions[0].divide(together.n_free, together.n_all, 2)
+    together.assembly.set_threads(2)
+    assert (alone.assembly.threads, together.assembly.threads) == (1, 2)
     rng = np.random.default_rng(20240704)
     q = alone.q0 + 1e-3 * rng.normal(size=alone.n_all)
     v, a = rng.normal(size=(2, alone.n_all))
@@ -90,5 +90,5 @@ def test_what_meets_everywhere_is_not_divided():
     edges = np.stack([np.zeros(64, dtype=int), np.arange(1, 65)], axis=1)
     scene.add_mesh(nodes, edges, "thin", ancf.Circle(0.01), ancf.Material(1e8, 1000.0))
     system = System(scene)
-    layouts = [group["layout"] for group in system.assembly.elements.groups]
+    layouts = system.contributions[0].layouts
     assert share(layouts, system.n_free, system.n_all, 2) is None

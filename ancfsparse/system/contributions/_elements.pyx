@@ -22,30 +22,26 @@ cdef extern from "parallel.h":
 cdef extern from "simd.h":
     const int LANES "ANCF_LANES"
 
-cdef extern from "system_abi.h":
-    enum Quantity "ancf_quantity":
-        ENERGY "ANCF_ENERGY"
-        FORCE "ANCF_FORCE"
-        INERTIA "ANCF_INERTIA"
-        RESIDUAL "ANCF_RESIDUAL"
-        TANGENT "ANCF_TANGENT"
-        MASS "ANCF_MASS"
-        DAMPING "ANCF_DAMPING"
-        MATERIAL "ANCF_MATERIAL"
-        N_KERNELS "ANCF_N_KERNELS"
-
-    ctypedef struct ancf_elements:
-        void *context
-        ptrdiff_t n_parts
-        int damped
-        void (*add)(void *, int, const double *, const double *, double *, int) noexcept nogil
-        double (*strain_energy)(void *, const double *) noexcept nogil
-
-include "arrays.pxi"
+include "../../kernels/system_abi.pxi"
+include "../arrays.pxi"
 
 
+cdef enum Kernel:
+    ENERGY
+    FORCE
+    INERTIA_FORCE
+    RESIDUAL
+    TANGENT
+    MASS_MATRIX
+    DAMPING_FORCE
+    MATERIAL_TANGENT
+    DISCRETE_GRADIENT
+    N_KERNELS
+
+# In the order of that enumeration.
 KERNELS = ("energy", "force", "inertia", "residual", "tangent", "mass", "damping", "material",
            "discrete_gradient")
+
 # Places of the energies of a block: all in one.
 cdef int32_t[16] NOWHERE
 memset(NOWHERE, 0, sizeof(NOWHERE))
@@ -74,6 +70,7 @@ cdef struct Run:
 
 cdef struct Flat:
     ptrdiff_t n_groups
+    bint damped  # whether any group is
     Group *groups
     # Runs of each part, and then those that share places with several parts.
     ptrdiff_t n_parts
@@ -100,7 +97,7 @@ cdef class Elements:
         Per beam the arrays of `kernels.layout` and the kernel capsules.
     """
 
-    cdef ancf_elements interface
+    cdef ancf_contribution interface
     cdef Flat flat
     cdef object runs
     cdef readonly object groups
@@ -133,12 +130,16 @@ cdef class Elements:
             if group.strains_damped or group.masses_damped:
                 group.damping_set_of = integers(arrays["damping_set_of"])
                 group.damping_parameters = reals(arrays["damping_parameters"])
-                self.interface.damped = True
+                flat.damped = True
         self.divide([0, len(groups), len(groups)],
                     [(k, 0, len(arrays["layout"].set_of)) for k, arrays in enumerate(groups)])
-        self.interface.context = flat
-        self.interface.add, self.interface.strain_energy = add, strain_energy
-        self.capsule = PyCapsule_New(&self.interface, "ancf_elements", NULL)
+        self.interface.context, self.interface.damped = flat, flat.damped
+        self.interface.residual, self.interface.between = residual, between
+        self.interface.matrix, self.interface.inertia = matrix, inertia
+        self.interface.energy = energy
+        if flat.damped:
+            self.interface.damping = add_damping
+        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
     def __dealloc__(self):
         free(self.flat.groups)
@@ -155,14 +156,9 @@ cdef class Elements:
         """
         self.runs = [np.array(run_start, dtype=np.int32),
                      np.array(runs, dtype=np.int32).reshape(-1, 3)]
-        self.flat.n_parts = self.interface.n_parts = len(run_start) - 2
+        self.flat.n_parts = len(run_start) - 2
         self.flat.run_start = integers(self.runs[0])
         self.flat.runs = <const Run *>integers(self.runs[1])
-
-    @property
-    def threads(self):
-        """Number of threads that work on the elements."""
-        return self.flat.n_parts
 
 
 cdef ancf_kernel pointer(capsule) except NULL:
@@ -174,8 +170,9 @@ cdef void add_run(const Flat *self, const Run *run, int kernel, bint damped, con
     """Let a kernel add what the elements of a run give, with the parameters of damping if asked for."""
     cdef const Group *group = &self.groups[run.group]
     cdef ancf_kernel call = group.kernels[kernel]
-    cdef bint to_matrix = kernel == TANGENT or kernel == MASS or kernel == MATERIAL
-    cdef bint to_masses = kernel == INERTIA or kernel == MASS
+    cdef bint to_matrix = (
+        kernel == TANGENT or kernel == MASS_MATRIX or kernel == MATERIAL_TANGENT)
+    cdef bint to_masses = kernel == INERTIA_FORCE or kernel == MASS_MATRIX
     cdef const int32_t *set_of = group.damping_set_of if damped else group.set_of
     cdef const double *parameters = group.damping_parameters if damped else group.parameters
     cdef ptrdiff_t n_in = group.n * LANES, n_out = n_in, b, table
@@ -208,10 +205,9 @@ cdef void add_part(void *context, ptrdiff_t part) noexcept nogil:
         add_run(flat, &flat.runs[k], call.kernel, call.damped, call.q, call.a, call.out)
 
 
-cdef void add(void *context, int kernel, const double *q, const double *a, double *out,
-              int damped) noexcept nogil:
+cdef void add(const Flat *self, int kernel, const double *q, const double *a, double *out,
+              bint damped=False) noexcept nogil:
     """Add what all elements give; runs that share places with several parts come last."""
-    cdef const Flat *self = <const Flat *>context
     cdef Call call
     call.flat, call.kernel, call.q, call.a, call.out = self, kernel, q, a, out
     call.damped = damped
@@ -219,24 +215,67 @@ cdef void add(void *context, int kernel, const double *q, const double *a, doubl
     add_part(&call, self.n_parts)
 
 
+cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    if x.a == NULL:
+        add(self, FORCE, x.q, x.q, r)
+    else:
+        add(self, RESIDUAL, x.q, x.a, r)
+    if self.damped:
+        add_damping(context, x.q, x.v, r)
+
+
+cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
+                  double *r, double *phi) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    add(self, DISCRETE_GRADIENT, q0, q1, r)
+    add(self, INERTIA_FORCE, x.a, x.a, r)
+    if self.damped:
+        add_damping(context, x.q, x.v, r)
+
+
+cdef void add_damping(void *context, const double *q, const double *v,
+                      double *r) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    add(self, DAMPING_FORCE, q, v, r, True)
+    add(self, INERTIA_FORCE, v, v, r, True)
+
+
+cdef void inertia(void *context, const double *a, double *r) noexcept nogil:
+    add(<const Flat *>context, INERTIA_FORCE, a, a, r)
+
+
+cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    if part == STIFFNESS:
+        add(self, TANGENT, x.q, x.q, values)
+    elif part == MATERIAL:
+        add(self, MATERIAL_TANGENT, x.q, x.q, values)
+    elif part == MASS:
+        add(self, MASS_MATRIX, x.q, x.q, values)
+    elif part == DAMPING and self.damped:
+        add(self, MATERIAL_TANGENT, x.q, x.q, values, True)
+        add(self, MASS_MATRIX, x.q, x.q, values, True)
+
+
 cdef void energy_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef const Call *call = <const Call *>context
-    cdef double energy = 0.0
+    cdef double sum = 0.0
     cdef ptrdiff_t k
     for k in range(call.flat.run_start[part], call.flat.run_start[part + 1]):
-        add_run(call.flat, &call.flat.runs[k], ENERGY, False, call.q, call.q, &energy)
-    call.out[part] = energy
+        add_run(call.flat, &call.flat.runs[k], ENERGY, False, call.q, call.q, &sum)
+    call.out[part] = sum
 
 
-cdef double strain_energy(void *context, const double *q) noexcept nogil:
+cdef double energy(void *context, const double *q) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
     cdef double[MOST_PARTS + 1] of_part
-    cdef double energy = 0.0
+    cdef double sum = 0.0
     cdef ptrdiff_t part
     cdef Call call
     call.flat, call.q, call.out = self, q, &of_part[0]
     in_parts(self.n_parts, energy_part, &call)
     energy_part(&call, self.n_parts)
     for part in range(self.n_parts + 1):
-        energy += of_part[part]
-    return energy
+        sum += of_part[part]
+    return sum

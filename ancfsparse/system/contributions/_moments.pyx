@@ -1,21 +1,17 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Moments about fixed axes on nodes: forces that follow the slopes, and their derivative."""
 from cpython.pycapsule cimport PyCapsule_New
+from libc.math cimport fabs
 from libc.stdint cimport int32_t
+from libc.string cimport memset
 
 
-cdef extern from "system_abi.h":
-    ctypedef struct ancf_moments:
-        void *context
-        ptrdiff_t n
-        void (*add)(void *, const double *, const double *, double *) noexcept nogil
-        void (*add_stiffness)(void *, const double *, const double *, double *) noexcept nogil
-
-include "arrays.pxi"
+include "../../kernels/system_abi.pxi"
+include "../arrays.pxi"
 
 
 cdef struct Data:
-    ptrdiff_t n, dim
+    ptrdiff_t n, dim, n_all
     const int32_t *place  # of r_x, r_y, r_z; -1 where the moment does not act
     const int32_t *slot
     const int32_t *column
@@ -26,26 +22,30 @@ cdef class Moments:
 
     Parameters
     ----------
+    n_all : int
+        Number of coordinates.
     arrays : mapping
         ``place (n, 3 dim)`` of those of r_x, r_y, r_z in q that the moment acts on, -1 for the
         others; ``slot``, places of their lower triangle in the values of the matrix; ``column`` of
         the amplitudes.
     """
 
-    cdef ancf_moments interface
+    cdef ancf_contribution interface
     cdef Data data
     cdef object owner
     cdef readonly object capsule
 
-    def __cinit__(self, arrays):
+    def __cinit__(self, ptrdiff_t n_all, arrays):
         cdef Data *data = &self.data
         self.owner = arrays  # the pointers below lead into it
+        data.n_all = n_all
         data.n, data.dim = len(arrays["place"]), arrays["place"].shape[1] // 3
         data.place, data.slot = integers(arrays["place"]), integers(arrays["slot"])
         data.column = integers(arrays["column"])
-        self.interface.context, self.interface.n = data, data.n
-        self.interface.add, self.interface.add_stiffness = add, add_stiffness
-        self.capsule = PyCapsule_New(&self.interface, "ancf_moments", NULL)
+        self.interface.context = data
+        self.interface.residual, self.interface.matrix = residual, matrix
+        self.interface.work, self.interface.reach = work, reach
+        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
 
 cdef inline void moment_at(const Data *self, ptrdiff_t k, const double *amplitudes,
@@ -158,13 +158,43 @@ cdef void stiffness_on_section(const Data *self, ptrdiff_t k, const double *m, c
                 derivative[self.dim * (v + 1) + i][self.dim * (v + 1) + j] -= g[i]
 
 
-cdef void add(void *context, const double *q, const double *amplitudes, double *r) noexcept nogil:
+cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
+    add(<const Data *>context, x.q, x.amplitudes, r)
+
+
+cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
+                 double *scratch) noexcept nogil:
+    """The residual has the moments with a minus."""
+    cdef const Data *self = <const Data *>context
+    cdef double total = 0.0
+    cdef ptrdiff_t i
+    memset(scratch, 0, self.n_all * sizeof(double))
+    add(self, x0.q, x0.amplitudes, scratch)
+    add(self, x1.q, x1.amplitudes, scratch)
+    for i in range(self.n_all):
+        total -= 0.5 * scratch[i] * (x1.q[i] - x0.q[i])
+    return total
+
+
+cdef double reach(void *context, const double *q0, const double *q1, const double *amplitudes,
+                  double *scratch) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    cdef double total = 0.0
+    cdef ptrdiff_t i
+    memset(scratch, 0, self.n_all * sizeof(double))
+    add(self, q1, amplitudes, scratch)
+    for i in range(self.n_all):
+        total += fabs(scratch[i] * (q1[i] - q0[i]))
+    return total
+
+
+cdef void add(const Data *self, const double *q, const double *amplitudes,
+              double *r) noexcept nogil:
     """A moment m bends by m x r_x / |r_x|^2 on the slope; the part of it along the axis twists by
     half of itself on each of the two section vectors, if there are any.
 
     Where r_x is free of the section, the moment acts on the section vectors alone, with the forces
     w x u that turn both at one rate w and have the moment m about the node."""
-    cdef const Data *self = <const Data *>context
     cdef double x[3]
     cdef double y[3]
     cdef double m[3]
@@ -190,10 +220,14 @@ cdef void add(void *context, const double *q, const double *amplitudes, double *
                     r[place[v * self.dim + d]] -= along * f[d]
 
 
-cdef void add_stiffness(void *context, const double *q, const double *amplitudes,
+cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
+    if part == STIFFNESS:
+        add_stiffness(<const Data *>context, x.q, x.amplitudes, values)
+
+
+cdef void add_stiffness(const Data *self, const double *q, const double *amplitudes,
                         double *values) noexcept nogil:
     """The symmetric part of the derivative: in space the force of a fixed moment has no potential."""
-    cdef const Data *self = <const Data *>context
     cdef double x[3]
     cdef double m[3]
     cdef double derivative[9][9]

@@ -1,0 +1,28 @@
+"""The structure of system_abi.h, which says what it means; text for the modules that include it."""
+include "../kernels/solver_abi.pxi"
+
+cdef extern from "system_abi.h":
+    enum Part "ancf_part":
+        STIFFNESS "ANCF_STIFFNESS"
+        MATERIAL "ANCF_MATERIAL"
+        DAMPING "ANCF_DAMPING"
+        MASS "ANCF_MASS"
+        EQUATIONS "ANCF_EQUATIONS"
+
+    ctypedef struct ancf_contribution:
+        void *context
+        int damped
+        ptrdiff_t n_memory
+        double *memory
+        void (*residual)(void *, const ancf_state *, double *, double *) noexcept nogil
+        void (*between)(void *, const double *, const double *, const ancf_state *, double *,
+                        double *) noexcept nogil
+        void (*matrix)(void *, int, const ancf_state *, double *) noexcept nogil
+        void (*inertia)(void *, const double *, double *) noexcept nogil
+        void (*damping)(void *, const double *, const double *, double *) noexcept nogil
+        double (*energy)(void *, const double *) noexcept nogil
+        double (*work)(void *, const ancf_state *, const ancf_state *, double *) noexcept nogil
+        double (*reach)(void *, const double *, const double *, const double *,
+                        double *) noexcept nogil
+        void (*begin)(void *, const ancf_state *) noexcept nogil
+        void (*accept)(void *, const ancf_state *) noexcept nogil

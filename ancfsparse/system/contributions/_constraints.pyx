@@ -1,0 +1,106 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""Constraints phi = sum of terms ``coefficient * (q[i] - about) * (q[j] - about)`` (or
+``coefficient * q[i]``) plus a constant, and the forces of their multipliers."""
+from cpython.pycapsule cimport PyCapsule_New
+from libc.stdint cimport int32_t
+
+include "../../kernels/system_abi.pxi"
+include "../arrays.pxi"
+
+
+cdef struct Data:
+    ptrdiff_t n_equations, n_terms
+    # One entry for each term; places in q, and slots in the values of the matrix.
+    const int32_t *row
+    const int32_t *i
+    const int32_t *j
+    const int32_t *slot_i
+    const int32_t *slot_j
+    const int32_t *slot_ij
+    const double *coefficient
+    const double *about
+    const double *offset
+
+
+cdef class Constraints:
+    """The constraint equations of a system.
+
+    Parameters
+    ----------
+    arrays : mapping
+        ``offset (n_equations,)``; of the terms ``row``, ``i``, ``j``, ``coefficient`` and ``about``
+        as in `system.constraints`, and ``slot_i``, ``slot_j`` and ``slot_ij``, where phi_q and its
+        derivative are stored.
+    """
+
+    cdef ancf_contribution interface
+    cdef Data data
+    cdef object owner
+    cdef readonly object capsule
+
+    def __cinit__(self, arrays):
+        cdef Data *data = &self.data
+        self.owner = arrays  # the pointers below lead into it
+        data.n_equations, data.n_terms = len(arrays["offset"]), len(arrays["row"])
+        data.row, data.i = integers(arrays["row"]), integers(arrays["i"])
+        data.j, data.slot_i = integers(arrays["j"]), integers(arrays["slot_i"])
+        data.slot_j, data.slot_ij = integers(arrays["slot_j"]), integers(arrays["slot_ij"])
+        data.coefficient, data.about = reals(arrays["coefficient"]), reals(arrays["about"])
+        data.offset = reals(arrays["offset"])
+        self.interface.context = data
+        self.interface.residual, self.interface.between = residual, between
+        self.interface.matrix = matrix
+        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
+
+
+cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
+    between(context, x.q, x.q, x, r, phi)
+
+
+cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
+                  double *r, double *phi) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    cdef const double *q = x.q
+    cdef ptrdiff_t k, i, j, row
+    cdef double c, a, push
+    for k in range(self.n_equations):
+        phi[k] = self.offset[k]
+    for k in range(self.n_terms):
+        i, j, c, a, row = self.i[k], self.j[k], self.coefficient[k], self.about[k], self.row[k]
+        push = x.lam[row]
+        if j < 0:
+            r[i] += c * push
+            phi[row] += c * q1[i]
+        else:
+            r[i] += c * (q[j] - a) * push
+            r[j] += c * (q[i] - a) * push
+            phi[row] += c * ((q1[i] - a) * (q1[j] - a))
+
+
+cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    if part == STIFFNESS:
+        add_curvature(self, x.lam, values)
+    elif part == EQUATIONS:
+        add_rows(self, x.q, values)
+
+
+cdef void add_curvature(const Data *self, const double *lam, double *values) noexcept nogil:
+    cdef ptrdiff_t k
+    cdef double c
+    for k in range(self.n_terms):
+        if self.j[k] >= 0:
+            c = self.coefficient[k] * lam[self.row[k]]
+            values[self.slot_ij[k]] += 2.0 * c if self.i[k] == self.j[k] else c
+
+
+cdef void add_rows(const Data *self, const double *q, double *values) noexcept nogil:
+    cdef ptrdiff_t k, i, j
+    cdef double c, a
+    for k in range(self.n_terms):
+        i, j, c, a = self.i[k], self.j[k], self.coefficient[k], self.about[k]
+        if j < 0:
+            values[self.slot_i[k]] += c
+        else:
+            values[self.slot_i[k]] += c * (q[j] - a)
+            values[self.slot_j[k]] += c * (q[i] - a)

@@ -1,0 +1,87 @@
+"""The elements of a scene, body by body: arrays for the calls of their kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.layout import Layout, pack
+from ancfsparse.scene import Body
+from ancfsparse.system.contributions.interface import Contribution, Places, Vector, unknowns
+from ancfsparse.system.pattern import Pattern, Unknowns
+from ancfsparse.system.sharing import share
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+
+class Elements(Contribution):
+    """The elements of a system."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._compiled: Any = None
+
+    def cliques(self) -> list[Unknowns]:
+        """Return the coordinates of every element, a table for each body."""
+        return [self._unknowns(body) for body in self._system.scene.beams]
+
+    def compile(self, pattern: Pattern) -> Any:
+        """Return the compiled elements."""
+        groups = []
+        for body, kind in zip(self._system.scene.beams, self._system.kinds, strict=True):
+            slots = pattern.slots(self._unknowns(body))
+            base = base_parameters(body, kind, body.stiffnesses())
+            layout = pack(kind, self._system.elements(body), slots, base)
+            del slots
+            groups.append(
+                {
+                    "layout": layout.compressed(),
+                    "kernels": kind.kernels,
+                    **_damping(body, kind, self._system.elements(body)),
+                }
+            )
+        self._compiled = compiled("elements").Elements(groups)
+        return self._compiled
+
+    @property
+    def layouts(self) -> list[Layout]:
+        """Arrays of the elements of each body."""
+        return [group["layout"] for group in self._compiled.groups]
+
+    def divide(self, n_free: int, n_all: int, threads: int) -> bool:
+        """Deal the elements out to threads, if not too many would meet at the borders."""
+        dealt = share(self.layouts, n_free, n_all, threads)
+        if dealt is not None:
+            self._compiled.divide(*dealt)
+        return dealt is not None
+
+    def _unknowns(self, body: Body) -> Unknowns:
+        return unknowns(self._system.elements(body), self._system.n_free)
+
+
+def of(system: System) -> Elements:
+    """Return the elements of a system."""
+    return Elements(system)
+
+
+def _damping(body: Body, kind: ElementKind, places: Places) -> dict[str, Any]:
+    """Return what the assembly needs to damp a body, as few arrays as it can."""
+    flags = {"strains_damped": body.strains_damped, "masses_damped": body.masses_damped}
+    if not any(flags.values()):
+        return flags
+    layout = pack(kind, places, places, base_parameters(body, kind, body.viscosities()))
+    return flags | {"damping_set_of": layout.set_of, "damping_parameters": layout.parameters}
+
+
+def base_parameters(body: Body, kind: ElementKind, common: Mapping[str, float]) -> Vector:
+    """Return the base parameters of every element, (n_e, n_base), all but the length in common."""
+    lengths = body.lengths
+    base = np.empty((body.n_elements, len(kind.parameters)))
+    for k, name in enumerate(kind.parameters):
+        base[:, k] = lengths if name == "length" else common[name]
+    return base

@@ -1,0 +1,59 @@
+"""What the system asks of everything that adds to its equations of motion, in Python.
+
+What the time loop asks of the compiled part is in kernels/system_abi.h.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.system.pattern import Pattern, Unknowns
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int32]
+
+
+class Contribution(ABC):
+    """Something that adds to the equations of motion.
+
+    Attributes
+    ----------
+    conservative : bool
+        Whether its forces at rest have a potential, so that its stiffness is symmetric.
+    """
+
+    conservative = True
+
+    def cliques(self) -> list[Unknowns]:
+        """Return which unknowns meet in its part of the matrix: all those of a row of a table."""
+        return []
+
+    @abstractmethod
+    def compile(self, pattern: Pattern) -> Any:
+        """Return an object with a ``capsule`` "ancf_contribution", once the pattern is known."""
+
+    def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector | float:
+        """Return the power of its loads, shape (k,) [W].
+
+        Parameters
+        ----------
+        q, v : (k, n_all) float
+            States.
+        amplitudes : (k, n_amplitudes) float
+            What the functions of time give there.
+        """
+        return 0.0
+
+    def divide(self, n_free: int, n_all: int, threads: int) -> bool:
+        """Share its work among threads; return whether it has enough of it."""
+        return False
+
+
+def unknowns(places: Places, n_free: int) -> Places:
+    """Turn places in q, in place, into numbers of unknowns in the matrix; -1 for the fixed ones."""
+    places[places >= n_free] = -1
+    return places

@@ -1,0 +1,38 @@
+"""Loads that change with time, see `system.loads`; constant ones are one vector of the system."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.system.contributions.interface import Contribution, Vector
+from ancfsparse.system.pattern import Pattern
+
+if TYPE_CHECKING:
+    from ancfsparse.system.loads import Loads as Tables
+    from ancfsparse.system.system import System
+
+
+class Loads(Contribution):
+    """The forces of a scene that are functions of time."""
+
+    def __init__(self, loads: Tables) -> None:
+        self._place = np.array(loads.place, dtype=np.int32)
+        self._column = np.array(loads.column, dtype=np.int32)
+        self._weight = np.array(loads.weight, dtype=float)
+
+    def compile(self, pattern: Pattern) -> Any:
+        """Return the compiled loads."""
+        return compiled("loads").Loads(self._place, self._column, self._weight)
+
+    def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:
+        """Return the power of the loads, shape (k,) [W]."""
+        forces = self._weight * amplitudes[:, self._column]
+        return np.asarray(np.sum(v[:, self._place] * forces, axis=1))
+
+
+def of(system: System) -> Loads | None:
+    """Return the changing loads of a system; None if there are none."""
+    return Loads(system.loads) if system.loads.place else None
