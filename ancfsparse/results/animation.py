@@ -19,12 +19,9 @@ from ancfsparse.checks import check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.results.drawing import Canvas, film
 from ancfsparse.results.opening import file_name
-from ancfsparse.results.pictures import bodies_of
+from ancfsparse.results.outline import Outline
 from ancfsparse.results.shapes import rows_of
 from ancfsparse.results.source import Array
-from ancfsparse.results.trajectory import Trajectory
-from ancfsparse.scene import Body, Node
-from ancfsparse.scene.joints import check_point
 from ancfsparse.words import shown
 
 # A film lasts as long as the motion, but not less nor more than this, unless it is told [s].
@@ -34,36 +31,48 @@ SHADES = {"k": 60, "C0": 30, "C1": 20}
 
 
 def animate(
-    run: Trajectory,
+    outline: Outline,
+    t: Array,
+    q: Array,
     path: str | Path,
     *,
-    of: Body | None = None,
     seconds: float | None = None,
     fps: int = 25,
     dpi: int = 100,
     view: str | tuple[float, float] | None = None,
-    trace: Sequence[Node] = (),
+    paths: Sequence[Array] = (),
     progress: bool = True,
 ) -> Path:
-    """Write a film of the motion; see `Trajectory.animate`."""
+    """Write a film, as `Trajectory.animate` does.
+
+    Parameters
+    ----------
+    outline : Outline
+        What is drawn.
+    t : ndarray, shape (k,)
+        Times [s].
+    q : table, shape (k, n)
+        Coordinates.
+    paths : sequence of ndarray, each of shape (k, dim)
+        Points whose way is drawn [m].
+    path, seconds, fps, dpi, view, progress
+        As there.
+    """
     target = file_name("a film", path)
     writer = _writer(target, check_count("fps", fps))
     check_count("dpi", dpi, 10)
     check_flag("progress", progress)
     if not target.absolute().parent.is_dir():
         raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
-    lasts = float(run.t[-1] - run.t[0])
+    lasts = float(t[-1] - t[0])
     if seconds is None:
         seconds = min(max(lasts, SHORTEST), LONGEST)
     n_frames = max(2, round(check_positive("seconds of a film", seconds, "s") * fps))
-    rows = _rows(run.t, n_frames)
+    rows = _rows(t, n_frames)
     distinct, place = np.unique(rows, return_inverse=True)
-    q = rows_of(run.q, distinct)
-    states = film(run.system, q, bodies_of(run.system, of))
-    paths = [run.position(check_point("a trace", node)) for node in trace]
+    states = film(outline, rows_of(q, distinct))
     canvas = Canvas(states, None, view, legend=False)
-    t = run.t[distinct]
-    digits = int(np.clip(np.ceil(-np.log10(np.diff(t).max(initial=1e-9))), 0, 12))
+    digits = int(np.clip(np.ceil(-np.log10(np.diff(t[distinct]).max(initial=1e-9))), 0, 12))
     artists: list[Any] = []
     try:
         with writer.saving(canvas.figure, str(target), dpi):
@@ -73,7 +82,7 @@ def animate(
                 artists = [*canvas.draw(k, "C0"), *canvas.draw_supports(k)]
                 for points in paths:
                     artists += canvas.draw_path(points[: distinct[k] + 1])
-                canvas.ax.set_title(f"t = {t[k]:.{digits}f} s", fontsize="medium")
+                canvas.ax.set_title(f"t = {t[distinct[k]]:.{digits}f} s", fontsize="medium")
                 writer.grab_frame()
     finally:
         plt.close(canvas.figure)

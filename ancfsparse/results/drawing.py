@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,10 +17,9 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 from ancfsparse.errors import InputError
+from ancfsparse.results.outline import Outline
 from ancfsparse.results.shapes import pieces_for, shapes
-from ancfsparse.results.source import Array, SolvedSystem, combine
-from ancfsparse.scene import Body, Node
-from ancfsparse.scene.joints import Clamp, Pin, Rod
+from ancfsparse.results.source import Array
 from ancfsparse.words import shown
 
 # Share of the scene below which its extent in one direction counts as none, and room around it.
@@ -52,26 +50,28 @@ class Film:
 
     Attributes
     ----------
-    dim : int
-        Components of positions, 2 or 3.
+    outline : Outline
+        What is drawn.
     lines : list of ndarray, each of shape (j, n_elements, pieces + 1, dim)
         Points on every element of every body [m].
-    supports : list of (str, ndarray of shape (j, dim), ndarray of shape (dim,))
-        Kind of joint to the ground, ``"pin"``, ``"clamp"`` or ``"rod"``; the point it holds [m];
-        out of the wall, of a clamp, or the anchor of a rod [m].
-    gravity : ndarray, shape (dim,)
-        Acceleration of gravity [m/s2].
+    held : list of ndarray, each of shape (j, dim)
+        The point that every support holds [m].
     """
 
-    dim: int
+    outline: Outline
     lines: list[Array]
-    supports: list[tuple[str, Array, Array]]
-    gravity: Array
+    held: list[Array]
+
+    @property
+    def supports(self) -> list[tuple[str, Array, Array]]:
+        """Kind of every support, the point it holds, and its other vector."""
+        pairs = zip(self.outline.supports, self.held, strict=True)
+        return [(support.kind, places, support.other) for support, places in pairs]
 
     @property
     def box(self) -> Array:
         """Smallest and largest coordinates of all that is drawn, shape (2, dim) [m]."""
-        points = [each.reshape(-1, self.dim) for each in self.lines]
+        points = [each.reshape(-1, self.outline.dim) for each in self.lines]
         points += [other[None, :] for kind, _, other in self.supports if kind == "rod"]
         together = np.concatenate(points)
         return np.stack([together.min(axis=0), together.max(axis=0)])
@@ -83,31 +83,11 @@ class Film:
         return float(np.clip(1.8 * np.sqrt(MANY / max(n, MANY)), 0.5, 1.8))
 
 
-def film(system: SolvedSystem, q: Array, bodies: Sequence[Body]) -> Film:
-    """Trace bodies in some states.
-
-    Parameters
-    ----------
-    system : SolvedSystem
-        The system the states belong to.
-    q : table, shape (j, n)
-        Coordinates in these states.
-    bodies : sequence of Beam and Mesh
-        What to draw.
-    """
-    pieces = pieces_for(list(bodies))
-    lines = [shapes(system, q, body, pieces) for body in bodies]
-    supports = []
-    for joint in system.scene.joints:
-        if isinstance(joint, (Pin, Clamp, Rod)) and joint.node.beam in bodies:
-            other = np.zeros(system.scene.dim)
-            if isinstance(joint, Rod):
-                other = joint.anchor
-            elif isinstance(joint, Clamp):
-                other = _out_of_the_wall(joint.node)
-            places = combine(system.point(joint.node), q)
-            supports.append((type(joint).__name__.lower(), places, other))
-    return Film(system.scene.dim, lines, supports, system.scene.gravity)
+def film(outline: Outline, q: Array) -> Film:
+    """Trace bodies in some states, whose coordinates are q, shape (j, n)."""
+    pieces = pieces_for(outline.parts)
+    lines = [shapes(q, part, pieces) for part in outline.parts]
+    return Film(outline, lines, [np.asarray(q[..., each.places]) for each in outline.supports])
 
 
 class Canvas:
@@ -221,20 +201,18 @@ class Canvas:
             ax.grid(alpha=0.3)
 
 
-def _out_of_the_wall(node: Node) -> Array:
-    """Return the direction in which a beam leaves the wall it is clamped to."""
-    body = node.beam
-    row = body.rows_of(node.index).start
-    slope = np.asarray(body.vectors[min(row, len(body.vectors) - 1), 0])
-    return slope if (body.ends[:, 0] == row).any() else -slope
-
-
 def _components(of: Film, view: object, box: Array) -> list[int]:
     """Return the components that are drawn: two, or three in perspective."""
     if isinstance(view, str):
         axes = ["xyz".find(letter) for letter in view]
-        if len(axes) != 2 or axes[0] == axes[1] or not all(0 <= each < of.dim for each in axes):
-            raise InputError(f"view must name two of {'xyz'[: of.dim]!r}, got {shown(view)}")
+        if (
+            len(axes) != 2
+            or axes[0] == axes[1]
+            or not all(0 <= each < of.outline.dim for each in axes)
+        ):
+            raise InputError(
+                f"view must name two of {'xyz'[: of.outline.dim]!r}, got {shown(view)}"
+            )
         return axes
     if view is not None:
         numbers = isinstance(view, tuple) and len(view) == 2
@@ -243,14 +221,14 @@ def _components(of: Film, view: object, box: Array) -> list[int]:
                 "view must be a plane such as 'xz', or elevation and azimuth in degrees such as "
                 f"(20, -60), got {shown(view)}"
             )
-        if of.dim == 2:
+        if of.outline.dim == 2:
             raise InputError("the scene is planar and has no view from aside: leave view out")
-        return _upright(of.gravity)
+        return _upright(of.outline.gravity)
     extent = box[1] - box[0]
-    wide = [k for k in range(of.dim) if extent[k] > FLAT * extent.max()]
-    if of.dim == 2:
+    wide = [k for k in range(of.outline.dim) if extent[k] > FLAT * extent.max()]
+    if of.outline.dim == 2:
         return [0, 1]
-    ahead, aside, up = _upright(of.gravity)
+    ahead, aside, up = _upright(of.outline.gravity)
     if len(wide) == 3:
         return [ahead, aside, up]
     if up not in wide and len(wide) == 2:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ancfsparse.errors import InputError
 from ancfsparse.results.opening import damaged, file_name, opened, text_of
+from ancfsparse.results.outline import Outline
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
 from ancfsparse.results.tables import Chosen, Stored, whole
@@ -84,7 +85,48 @@ def read(path: str | Path, system: System) -> Trajectory:
         return _trajectory(path.absolute(), file, system)
 
 
+def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
+    """Read what a file knows of its run without its scene.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    outline : Outline
+        Axes of the bodies, and supports.
+    t : ndarray, shape (k,)
+        Times [s].
+    q, v : table, shape (k, n)
+        Coordinates and their rates, which stay in the file.
+
+    Raises
+    ------
+    InputError
+        If this is no such file, or has only some points of the scene.
+    """
+    path = file_name("the file of a run", path)
+    with opened(path) as file:
+        outline = Outline.read(path, file)
+        t, q, v, *_ = _states(path.absolute(), file)
+    if outline is None:
+        raise InputError(
+            f"{path} does not hold the outline of its scene: it is of a run with save_nodes or of "
+            "an earlier version; open it in Python with ancfsparse.results.load(path, scene)"
+        )
+    return outline, t, q, v
+
+
 def _trajectory(path: Path, file: h5py.File, system: System) -> Trajectory:
+    return Trajectory(system, *_states(path, file))
+
+
+def _states(
+    path: Path, file: h5py.File
+) -> tuple[Array, Array, Array, Array, Array, RunStats, dict[str, Any]]:
+    """Read times, tables of states, counts and settings."""
     t = np.asarray(file["t"])
     settings = dict(json.loads(text_of(file, "settings")))
     # Counts that a later version may have added are passed over.
@@ -113,4 +155,4 @@ def _trajectory(path: Path, file: h5py.File, system: System) -> Trajectory:
     if places is not None:
         tables = [Chosen(table, places, n) for table in tables]
     q, v, a = (cast(Array, table) for table in tables)  # read like arrays, see `tables`
-    return Trajectory(system, t, q, v, a, lam, stats, settings)
+    return t, q, v, a, lam, stats, settings

@@ -11,7 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_choice, check_reals
 from ancfsparse.errors import InputError
+from ancfsparse.results.columns import UNITS
 from ancfsparse.results.drawing import Canvas, film
+from ancfsparse.results.outline import Outline, outline_of
 from ancfsparse.results.plots import nearest
 from ancfsparse.results.sections import curvature, section_force, strain
 from ancfsparse.results.shapes import rows_of
@@ -21,14 +23,6 @@ from ancfsparse.results.trajectory import Trajectory
 from ancfsparse.scene import Beam, Body, Node
 from ancfsparse.words import shown
 
-MOTIONS = {
-    "position": "m",
-    "velocity": "m/s",
-    "acceleration": "m/s²",
-    "slope": "-",
-    "reaction": "N",
-}
-"""What a point has over time: names of methods of `Trajectory`, and units."""
 SECTIONS = {
     "N": ("axial force", "N"),
     "Q": ("shear force", "N"),
@@ -52,9 +46,9 @@ def plot(
     view: str | tuple[float, float] | None = None,
 ) -> Axes:
     """Draw shapes at instants, or a quantity; see `Trajectory.plot`."""
-    check_choice("what to plot", what, ("shape", "energy", *MOTIONS, *SECTIONS))
+    check_choice("what to plot", what, ("shape", "energy", *UNITS, *SECTIONS))
     if what == "shape":
-        return _shapes(run, of, _rows(run.t, times), ax, view)
+        return draw_shapes(outline_for(run.system, of), run.t, run.q, times, ax, view)
     if view is not None:
         raise InputError(f"view is for shapes and means nothing to {what!r}: leave it out")
     if what == "energy":
@@ -63,7 +57,7 @@ def plot(
         if times is not None:
             raise InputError(f"{what} of {of!r} is drawn over all times: leave times out")
         return _over_time(run, what, of, ax)
-    if what in MOTIONS:
+    if what in UNITS:
         raise InputError(f"{what} is that of a point, such as rod.end, got {shown(of)}")
     rows = _rows(run.t, times)
     colours, labels = _colours(len(rows)), [f"{run.t[row]:.3g} s" for row in rows]
@@ -71,6 +65,24 @@ def plot(
     ax = _along(run.system, q, v, what, of, ax, colours, labels)
     ax.legend(title="time", fontsize="small")
     return ax
+
+
+def draw_shapes(
+    outline: Outline,
+    t: Array,
+    q: Array,
+    times: ArrayLike | None = None,
+    ax: Axes | None = None,
+    view: str | tuple[float, float] | None = None,
+) -> Axes:
+    """Draw shapes at instants; parameters as in `Trajectory.plot`, for states (k, n) at times t."""
+    rows = _rows(t, times)
+    canvas = Canvas(film(outline, rows_of(q, rows)), ax, view)
+    for k, (row, colour) in enumerate(zip(rows, _colours(len(rows)), strict=True)):
+        canvas.draw(k, colour, label=f"{t[row]:.3g} s")
+    canvas.draw_supports(len(rows) - 1)
+    canvas.add_legend("time")
+    return canvas.ax
 
 
 def plot_at_rest(
@@ -88,29 +100,12 @@ def plot_at_rest(
         if view is not None:
             raise InputError(f"view is for shapes and means nothing to {what!r}: leave it out")
         return _along(system, q[None, :], np.zeros((1, len(q))), what, of, ax, ["C0"], [""])
-    canvas = Canvas(film(system, np.stack([system.q0, q]), bodies_of(system, of)), ax, view)
+    outline = outline_for(system, of)
+    canvas = Canvas(film(outline, np.stack([system.q0, q])), ax, view)
     canvas.draw(0, "0.7", label="reference")
     canvas.draw(1, "C0", label="equilibrium")
     canvas.draw_supports(1)
     canvas.add_legend()
-    return canvas.ax
-
-
-def _shapes(
-    run: Trajectory,
-    of: Body | Node | None,
-    rows: NDArray[np.intp],
-    ax: Axes | None,
-    view: str | tuple[float, float] | None,
-) -> Axes:
-    if isinstance(of, Node):
-        raise InputError(f"a point has no shape: give {of.beam.name}, or nothing for all bodies")
-    shown_states = film(run.system, rows_of(run.q, rows), bodies_of(run.system, of))
-    canvas = Canvas(shown_states, ax, view)
-    for k, (row, colour) in enumerate(zip(rows, _colours(len(rows)), strict=True)):
-        canvas.draw(k, colour, label=f"{run.t[row]:.3g} s")
-    canvas.draw_supports(len(rows) - 1)
-    canvas.add_legend("time")
     return canvas.ax
 
 
@@ -130,8 +125,8 @@ def _energies(run: Trajectory, of: object, times: ArrayLike | None, ax: Axes | N
 
 
 def _over_time(run: Trajectory, what: str, point: Node, ax: Axes | None) -> Axes:
-    if what in MOTIONS:
-        values, label = getattr(run, what)(point), f"{what} [{MOTIONS[what]}]"
+    if what in UNITS:
+        values, label = getattr(run, what)(point), f"{what} [{UNITS[what]}]"
     else:
         values = _section(run.system, run.q, run.v, what, point.beam, [point])[:, 0]
         label = "{} [{}]".format(*SECTIONS[what])
@@ -219,14 +214,13 @@ def _rows(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
     return np.unique([nearest(t, float(time)) for time in instants])
 
 
-def bodies_of(system: SolvedSystem, of: object) -> list[Body]:
-    """Return the bodies to be drawn: one, or all where none is given."""
-    if of is None:
-        return list(system.scene.beams)
-    if not isinstance(of, Body):
+def outline_for(system: SolvedSystem, of: object) -> Outline:
+    """Return what is drawn of a system: one body, or all where none is given."""
+    if isinstance(of, Node):
+        raise InputError(f"a point has no shape: give {of.beam.name}, or nothing for all bodies")
+    if of is not None and not isinstance(of, Body):
         raise InputError(f"a beam or a mesh of the run is needed, got {shown(of)}")
-    system.kind_of(of)  # refuses bodies of other scenes
-    return [of]
+    return outline_of(system, of)
 
 
 def _colours(n: int) -> list[object]:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_count, check_finite, check_reals
 from ancfsparse.errors import InputError
+from ancfsparse.results.outline import part_of
 from ancfsparse.results.shapes import rows_of, shapes
 from ancfsparse.results.source import Array
 from ancfsparse.results.trajectory import Trajectory
@@ -86,7 +87,10 @@ def edge_lines(
         raise InputError(f"a beam or a mesh of the run is needed, got {shown(body)}")
     rows = _check_states(states, len(trajectory.t))
     pieces = check_count("per_element", per_element)
-    return shapes(trajectory.system, rows_of(trajectory.q, rows), body, pieces)
+    lines = shapes(rows_of(trajectory.q, rows), part_of(trajectory.system, body), pieces)
+    if isinstance(body, Mesh):
+        lines[:, body.flipped] = lines[:, body.flipped, ::-1]
+    return lines
 
 
 def snapshots(

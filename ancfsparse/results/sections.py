@@ -129,6 +129,11 @@ def section_force(
     return SectionForce(normal, shear, bending, torsion, force, moment)
 
 
+def axial_forces(system: SolvedSystem, q: Array, v: Array) -> list[Array]:
+    """Return the axial force in the middle of every element of every body, each (k, n_e) [N]."""
+    return [section_force(system, q, v, body).N for body in system.scene.beams]
+
+
 def strain(system: SolvedSystem, q: Readable, body: Body, s: Where = None) -> Array:
     """Evaluate the stretch of the axis beyond 1; parameters as in `section_force`.
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.kernels.hermite import position_weights
+from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.machine import check_room
-from ancfsparse.results.source import Array, SolvedSystem
+from ancfsparse.results.outline import Part
+from ancfsparse.results.source import Array
 from ancfsparse.results.tables import Chosen, Readable
-from ancfsparse.scene import Body, Mesh, Node
 
 # Pieces of an element in a picture: the most, and how many all elements have together.
 FINEST, PIECES = 12, 2400
@@ -24,39 +25,40 @@ def rows_of(q: Readable, rows: NDArray[np.intp]) -> Array:
     return np.asarray(q[rows])
 
 
-def shapes(system: SolvedSystem, q: Array, body: Body, pieces: int) -> Array:
+def shapes(q: Array, part: Part, pieces: int) -> Array:
     """Trace every element of a body.
 
     Parameters
     ----------
-    system : SolvedSystem
-        The system the states belong to.
     q : table, shape (j, n)
         Coordinates.
-    body : Beam or Mesh
-        One of its bodies.
+    part : Part
+        The body.
     pieces : int
         Pieces per element.
 
     Returns
     -------
     ndarray, shape (j, n_elements, pieces + 1, dim)
-        Points [m], from the first end of each element or, in a mesh, each edge as given: the cubic
-        through positions and slopes at both ends.
+        Points [m], from the first end of each element: the cubic through positions and slopes at
+        both ends.
     """
-    numbers = float(q.shape[0]) * body.n_elements * (pieces + 1) * body.dim
-    check_room("a picture of so many points", 8.0 * numbers, "a smaller per_element")
-    # Inside an element, a position always depends on both ends, at a node on that node alone.
-    middles = [Node(body, e, 0.5) for e in range(body.n_elements)]
-    places = np.stack([system.point(each)[0] for each in middles])
-    ends = np.asarray(q[..., places])
-    weights = position_weights(np.linspace(0.0, 1.0, pieces + 1), body.lengths[:, None])
-    lines: Array = np.einsum("epc,jedc->jepd", weights, ends)
-    if isinstance(body, Mesh):
-        lines[:, body.flipped] = lines[:, body.flipped, ::-1]
-    return lines
+    return _traced(q, part, pieces, position_weights)
 
 
-def pieces_for(bodies: list[Body]) -> int:
+def slopes(q: Array, part: Part, pieces: int) -> Array:
+    """Give the slopes at the points of `shapes`, of the same shape [-]."""
+    return _traced(q, part, pieces, slope_weights)
+
+
+def pieces_for(parts: list[Part]) -> int:
     """Return how many pieces per element make a smooth picture that is quick to draw."""
-    return int(np.clip(PIECES // sum(body.n_elements for body in bodies), 1, FINEST))
+    return int(np.clip(PIECES // sum(len(part.lengths) for part in parts), 1, FINEST))
+
+
+def _traced(q: Array, part: Part, pieces: int, weigh: Callable[[Array, Array], Array]) -> Array:
+    n_elements, _, dim = part.places.shape
+    numbers = float(q.shape[0]) * n_elements * (pieces + 1) * dim
+    check_room("a picture of so many points", 8.0 * numbers, "a smaller per_element")
+    weights = weigh(np.linspace(0.0, 1.0, pieces + 1), part.lengths[:, None])
+    return np.asarray(np.einsum("epc,jecd->jepd", weights, np.asarray(q[..., part.places])))

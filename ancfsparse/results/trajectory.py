@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-from numpy.typing import ArrayLike
+from typing import Any
 
 from ancfsparse.results.energy import Energy, energy_of
+from ancfsparse.results.outputs import Outputs
 from ancfsparse.results.sections import SectionForce, Where, curvature, section_force, strain
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
 from ancfsparse.scene import Body, Node
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory:
+class Trajectory(Outputs):
     """Saved states of a run, the first one included.
 
     Parameters
@@ -228,97 +223,3 @@ class Trajectory:
             space [N], [N m]: of the part beyond, at larger s, on the part before.
         """
         return section_force(self.system, self.q, self.v, body, s)
-
-    def plot(
-        self,
-        what: str = "shape",
-        of: Body | Node | None = None,
-        *,
-        times: ArrayLike | None = None,
-        ax: Axes | None = None,
-        view: str | tuple[float, float] | None = None,
-    ) -> Axes:
-        """Draw shapes at instants, or any quantity, into axes of matplotlib.
-
-        Parameters
-        ----------
-        what : str, optional
-            ``"shape"``; ``"energy"``; of a point, over time, ``"position"``, ``"velocity"``,
-            ``"acceleration"``, ``"slope"`` or ``"reaction"``; ``"N"``, ``"Q"``, ``"M"``, ``"T"``,
-            ``"strain"`` or ``"curvature"``, over time at a point or along a beam at instants.
-        of : Beam, Mesh or Node, optional
-            What it is of, ``rod`` or ``rod.end``; by default all bodies.
-        times : array_like, optional
-            Instants [s] of shapes and of quantities along a beam; the nearest saved states are
-            drawn.  By default six, from the first to the last.
-        ax : Axes, optional
-            Where to draw; a new figure if not given.
-        view : str or (float, float), optional
-            For shapes in space: a plane such as ``"xz"``, or elevation and azimuth of the eye
-            [degrees].  By default the plane that nothing leaves, else perspective.
-
-        Returns
-        -------
-        Axes
-            The axes drawn into; ``run.plot().figure.savefig("run.png")`` writes a file.
-
-        Raises
-        ------
-        InputError
-            If an argument is invalid.
-        """
-        from ancfsparse.results.pictures import plot
-
-        return plot(self, what, of, times=times, ax=ax, view=view)
-
-    def animate(
-        self,
-        path: str | Path,
-        *,
-        of: Body | None = None,
-        seconds: float | None = None,
-        fps: int = 25,
-        dpi: int = 100,
-        view: str | tuple[float, float] | None = None,
-        trace: Sequence[Node] = (),
-        progress: bool = True,
-    ) -> Path:
-        """Write a film of the motion.
-
-        Parameters
-        ----------
-        path : str or Path
-            Name of the file, ``"run.gif"`` or ``"run.mp4"``; the latter needs the program ffmpeg.
-            A file of that name is replaced.
-        of : Beam or Mesh, optional
-            Which body; by default all.
-        seconds : float, optional
-            How long the film lasts [s]; by default as long as the motion, but at least 2 and at
-            most 10.
-        fps : int, optional
-            Pictures per second, each of the saved state nearest in time.
-        dpi : int, optional
-            Pixels per inch; a picture is about 6.4 inches wide.
-        view
-            As in `plot`.
-        trace : sequence of Node, optional
-            Points whose way is drawn, such as ``[rod.end]``.
-        progress : bool, optional
-            Whether to draw a progress bar.
-
-        Returns
-        -------
-        Path
-            The file.
-
-        Raises
-        ------
-        InputError
-            If an argument is invalid, or ffmpeg is missing.
-        """
-        from ancfsparse.results.animation import animate
-
-        return animate(
-            self, path, of=of, seconds=seconds, fps=fps, dpi=dpi, view=view, trace=trace,
-            progress=progress,
-        )  # fmt: skip

@@ -20,6 +20,7 @@ from ancfsparse.errors import InputError, OutputFailure
 from ancfsparse.results.claim import Claim
 from ancfsparse.results.locks import LOCKED_BY_HDF5
 from ancfsparse.results.opening import FORMAT, MARK
+from ancfsparse.results.outline import Outline
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
 
@@ -41,7 +42,8 @@ class Writer:
 
     Data sets ``t`` (k,) [s]; ``q``, ``v``, ``a`` (k, c); ``lam`` (k, m) if there are
     multipliers; ``places`` (c,) if only some coordinates are kept; and as JSON in bytes
-    ``settings``, ``scene`` and, once it ends, ``stats``.  All have checksums, and what was never
+    ``settings``, ``scene`` and, once it ends, ``stats``; the group ``outline`` has what pictures
+    need of the scene.  All have checksums, and what was never
     written reads as NaN.  Attributes: ``mark`` and ``format`` say what the file is (`opening`),
     ``coordinates`` counts those of the system, and ``run`` is a mark that no other run has.
 
@@ -136,6 +138,11 @@ class Writer:
     def _text(self, name: str, text: str) -> None:
         values = np.frombuffer(text.encode(), np.uint8)
         self._file.create_dataset(name, data=values, fletcher32=True)
+
+    def add_outline(self, outline: Outline) -> None:
+        """Add what pictures need to know of the scene."""
+        self._reserve(outline.nbytes)
+        outline.write(self._file)
 
     def append(
         self, t: Array, q: Array, v: Array, a: Array, lam: Array, *, begin: int | None = None

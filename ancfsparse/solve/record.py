@@ -17,6 +17,7 @@ from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.claim import check_replaceable
 from ancfsparse.results.files import read
 from ancfsparse.results.opening import file_name
+from ancfsparse.results.outline import outline_of
 from ancfsparse.results.tables import Chosen
 from ancfsparse.results.writer import Writer
 from ancfsparse.scene import Node
@@ -176,6 +177,8 @@ class Record:
         else:
             scene = self._system.scene.digest()
             with Writer(self._output, n, m, self._places, self._settings, scene) as writer:
+                if self._places is None:
+                    writer.add_outline(outline_of(self._system))
                 yield writer
 
     def trajectory(self) -> Trajectory:

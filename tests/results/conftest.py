@@ -31,6 +31,9 @@ class ReversedBeam:
         inner = min(node.index, self.rod.n_elements - 1)
         return inner, node.index + node.xi - inner, self.rod.length / self.rod.n_elements
 
+    def elements(self, rod):
+        return self.n - 1 - (4 * np.arange(rod.n_elements)[:, None] + np.arange(8))
+
     def point(self, node):
         e, x, length = self._element(node)
         weights = [1 - 3*x**2 + 2*x**3, length*(x - 2*x**2 + x**3), 3*x**2 - 2*x**3,

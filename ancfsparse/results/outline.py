@@ -1,0 +1,176 @@
+"""What pictures need to know of a scene, small enough to stand in the file of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.results.opening import DAMAGE, damaged
+from ancfsparse.results.source import Array, SolvedSystem
+from ancfsparse.scene import Body, Node
+from ancfsparse.scene.joints import Clamp, Pin, Rod
+
+if TYPE_CHECKING:
+    import h5py
+
+KINDS = ("pin", "clamp", "rod")
+PACKED: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The axis of a beam or a mesh.
+
+    Attributes
+    ----------
+    name : str
+        Of the body.
+    lengths : ndarray, shape (n_elements,)
+        Lengths of its elements [m].
+    places : ndarray of int, shape (n_elements, 4, dim)
+        Where in the coordinates position and slope of both ends of every element stand.
+    radius : float
+        Of the circle that has the area of its section [m].
+    """
+
+    name: str
+    lengths: Array
+    places: NDArray[np.int32]
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class Support:
+    """A joint to the ground.
+
+    Attributes
+    ----------
+    kind : str
+        One of `KINDS`.
+    places : ndarray of int, shape (dim,)
+        Where in the coordinates the position of the node it holds stands.
+    other : ndarray, shape (dim,)
+        Of a clamp the direction out of the wall [-], of a rod its anchor [m].
+    """
+
+    kind: str
+    places: NDArray[np.int32]
+    other: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """The axes of all bodies, and the supports.
+
+    Attributes
+    ----------
+    gravity : ndarray, shape (dim,)
+        Acceleration of gravity [m/s2].
+    parts : list of Part
+        The bodies, in the order of the scene.
+    supports : list of Support
+        Pins, clamps and rods.
+    """
+
+    gravity: Array
+    parts: list[Part]
+    supports: list[Support]
+
+    @property
+    def dim(self) -> int:
+        """Components of a position, 2 or 3."""
+        return len(self.gravity)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all tables."""
+        return sum(each.places.nbytes + each.lengths.nbytes for each in self.parts)
+
+    def write(self, file: h5py.File) -> None:
+        """Put it into the file of a run, as the group ``outline``."""
+        group = file.create_group("outline")
+        group.attrs["gravity"] = self.gravity
+        for k, part in enumerate(self.parts):
+            body = group.create_group(f"body {k}")
+            body.attrs["name"], body.attrs["radius"] = np.bytes_(part.name.encode()), part.radius
+            body.create_dataset("lengths", data=part.lengths, **PACKED)
+            body.create_dataset("places", data=part.places, **PACKED)
+        if self.supports:
+            kinds = [KINDS.index(each.kind) for each in self.supports]
+            group.create_dataset("support kinds", data=np.array(kinds, np.int8), **PACKED)
+            places = np.stack([each.places for each in self.supports])
+            group.create_dataset("support places", data=places, **PACKED)
+            others = np.stack([each.other for each in self.supports])
+            group.create_dataset("support others", data=others, **PACKED)
+
+    @staticmethod
+    def read(path: Path, file: h5py.File) -> Outline | None:
+        """Read it back; None from a file of a version that wrote none, or kept few coordinates.
+
+        Raises
+        ------
+        InputError
+            If the file is damaged.
+        """
+        if "outline" not in file:
+            return None
+        group, n = file["outline"], int(file.attrs["coordinates"])
+        try:
+            parts = []
+            for k in range(sum(name.startswith("body ") for name in group)):
+                body = group[f"body {k}"]
+                name = bytes(body.attrs["name"]).decode()
+                lengths, places = np.asarray(body["lengths"]), np.asarray(body["places"])
+                parts.append(Part(name, lengths, places, float(body.attrs["radius"])))
+            supports = []
+            if "support kinds" in group:
+                tables = (
+                    np.asarray(group[f"support {each}"]) for each in ("kinds", "places", "others")
+                )
+                for kind, places, other in zip(*tables, strict=True):
+                    supports.append(Support(KINDS[kind], places, other))
+            gravity = np.asarray(group.attrs["gravity"])
+        except DAMAGE as error:
+            raise InputError(damaged(path, ": its outline is lost")) from error
+        every = [part.places for part in parts] + [each.places for each in supports]
+        if not parts or any(((each < 0) | (each >= n)).any() for each in every):
+            raise InputError(damaged(path, ": its outline is lost"))
+        return Outline(gravity, parts, supports)
+
+
+def part_of(system: SolvedSystem, body: Body) -> Part:
+    """Return the axis of one body of a system."""
+    ends = system.elements(body).reshape(body.n_elements, 2, -1)
+    # Position and slope come first among the coordinates of every node.
+    places = ends[:, :, : 2 * body.dim].reshape(body.n_elements, 4, body.dim)
+    return Part(body.name, body.lengths, places, float(np.sqrt(body.section.area / np.pi)))
+
+
+def outline_of(system: SolvedSystem, of: Body | None = None) -> Outline:
+    """Return the outline of a system, or of one of its bodies."""
+    bodies = list(system.scene.beams) if of is None else [of]
+    supports = []
+    for joint in system.scene.joints:
+        if not isinstance(joint, (Pin, Clamp, Rod)) or of not in (None, joint.node.beam):
+            continue
+        other = np.zeros(system.scene.dim)
+        if isinstance(joint, Rod):
+            other = joint.anchor
+        elif isinstance(joint, Clamp):
+            other = _out_of_the_wall(joint.node)
+        places = system.point(joint.node)[0][:, 0].astype(np.int32)
+        supports.append(Support(type(joint).__name__.lower(), places, other))
+    return Outline(system.scene.gravity, [part_of(system, body) for body in bodies], supports)
+
+
+def _out_of_the_wall(node: Node) -> Array:
+    """Return the direction in which a beam leaves the wall it is clamped to."""
+    body = node.beam
+    row = body.rows_of(node.index).start
+    slope = np.asarray(body.vectors[min(row, len(body.vectors) - 1), 0])
+    return slope if (body.ends[:, 0] == row).any() else -slope

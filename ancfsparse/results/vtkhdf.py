@@ -1,0 +1,160 @@
+"""Runs as VTKHDF files: polylines that move, with values at points and elements.
+
+The format is that of the VTK documentation, "VTKHDF file format", version 2.2, type PolyData with
+steps: the topology stands in the file once, and every step says from where on its points and
+values are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from tqdm import tqdm
+
+from ancfsparse.checks import check_count, check_flag
+from ancfsparse.errors import InputError
+from ancfsparse.results.energy import BLOCK
+from ancfsparse.results.opening import file_name
+from ancfsparse.results.outline import Outline
+from ancfsparse.results.shapes import shapes, slopes
+from ancfsparse.results.source import Array
+
+VERSION = 2, 2
+KINDS = "Vertices", "Lines", "Polygons", "Strips"
+
+Forces = Callable[[Array, Array], list[Array]]
+
+
+def write_vtk(
+    outline: Outline,
+    t: Array,
+    q: Array,
+    v: Array,
+    path: str | Path,
+    *,
+    per_element: int = 4,
+    forces: Forces | None = None,
+    progress: bool = True,
+) -> Path:
+    """Write a VTKHDF file, as `Trajectory.to_vtk` does.
+
+    Parameters
+    ----------
+    outline : Outline
+        What moves.
+    t : ndarray, shape (k,)
+        Times [s].
+    q, v : table, shape (k, n)
+        Coordinates and their rates.
+    path, per_element, progress
+        As there.
+    forces : callable, optional
+        Gives the axial forces of every body from coordinates and rates, each (k, n_elements) [N].
+    """
+    target = file_name("a VTKHDF file", path)
+    if target.suffix.lower() not in (".vtkhdf", ".hdf"):
+        raise InputError(f"a VTKHDF file is a .vtkhdf, got {str(target)!r}")
+    if not target.absolute().parent.is_dir():
+        raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
+    pieces = check_count("per_element", per_element)
+    check_flag("progress", progress)
+    n_elements = sum(len(part.lengths) for part in outline.parts)
+    n_points = n_elements * (pieces + 1)
+    rows = max(1, BLOCK // (8 * n_points))
+    np.asarray(q[0:1])  # refuses a run that kept only some points before the file is made
+    with h5py.File(target, "w", libver=("v108", "v108")) as file:
+        root = _root(file, outline, pieces, len(t), forces is not None)
+        with tqdm(total=len(t), unit="state", leave=False, disable=not progress) as bar:
+            for i in range(0, len(t), rows):
+                some = slice(i, i + rows)
+                states = np.asarray(q[some]), np.asarray(v[some])
+                _append(root, outline, pieces, i, *states, forces)
+                bar.update(len(states[0]))
+        _add_steps(root, t, n_points, n_elements)
+    return target
+
+
+def _root(file: Any, outline: Outline, pieces: int, k: int, with_forces: bool) -> Any:
+    """Make the topology, and room for all states."""
+    root = file.create_group("VTKHDF")
+    root.attrs["Version"] = VERSION
+    # VTK takes a text of fixed length only.
+    root.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", 8))
+    n_elements, n_points = _sizes(outline, pieces)
+    root["NumberOfPoints"] = np.array([n_points], np.int64)
+    for kind in KINDS:
+        group, n = root.create_group(kind), n_elements if kind == "Lines" else 0
+        group["NumberOfCells"] = np.array([n], np.int64)
+        group["NumberOfConnectivityIds"] = np.array([n * (pieces + 1)], np.int64)
+        group["Connectivity"] = np.arange(n * (pieces + 1), dtype=np.int64)
+        group["Offsets"] = np.arange(n + 1, dtype=np.int64) * (pieces + 1)
+    at_points, of_cells = root.create_group("PointData"), root.create_group("CellData")
+    _room(root, "Points", k * n_points, 3)
+    _room(at_points, "Velocity", k * n_points, 3)
+    _room(at_points, "Strain", k * n_points)
+    radii = [np.full(len(part.lengths) * (pieces + 1), part.radius) for part in outline.parts]
+    at_points["Radius"] = np.concatenate(radii).astype(np.float32)
+    numbers = [np.full(len(part.lengths), i) for i, part in enumerate(outline.parts)]
+    of_cells["Body"] = np.concatenate(numbers).astype(np.int32)
+    if with_forces:
+        _room(of_cells, "AxialForce", k * n_elements)
+    return root
+
+
+def _room(group: Any, name: str, rows: int, columns: int | None = None) -> None:
+    shape = (rows,) if columns is None else (rows, columns)
+    group.create_dataset(name, shape, np.float32)
+
+
+def _sizes(outline: Outline, pieces: int) -> tuple[int, int]:
+    """Return the numbers of elements and of points."""
+    n_elements = sum(len(part.lengths) for part in outline.parts)
+    return n_elements, n_elements * (pieces + 1)
+
+
+def _append(
+    root: Any, outline: Outline, pieces: int, i: int, q: Array, v: Array, forces: Forces | None
+) -> None:
+    """Write what states from number i on have at points and elements."""
+    n_elements, n_points = _sizes(outline, pieces)
+    points, rates, strains = [], [], []
+    for part in outline.parts:
+        points.append(_in_space(shapes(q, part, pieces)))
+        rates.append(_in_space(shapes(v, part, pieces)))
+        along = np.linalg.norm(slopes(q, part, pieces), axis=-1)
+        strains.append(along.reshape(len(q), -1) - 1.0)
+    there = slice(i * n_points, (i + len(q)) * n_points)
+    root["Points"][there] = np.concatenate(points, axis=1).reshape(-1, 3)
+    root["PointData/Velocity"][there] = np.concatenate(rates, axis=1).reshape(-1, 3)
+    root["PointData/Strain"][there] = np.concatenate(strains, axis=1).ravel()
+    if forces is not None:
+        of_elements = slice(i * n_elements, (i + len(q)) * n_elements)
+        root["CellData/AxialForce"][of_elements] = np.concatenate(forces(q, v), axis=1).ravel()
+
+
+def _in_space(lines: Array) -> Array:
+    """Give the points (j, e, p, dim) of all elements three components, (j, e p, 3)."""
+    j, *_, dim = lines.shape
+    out = np.zeros((j, lines[0].size // dim, 3))
+    out[..., :dim] = lines.reshape(j, -1, dim)
+    return out
+
+
+def _add_steps(root: Any, t: Array, n_points: int, n_elements: int) -> None:
+    """Say for every time where its points and values begin; what does not change begins at 0."""
+    steps, k = root.create_group("Steps"), len(t)
+    steps.attrs["NSteps"] = k
+    steps["Values"] = t
+    number = np.arange(k, dtype=np.int64)
+    steps["PointOffsets"] = number * n_points
+    steps["PartOffsets"], steps["NumberOfParts"] = 0 * number, np.ones(k, np.int64)
+    for name in ("CellOffsets", "ConnectivityIdOffsets"):
+        steps[name] = np.zeros((k, len(KINDS)), np.int64)
+    for group, size in (("PointData", n_points), ("CellData", n_elements)):
+        offsets = steps.create_group(f"{group}Offsets")
+        for name in root[group]:
+            offsets[name] = number * (size if name not in ("Radius", "Body") else 0)
