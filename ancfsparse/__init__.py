@@ -38,6 +38,7 @@ from ancfsparse.scene import (
     Table,
 )
 from ancfsparse.solve import simulate, solve_static, stable_step
+from ancfsparse.system import State
 
 __all__ = [
     "HHT",
@@ -67,6 +68,7 @@ __all__ = [
     "Scene",
     "Section",
     "Sine",
+    "State",
     "StepFailure",
     "Table",
     "Trajectory",

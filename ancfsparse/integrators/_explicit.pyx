@@ -32,6 +32,8 @@ include "../system/arrays.pxi"
 include "held.pxi"
 
 
+REMEMBERED = ("rate", "bend", "size", "past")  # of the course of the loads
+
 cdef ptrdiff_t LOOK_EVERY = 64  # forces: an energy costs about two of them
 # Share of itself that is left of a constraint's own part of G M^-1 G^T once those before are taken
 # off, below which it repeats them.
@@ -148,6 +150,21 @@ cdef class Explicit:
         a = np.zeros(self.n_all)
         a[:self.n] = -np.asarray(self.rate[self.first, :self.n])
         return q, v, a, np.array(self.lam[:self.held.m])
+
+    @property
+    def memory(self):
+        """What the next steps depend on beside the state: energy watch, course of the loads."""
+        out = {"watch": watch_memory(&self.watch), "amplitudes0": np.array(self.load)}
+        for row, name in enumerate(REMEMBERED):
+            out[name] = np.array(self.history[row])
+        return out
+
+    def recall(self, memory):
+        """Go on with the `memory` of a march that came to the present state."""
+        recall_watch(&self.watch, memory["watch"])
+        np.asarray(self.load)[:] = memory["amplitudes0"]
+        for row, name in enumerate(REMEMBERED):
+            np.asarray(self.history[row])[:] = memory[name]
 
     @property
     def energy_gain(self):

@@ -32,6 +32,10 @@ cdef extern from "vectors.h":
 include "../kernels/outcome.pxi"
 
 
+# Arrays that make the next steps, beside the state: the integrator's own acceleration, coordinates
+# one step before, and the course of the loads.
+REMEMBERED = ("b0", "before", "amplitudes0", "rate", "bend", "size", "past")
+
 cdef ptrdiff_t PIECE = 512  # of vectors that are passed over more than once
 
 
@@ -173,6 +177,22 @@ cdef class TimeLoop:
         """Last accepted ``(q, v, a, lam)`` as copies."""
         q, v, a, lam = (self.arrays[name].copy() for name in ("q0", "v0", "a0", "lam0"))
         return q, v, a, lam[: self.motion.m]
+
+    @property
+    def memory(self):
+        """What the next steps depend on beside the state: energy watch, course of the loads."""
+        out = {"watch": watch_memory(&self.motion.watch)}
+        for name in REMEMBERED:
+            if name in self.arrays:
+                out[name] = self.arrays[name].copy()
+        return out
+
+    def recall(self, memory):
+        """Go on with the `memory` of a march that came to the present state."""
+        recall_watch(&self.motion.watch, memory["watch"])
+        for name in REMEMBERED:
+            if name in self.arrays:
+                self.arrays[name][:] = memory[name]
 
     @property
     def unbalanced(self):

@@ -6,7 +6,8 @@ cdef extern from "energy_watch.h":
     enum:
         WATCH_EVERY "ANCF_WATCH_EVERY"
     ctypedef struct ancf_watch:
-        double limit, noise, work, unsure, exchanged, gain, beyond, kinetic, most
+        double limit, noise, start, strain, potential, work, unsure, exchanged, gain, beyond
+        double kinetic, most
         ptrdiff_t steps, due, when
     ctypedef struct ancf_jumps:
         ptrdiff_t n
@@ -28,3 +29,15 @@ cdef extern from "energy_watch.h":
     void ancf_watch_remember(ancf_watch *) noexcept nogil
     void ancf_jumps_find(ancf_jumps *, const double *, const double *, double) noexcept nogil
     void ancf_jumps_accept(ancf_jumps *, const double *, const double *, double) noexcept nogil
+
+
+cdef dict watch_memory(const ancf_watch *watch):
+    """Return all numbers of a watch but its settings, by name: what a later run goes on with."""
+    cdef dict out = watch[0]
+    del out["limit"], out["noise"]
+    return out
+
+
+cdef recall_watch(ancf_watch *watch, dict memory):
+    """Go on with what `watch_memory` has returned."""
+    watch[0] = {"limit": watch.limit, "noise": watch.noise} | memory

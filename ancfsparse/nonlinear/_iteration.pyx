@@ -117,6 +117,15 @@ cdef class Iteration:
         """Last ratio of two residuals in the last attempt; not a number if there was none."""
         return self.loop.contraction
 
+    @property
+    def rate(self):
+        """Contraction of the corrections, carried from step to step."""
+        return self.loop.rate
+
+    @rate.setter
+    def rate(self, double value):
+        self.loop.rate = value
+
     def take_seed(self, seed, inverse, bint rounds, double cost_iteration, double cost_seed):
         """Go on with a seed that has no factor yet, and an inverse on it."""
         cdef Loop *loop = &self.loop

@@ -10,6 +10,8 @@ from ancfsparse.results.source import Array, SolvedSystem
 
 # Numbers of a table of states that are looked at together.
 BLOCK = 4_000_000
+# Share of the largest energy by which sums of energies are rounded.
+ROUNDING = 64.0 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,13 +49,14 @@ class Energy:
     def drift(self) -> float:
         """Largest energy gained or lost without cause, over the largest kinetic energy [-].
 
-        ``max |E(t) - E(0) - work(t) + dissipated(t)| / max kinetic``; 0 where nothing ever moves.
+        ``max |E(t) - E(0) - work(t) + dissipated(t)| / max kinetic``; 0 where that is rounding of
+        the energies, as where nothing ever moves.
         """
-        largest = float(self.kinetic.max())
-        if largest == 0.0:
+        gained = float(np.abs(self.total - self.total[0] - self.work + self.dissipated).max())
+        parts = (self.kinetic, self.elastic, self.potential, self.work, self.dissipated)
+        if gained <= ROUNDING * max(float(np.abs(part).max()) for part in parts):
             return 0.0
-        gained = self.total - self.total[0] - self.work + self.dissipated
-        return float(np.abs(gained).max()) / largest
+        return gained / float(self.kinetic.max())
 
     def __repr__(self) -> str:
         """Give the balance in one line."""

@@ -11,6 +11,7 @@ from ancfsparse.results.sections import SectionForce, Where, curvature, section_
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
 from ancfsparse.scene import Body, Node
+from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,6 +46,12 @@ class Equilibrium:
             + f", unstable ({self.stats.negative_pivots} negative pivots)"
             * (not self.stable)
         )
+
+    @property
+    def state(self) -> State:
+        """The state of rest at t = 0 that ``simulate(..., start=equilibrium)`` starts from."""
+        rest = np.zeros_like(self.q)
+        return self.system.state(0.0, self.q, rest, rest, self.lam)
 
     @property
     def stable(self) -> bool:

@@ -14,7 +14,7 @@ from ancfsparse.results.opening import damaged, file_name, opened, text_of
 from ancfsparse.results.outline import Outline
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
-from ancfsparse.results.tables import Chosen, Stored, whole
+from ancfsparse.results.tables import LAST, Chosen, Stored, StoredState, whole
 from ancfsparse.results.trajectory import Trajectory
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.scene.digest import difference
@@ -61,9 +61,10 @@ def load(path: str | Path, scene: Scene) -> Trajectory:
         run.q.shape[1] != system.n_all or run.lam.shape[1] != system.n_multipliers
     ):
         other = f"coordinates there: {run.q.shape[1]}; here: {system.n_all}"
-    for name, table, start in (("shape", run.q, system.q0), ("velocity", run.v, system.v0)):
-        if other is None and not _begins(table, start):
-            other = f"the {name} at t = 0"
+    if run.settings.get("t_start") is None:
+        for name, table, start in (("shape", run.q, system.q0), ("velocity", run.v, system.v0)):
+            if other is None and not _begins(table, start):
+                other = f"the {name} at t = 0"
     if other is not None:
         raise InputError(f"{path} was written for another scene. What differs is {other}")
     return run
@@ -120,7 +121,8 @@ def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
 
 
 def _trajectory(path: Path, file: h5py.File, system: System) -> Trajectory:
-    return Trajectory(system, *_states(path, file))
+    ending = StoredState(path, text_of(file, "run")) if LAST in file else None
+    return Trajectory(system, *_states(path, file), ending)
 
 
 def _states(
@@ -137,8 +139,10 @@ def _states(
     places = np.asarray(file["places"]) if "places" in file else None
     if not len(t):
         raise InputError(f"{path} holds no states: its run was ended before the first one")
-    if t[0] != 0.0 or not (np.diff(t) > 0.0).all():  # NaN is no time either
-        raise InputError(damaged(path, ": its times do not increase from zero"))
+    begin = settings.get("t_start") or 0.0
+    if t[0] != begin or not (np.diff(t) > 0.0).all():  # NaN is no time either
+        first = "zero" if begin == 0.0 else f"{begin:.6g} s"
+        raise InputError(damaged(path, f": its times do not increase from {first}"))
     shape = len(t), n if places is None else len(places)
     for name in "qva":
         if len(file[name]) < shape[0] or file[name].shape[1:] != shape[1:]:

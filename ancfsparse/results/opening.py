@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
 # Every file of a run begins with these bytes, before what HDF5 writes, so that a file that is cut
 # off or damaged is still known for one; and it carries the same as an attribute, with the number
-# of its format.  Files of format 1, of version 0.1.0, have neither.
-MARK, FORMAT = "ancfsparse run\n", 2
+# of its format.  Files of format 1, of version 0.1.0, have neither; those of format 2 lack the
+# last state.
+MARK, FORMAT = "ancfsparse run\n", 3
 FIRST_ATTRIBUTES = {"settings", "scene", "run", "coordinates"}
 
 # What HDF5 and the reading of what it returns raise on bytes that no run has written.

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, Node, Scene
+from ancfsparse.system.state import State
 
 Array = NDArray[np.float64]
 Places = tuple[NDArray[np.integer], Array]
@@ -60,6 +61,10 @@ class SolvedSystem(Protocol):
 
     def dissipation(self, q: Array, v: Array) -> Array:
         """Give the power that damping takes, (k,) [W], never negative."""
+        ...
+
+    def state(self, t: float, q: Array, v: Array, a: Array, lam: Array, **more: Any) -> State:
+        """Give a state with the meaning of its coordinates."""
         ...
 
     def reaction(self, node: Node, q: Array, v: Array, a: Array, lam: Array, t: Array) -> Array:

@@ -6,6 +6,7 @@ They know what results ask of an array: ``shape``, rows ``[i]`` and ``[i:j]``, a
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -14,8 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.opening import damaged, opened
-from ancfsparse.results.source import Array
+from ancfsparse.results.opening import damaged, opened, text_of
+from ancfsparse.results.source import Array, SolvedSystem
+from ancfsparse.system.state import State
+
+# Data sets of the last state: vectors, multipliers, and the rest as text.
+LAST, LAST_LAM, MEMORY = "last", "last_lam", "memory"
 
 
 class Readable(Protocol):
@@ -99,6 +104,55 @@ def _cover(key: Any, n: int) -> tuple[Any, Any]:
     if last - first < 4 * len(unique):  # faster than a list
         return slice(first, last + 1), places - first
     return unique, inverse.reshape(places.shape)
+
+
+@dataclass(frozen=True, eq=False)
+class StoredState:
+    """The last state of a run in an HDF5 file, with what the steps after it depend on.
+
+    Parameters
+    ----------
+    path : Path
+        The file, absolute.
+    run : str
+        The mark of the run it is of.
+    """
+
+    path: Path
+    run: str
+
+    def read(self, system: SolvedSystem) -> State:
+        """Read it.
+
+        Raises
+        ------
+        InputError
+            If the file is damaged or was replaced.
+        """
+        with opened(self.path, self.run) as file:
+            rows = whole(self.path, LAST, file[LAST][:])
+            texts = json.loads(text_of(file, MEMORY))
+            lam = whole(self.path, LAST_LAM, file[LAST_LAM][:])
+        memory = texts["memory"]
+        memory |= dict(zip(texts["vectors"], rows[3:], strict=True))
+        for name, value in memory.items():
+            if isinstance(value, list):
+                memory[name] = np.array(value, dtype=float)
+        b = memory.pop("b0", None)
+        q, v, a = rows[:3]
+        return system.state(texts["t"], q, v, a, lam, b=b, memory=memory)
+
+
+def state_as_stored(state: State) -> tuple[Array, Array, str]:
+    """Return what a file keeps of a last state: vectors (k, n), multipliers (m,), and a text."""
+    memory: dict[str, Any] = dict(state.memory)
+    vectors = {} if state.b is None else {"b0": state.b}
+    for name in [name for name in memory if np.shape(memory[name]) == state.q.shape]:
+        vectors[name] = memory.pop(name)
+    rows = np.stack([state.q, state.v, state.a, *vectors.values()])
+    rest = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in memory.items()}
+    text = json.dumps({"t": state.t, "vectors": list(vectors), "memory": rest})
+    return rows, state.lam, text
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,12 +7,17 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
+from ancfsparse.errors import InputError
 from ancfsparse.results.energy import Energy, energy_of
 from ancfsparse.results.outputs import Outputs
 from ancfsparse.results.sections import SectionForce, Where, curvature, section_force, strain
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
+from ancfsparse.results.tables import Chosen, StoredState
 from ancfsparse.scene import Body, Node
+from ancfsparse.system.state import State
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,6 +39,8 @@ class Trajectory(Outputs):
         What the run cost.
     settings : mapping, optional
         What it was run with.
+    ending : State or StoredState, optional
+        The last state with what the steps after it depend on, where that is known.
     """
 
     system: SolvedSystem
@@ -44,6 +51,7 @@ class Trajectory(Outputs):
     lam: Array
     stats: RunStats
     settings: Mapping[str, Any] = field(default_factory=dict)
+    ending: State | StoredState | None = None
 
     def __repr__(self) -> str:
         """Sum the run up in two lines."""
@@ -86,6 +94,25 @@ class Trajectory(Outputs):
     def multipliers(self) -> Array:
         """Multipliers of the constraints, shape (k, m); another name for `lam`."""
         return self.lam
+
+    @property
+    def last(self) -> State:
+        """The last state, which ``simulate(..., start=run.last)`` goes on from.
+
+        Raises
+        ------
+        InputError
+            If only some coordinates were kept, and the run was ended from outside.
+        """
+        if self.ending is not None:
+            return self.ending if isinstance(self.ending, State) else self.ending.read(self.system)
+        if isinstance(self.q, Chosen):
+            raise InputError(
+                "the run ended early and kept only some coordinates (save_nodes), so its last "
+                "state is not known: run again without save_nodes, or with an earlier t_end"
+            )
+        rows = (np.array(table[-1]) for table in (self.q, self.v, self.a, self.lam))
+        return self.system.state(float(self.t[-1]), *rows)
 
     @cached_property
     def energy(self) -> Energy:

@@ -23,6 +23,8 @@ from ancfsparse.results.opening import FORMAT, MARK
 from ancfsparse.results.outline import Outline
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
+from ancfsparse.results.tables import LAST, LAST_LAM, MEMORY, state_as_stored
+from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
     import h5py
@@ -43,7 +45,8 @@ class Writer:
     Data sets ``t`` (k,) [s]; ``q``, ``v``, ``a`` (k, c); ``lam`` (k, m) if there are
     multipliers; ``places`` (c,) if only some coordinates are kept; and as JSON in bytes
     ``settings``, ``scene`` and, once it ends, ``stats``; the group ``outline`` has what pictures
-    need of the scene.  All have checksums, and what was never
+    need of the scene, and `tables` the last state of a run that has ended.  All have checksums, and
+    what was never
     written reads as NaN.  Attributes: ``mark`` and ``format`` say what the file is (`opening`),
     ``coordinates`` counts those of the system, and ``run`` is a mark that no other run has.
 
@@ -176,14 +179,23 @@ class Writer:
         if len(t):
             self._last = float(t[-1])
 
-    def finish(self, stats: RunStats) -> None:
-        """Add the counts of the run."""
+    def finish(self, stats: RunStats, last: State | None = None) -> None:
+        """Add the counts of the run, and all of its last state if that is known."""
         text = json.dumps(asdict(stats))
-        if len(text) > SLACK // 2:  # the room for less was taken with the last rows
-            self._reserve(len(text))
-        if "stats" in self._file:
-            del self._file["stats"]
-        self._text("stats", text)
+        tables: dict[str, Array] = {}
+        texts = {"stats": text}
+        if last is not None:
+            tables[LAST], tables[LAST_LAM], texts[MEMORY] = state_as_stored(last)
+        size = sum(map(len, texts.values())) + sum(table.nbytes for table in tables.values())
+        if size > SLACK // 2:  # the room for less was taken with the last rows
+            self._reserve(size)
+        for name in (*texts, *tables):
+            if name in self._file:
+                del self._file[name]
+        for name, table in tables.items():
+            self._file.create_dataset(name, data=table, fletcher32=table.size > 0)
+        for name, text in texts.items():
+            self._text(name, text)
 
     def _growth(self, table: h5py.Dataset, rows: int) -> int:
         """Return how many bytes a table will grow by."""

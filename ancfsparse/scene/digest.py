@@ -64,7 +64,7 @@ def digest(scene: Contents, joints: list[Joint], loads: list[Load]) -> dict[str,
 
     parts = {"gravity": _numbers(scene.gravity)}
     for body in scene.beams:
-        for name, value in _of(body).items():
+        for name, value in parts_of(body).items():
             parts[f"{name} of {number[id(body)]}"] = value
     parts["joints"] = "; ".join(map(joint, joints))
     parts["loads"] = "; ".join(map(load, loads))
@@ -83,7 +83,8 @@ def difference(there: Mapping[str, str], here: Mapping[str, str]) -> str | None:
     return None
 
 
-def _of(body: Body) -> dict[str, str]:
+def parts_of(body: Body) -> dict[str, str]:
+    """Describe element, section, material and mesh of a body, by these names."""
     links = np.concatenate([body.row_nodes, body.ends.ravel()]).astype("<i4")
     return {
         "element": " ".join([body.element, *body.options.values()]),

@@ -135,7 +135,7 @@ def solve_accurately(
     system : System
         What moves.
     t : (k,) float
-        Times asked for, the first one 0 [s].
+        Times asked for, the first one that of the start [s].
     accuracy : float
         Largest error of the position of a node at these times [m].
     integrator : Implicit, Explicit or None
@@ -205,7 +205,7 @@ def _ways(
     attempts: Attempts,
 ) -> list[ImplicitRuns | ExplicitRuns]:
     """Return the ways that a scene and what was asked for leave open."""
-    breaks = Breaks(system.loads, float(t[-1]))
+    breaks = Breaks(system.loads, float(t[0]), float(t[-1]))
     ways: list[ImplicitRuns | ExplicitRuns] = []
     waves = Waves.of(system, breaks, float(t[-1]))
     force_cost = 0.0
@@ -228,7 +228,7 @@ def _ways(
             attempts.watch,
             force_cost,
         )
-        plan = StepPlan.of(waves, breaks, float(t[-1]))
+        plan = StepPlan.of(waves, breaks, float(t[-1] - t[0]))
         implicit = ImplicitRuns(*given) if plan is None else EqualRuns(plan, *given)
         ways.append(implicit)
     return ways

@@ -107,11 +107,11 @@ class Balance:
         self._phi_q: Any = None
         self._springs = np.zeros(system.n_multipliers)
         self._rounded: tuple[Vector, Vector] | None = None  # coordinates, and the rounding there
-        self.start = self.state(system.q0, np.zeros(system.n_multipliers), 0.0)
+        self.start = self.state(system.q_ref, np.zeros(system.n_multipliers), 0.0)
         pushed = self.state(self.start.q, self.start.lam, 1.0)
         self.loads = self.size_of_forces(pushed.r - self.start.r)
         self._stress_at_start = self.size_of_forces(self.start.r)
-        self.span = float(np.max(np.abs(system.q0)))
+        self.span = float(np.max(np.abs(system.q_ref)))
         largest = np.full(system.n_free, self.span)
         largest[self.slopes] = 1.0
         largest *= self.stiffness(self.start, 0.0)[system.pattern.indptr[: system.n_free]]

@@ -29,34 +29,39 @@ class Breaks:
     ----------
     loads : Loads
         Of the scene.
-    t_end : float
-        End of the time that is looked at [s].
+    t_start, t_end : float
+        Begin and end of the time that is looked at [s].
 
     Attributes
     ----------
     before, after : (k,) float
-        The last time before each, and the first after it [s]; 0 and `t_end` are not among them.
+        The last time before each, and the first after it [s]; `t_start` and `t_end` are not among
+        them.
     times : (n,) float
-        Times of the first look, equally spaced from 0 to `t_end` [s].
+        Times of the first look, equally spaced from `t_start` to `t_end` [s].
     amplitudes : (n, n_amplitudes) float
         Loads then.
     """
 
-    def __init__(self, loads: Loads, t_end: float) -> None:
-        self.times = np.linspace(0.0, t_end, LOOK + 1)
+    def __init__(self, loads: Loads, t_start: float, t_end: float) -> None:
+        self.times = np.linspace(t_start, t_end, LOOK + 1)
         self.amplitudes = np.zeros((LOOK + 1, 0))
         found: list[tuple[float, float]] = []
         if loads.n_amplitudes:
             self.amplitudes = loads.amplitudes(self.times)
-            found = _merged(_found(loads, self.times, self.amplitudes), 4.0 * EPSILON * t_end)
+            found = _merged(
+                _found(loads, self.times, self.amplitudes),
+                4.0 * EPSILON * max(abs(t_start), abs(t_end)),
+            )
         # What changes within rounding of an end has no step before or after it.
-        near = 1e-9 * t_end
-        inside = [pair for pair in found if near < pair[0] and pair[1] < t_end - near]
+        near = 1e-9 * (t_end - t_start)
+        inside = [pair for pair in found if t_start + near < pair[0] and pair[1] < t_end - near]
         self.before, self.after = np.array(inside).reshape(-1, 2).T
 
-    def spans(self, t_end: float) -> list[tuple[float, float]]:
-        """Return begin and end of the times in which all loads are smooth [s]."""
-        begins, ends = np.append(0.0, self.after), np.append(self.before, t_end)
+    @property
+    def spans(self) -> list[tuple[float, float]]:
+        """Begin and end of the times in which all loads are smooth [s]."""
+        begins, ends = np.append(self.times[0], self.after), np.append(self.before, self.times[-1])
         return [(float(a), float(b)) for a, b in zip(begins, ends, strict=True)]
 
 

@@ -93,6 +93,7 @@ class EqualRuns(ImplicitRuns):
         the same proportion.
         """
         n, t_end = self._planned()[0], float(self._t[-1])
+        t_start = float(self._t[0])
         if n > MOST_STEPS:
             raise InputError(
                 f"a run to t_end = {t_end:g} s would take more than {MOST_STEPS:.0e} steps: "
@@ -101,9 +102,9 @@ class EqualRuns(ImplicitRuns):
         if self._runs and len(self._pattern) > 1:
             last = round(self._runs[-1][0] / self._first_steps)
             return divided(self._pattern, max(math.ceil(n / self._first_steps), last + 1))
-        begins = [begin for begin, _ in self._breaks.spans(t_end)]
-        lengths = np.diff([0.0, *begins[1:], t_end]).tolist()
-        counts = [math.ceil(n * length / t_end) for length in lengths]
+        begins = [begin for begin, _ in self._breaks.spans]
+        lengths = np.diff([t_start, *begins[1:], t_end]).tolist()
+        counts = [math.ceil(n * length / (t_end - t_start)) for length in lengths]
         return [[(length / k, k)] for length, k in zip(lengths, counts, strict=True)]
 
     def _unseen(self, apart: float, coarse: float, fine: float) -> float:

@@ -13,16 +13,17 @@ from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
-from ancfsparse.solve.rates import initial_acceleration
+from ancfsparse.solve.continuation import continues, recall
+from ancfsparse.solve.rates import initial_acceleration, start_load
 from ancfsparse.solve.stability import (
     check_free,
     fastest_vibration,
     mass_matrix,
     mass_seed,
-    start_load,
 )
 from ancfsparse.solve.times import divides, plain
 from ancfsparse.system import System
+from ancfsparse.system.state import State
 
 # Up to so many operations of a product for each one of a sweep the dense blocks are faster:
 # measured on cables of 3 to 60 elements, where they meet at 5.
@@ -54,7 +55,12 @@ def check_alone(
 
 
 def prepare_explicit(
-    system: System, dt: float, n_steps: int, integrator: Explicit, max_energy_gain: float
+    system: System,
+    dt: float,
+    n_steps: int,
+    integrator: Explicit,
+    max_energy_gain: float,
+    start: State | None = None,
 ) -> tuple[Any, SparseSeed | BlockInverse, str]:
     """Return the compiled march, the inverse of the mass matrix, and a sentence on both.
 
@@ -84,6 +90,8 @@ def prepare_explicit(
     state = (system.q0, system.v0, start_load(system))
     march = make_explicit(system, dt, integrator, *state, mass, max_energy_gain, noise)
     check_held(system, march, integrator)
+    if continues(start, system, integrator, dt):
+        recall(start, march)
     why = (
         f"{integrator!r}: forces evaluated {integrator.tableau.forces} times per step, dt is "
         f"{dt / limit:.3g} of the stable step {limit:.4g} s (fastest vibration {omega:.4g} rad/s), "
@@ -124,6 +132,7 @@ def instability(
     integrator: Explicit,
     outcome: Outcome,
     step: int,
+    now: float,
     dt: float,
     path: Trajectory | None = None,
 ) -> Instability:
@@ -137,6 +146,8 @@ def instability(
         ``GAINED_ENERGY`` or ``NOT_FINITE``.
     step : int
         Number of the last step.
+    now : float
+        Time after it [s].
     path : Trajectory, optional
         The states so far.
     """
@@ -144,10 +155,10 @@ def instability(
     if outcome == Outcome.NOT_FINITE:
         reason = f"step {step + 1} leaves the range of numbers"
     else:
-        load = system.loads.amplitudes(np.array([step * dt]))[0]
+        load = system.loads.amplitudes(np.array([now]))[0]
         limit = integrator.tableau.interval / fastest_vibration(system, mass, march.state[0], load)
         reason = (
             f"the motion has {gain:.3g} J more than it was given, and the stable step, shorter "
             f"where beams are stretched, is {limit:.3g} s by now"
         )
-    return Instability(reason, step * dt, step, dt, gain, "the whole scene", path)
+    return Instability(reason, now, step, dt, gain, "the whole scene", path)

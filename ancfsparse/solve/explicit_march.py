@@ -19,7 +19,8 @@ from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.breaks import Breaks
 from ancfsparse.solve.explicit import cheapest_inverse, count_forces, instability
-from ancfsparse.solve.stability import fastest_vibration, mass_matrix, start_load
+from ancfsparse.solve.rates import start_load
+from ancfsparse.solve.stability import fastest_vibration, mass_matrix
 from ancfsparse.solve.start import check_energy
 from ancfsparse.solve.states import States
 from ancfsparse.system import System
@@ -68,7 +69,8 @@ class ExplicitMarch:
     ) -> None:
         self._system, self._t, self._max_energy_gain = system, t, max_energy_gain
         self._watch = watch
-        self._breaks, self._spans = breaks, breaks.spans(float(t[-1]))
+        self._breaks, self._spans = breaks, breaks.spans
+        self._length = float(t[-1] - t[0])
         mass = mass_matrix(system)
         self._seed = SparseSeed(mass.indptr, mass.indices, system.n_free)
         self._mass: SparseSeed | BlockInverse | None = None
@@ -102,11 +104,11 @@ class ExplicitMarch:
     def step(self, integrator: Explicit, finer: float) -> float:
         """Return a step that is so much shorter than the longest one [s]."""
         stable = MARGIN * integrator.tableau.interval / self.omega
-        return min(stable, float(self._t[-1]) / FEWEST) / finer
+        return min(stable, self._length / FEWEST) / finer
 
     def cost(self, integrator: Explicit, finer: float) -> float:
         """Return the modelled cost of a motion in such steps."""
-        steps = float(self._t[-1]) / self.step(integrator, finer) + len(self._spans)
+        steps = self._length / self.step(integrator, finer) + len(self._spans)
         return steps * integrator.tableau.forces * self.force_cost
 
     def run(self, integrator: Explicit, finer: float, stats: RunStats) -> States | None:
@@ -118,7 +120,7 @@ class ExplicitMarch:
         system = self._system
         h = self.step(integrator, finer)
         states = States.empty(self._t, system.n_all, system.n_multipliers)
-        q, v, now = system.q0, system.v0, 0.0
+        q, v, now = system.q0, system.v0, system.t0
         for (begin, end), last in zip(self._spans, [*self._breaks.after, self._t[-1]], strict=True):
             load = system.loads.amplitudes(np.array([begin]))[0]
             n = math.ceil((last - now) / h)
@@ -135,7 +137,7 @@ class ExplicitMarch:
                 self._unstable += 1
                 if self._unstable == MOST_UNSTABLE:
                     self.failure = instability(
-                        system, march, self._mass, integrator, outcome, stats.steps, dt
+                        system, march, self._mass, integrator, outcome, stats.steps, now, dt
                     )
                 omega = 0.0
                 if outcome != Outcome.NOT_FINITE:

@@ -94,7 +94,7 @@ class ExplicitRuns:
         watch: Callable[[States], None],
         waves: Waves | None,
     ) -> None:
-        self._system, self._t_end = system, float(t[-1])
+        self._system, self._t_end, self._length = system, float(t[-1]), float(t[-1] - t[0])
         self._waves, self._scale = waves, GUESS
         self._convergence = Convergence(accuracy)
         # The last two runs of one integrator: it, how fine both were, the second first, and how far
@@ -221,7 +221,7 @@ class ExplicitRuns:
         omega = min(frequency(self._system, states, before, resolved=True), self._march.omega)
         pair = ((other, coarser), (integrator, finer))
         lost = sorted((self._lost(each, fine, omega) for each, fine in pair), reverse=True)
-        self.content = Content.of(apart, omega, self._t_end, *lost)
+        self.content = Content.of(apart, omega, self._length, *lost)
         order = integrator.tableau.order
         if order < other.tableau.order:
             # The distance of runs of two orders is the error of the lower one.
@@ -237,7 +237,7 @@ class ExplicitRuns:
         error, order = apart, integrator.tableau.order
         if other == integrator:
             omega = self._march.omega
-            fastest = self._lost(integrator, finer, omega) * omega * self._t_end
+            fastest = self._lost(integrator, finer, omega) * omega * self._length
             believed = BELIEVED
             if self.content.lost > RESOLVED:
                 sudden = self._waves is not None  # smooth loads set off few of the fastest
@@ -287,4 +287,4 @@ class ExplicitRuns:
         amplitude = distance(self._system, states, still)
         omega = frequency(self._system, states, still)
         lost = self._lost(self._integrators[0], 1.0, omega)
-        return LOOSE * amplitude * lost * omega * self._t_end < self._accuracy
+        return LOOSE * amplitude * lost * omega * self._length < self._accuracy

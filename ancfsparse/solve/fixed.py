@@ -13,11 +13,13 @@ from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, RunStats
 from ancfsparse.seeds import Seed
 from ancfsparse.seeds.blocks import BlockInverse
+from ancfsparse.solve.continuation import remember
 from ancfsparse.solve.explicit import count_forces
 from ancfsparse.solve.halving import CURABLE, Halving
 from ancfsparse.solve.progress import progress_bar
 from ancfsparse.solve.record import Recorder, buffer_rows
 from ancfsparse.solve.setup import CAUSES, count, events
+from ancfsparse.solve.times import Clock
 from ancfsparse.solve.way_back import FIRST_LOOK, WayBack
 from ancfsparse.system import System
 
@@ -48,8 +50,8 @@ class FixedSteps:
         Takes the states.
     save_every : int
         Steps from one recorded state to the next.
-    dt : float
-        Length of a step [s].
+    clock : Clock
+        Times of the steps.
     """
 
     def __init__(
@@ -64,13 +66,13 @@ class FixedSteps:
         stats: RunStats,
         recorder: Recorder,
         save_every: int,
-        dt: float,
+        clock: Clock,
     ) -> None:
         self._system, self._integrator = system, integrator
         self._march, self._iteration, self._seeds = march, iteration, [seed]
         self._back, self._events = back, list[Event]()
         self._halving, self._stats, self._recorder = halving, stats, recorder
-        self._save_every, self._dt = save_every, dt
+        self._save_every, self._clock, self._dt = save_every, clock, clock.dt
         # Times in a step at which loads are needed, over the step.
         self._nodes = np.ones(1)
         if isinstance(integrator, Explicit):
@@ -130,7 +132,8 @@ class FixedSteps:
         since = begin % self._save_every  # steps since the last recorded state
         room = self._room * self._save_every - since
         wanted = min(self._chunk, self._n_steps - begin, room)
-        times = self._dt * (np.arange(wanted, dtype=np.float64)[:, None] + begin + self._nodes)
+        steps = np.arange(wanted, dtype=np.float64)[:, None] + begin
+        times = self._clock.at(steps + self._nodes)
         amplitudes, failure = self._system.loads.tabulate(times.ravel())
         wanted = len(amplitudes) // p
         self._before = begin, self._march.steps
@@ -163,7 +166,7 @@ class FixedSteps:
         self._seeds.append(exact)
         why = "which cost less"
         if failed:
-            why, time = CAUSES[outcome], self._dt * (steps + 1)
+            why, time = CAUSES[outcome], self._clock.at(steps + 1)
             rate = self._iteration.contraction
             self._events.append(Event(steps + 1, time, "exact seed", CAUSES[outcome], rate))
         self._stats.solver += f"; from step {steps + 1} on an exact seed ({why})"
@@ -179,7 +182,7 @@ class FixedSteps:
         first, every = begin // self._save_every, self._save_every  # recorded before: 0 to `first`
         new = slice(self._recorder.rows - first, steps // every + 1 - first)
         numbers = every * (first + np.arange(new.start, new.stop, dtype=np.float64))
-        self._recorder.append(self._dt * numbers, *(table[new] for table in self._buffer))
+        self._recorder.append(self._clock.at(numbers), *(table[new] for table in self._buffer))
 
     def _cross(self, halving: Halving, outcome: Outcome) -> Outcome:
         """Cross a step that failed in shorter ones."""
@@ -210,12 +213,19 @@ class FixedSteps:
             count(
                 stats, self._iteration, *(s for s in self._seeds if not isinstance(s, BlockInverse))
             )
-            stats.events = events(self._iteration.events, 0.0, self._dt) + self._events
+            stats.events = (
+                events(self._iteration.events, self._clock.begin, self._dt) + self._events
+            )
         if self._halving is not None:
             stats.short_steps = self._halving.short_steps
             stats.events += self._halving.events
-        self._recorder.finish(stats)
+        last = None
+        if self._before is not None:
+            t = self._clock.at(stats.steps)
+            iteration = self._iteration
+            last = remember(self._system, self._integrator, self._march, iteration, t, self._dt)
+        self._recorder.finish(stats, last)
 
     def _append_state(self) -> None:
-        time = np.array([self._dt * self._stats.steps])
+        time = np.array([self._clock.at(self._stats.steps)])
         self._recorder.append(time, *(x[None] for x in self._march.state))

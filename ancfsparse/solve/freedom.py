@@ -67,7 +67,7 @@ def free_motions(system: System) -> list[str]:
     """
     parts = parts_of(system)
     conditions = _conditions(system, parts)
-    span = float(np.max(np.abs(system.q0)))
+    span = float(np.max(np.abs(system.q_ref)))
     rounding = np.array([HELD + 16.0 * EPSILON * span / part.size for part in parts])
     loose = _not_held_alone(conditions, rounding)
     if not loose.any():
@@ -93,7 +93,7 @@ def _conditions(system: System, parts: list[Part]) -> Conditions:
     uses = np.zeros(system.n_all, dtype=np.int32)
     for part in parts:
         np.add.at(uses, part.places.ravel(), 1)
-    phi_q = system.constraints.jacobian(system.q0)
+    phi_q = system.constraints.jacobian(system.q_ref)
     wanted = uses > 1
     wanted[system.n_free :] = True
     wanted[np.unique(phi_q.indices)] = True
@@ -134,7 +134,7 @@ def _moves(
     row, vector, component = row[rotating], vector[rotating], component[rotating]
     arm = np.zeros((len(row), 3))
     for d in range(dim):
-        arm[:, d] = system.q0[part.places[row, dim * vector + d]]
+        arm[:, d] = system.q_ref[part.places[row, dim * vector + d]]
     arm[vector == 0] -= part.start
     for k, axis in enumerate(part.axes):
         turned = np.cross(axis, arm)

@@ -12,6 +12,7 @@ from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event
 from ancfsparse.solve.judge import Judge
 from ancfsparse.solve.setup import CAUSES
+from ancfsparse.solve.times import Clock
 from ancfsparse.system import System
 
 # What a shorter step may cure.
@@ -28,8 +29,10 @@ class Halving:
     ----------
     system, march, iteration
         What moves, and its compiled loops.
-    integrator, dt
+    integrator
         As in `simulate`.
+    clock : Clock
+        Times of the steps.
     judge : Judge
         Bounds for steps of another length.
     most : int
@@ -54,11 +57,12 @@ class Halving:
         iteration: Any,
         integrator: Implicit,
         judge: Judge,
-        dt: float,
+        clock: Clock,
         most: int,
     ) -> None:
         self._system, self._march, self._iteration = system, march, iteration
-        self._integrator, self._judge, self._dt, self._most = integrator, judge, dt, most
+        self._integrator, self._judge, self._most = integrator, judge, most
+        self._clock, self._dt = clock, clock.dt
         if most:
             march.may_shorten()
         self.events: list[Event] = []
@@ -86,7 +90,8 @@ class Halving:
             while left and outcome == Outcome.CONVERGED:
                 self._iteration.step = step - 1
                 left -= 1
-                loads = self._system.loads.amplitudes(np.array([self._dt * step - dt * left]))
+                when = np.array([self._clock.at(step) - dt * left])
+                loads = self._system.loads.amplitudes(when)
                 clock = time.perf_counter()
                 _, code = self._march.advance(self._iteration, 1, loads, 2, 0, *unused)
                 self.seconds += time.perf_counter() - clock
@@ -97,7 +102,7 @@ class Halving:
         self.stuck = level > 0 and left > 0
         if outcome == Outcome.CONVERGED:
             what = f"{2**level} steps of {self._dt / 2**level:.3g} s"
-            self.events.append(Event(step, step * self._dt, what, CAUSES[cause], rate))
+            self.events.append(Event(step, self._clock.at(step), what, CAUSES[cause], rate))
         return outcome
 
     def _change(self, dt: float) -> None:

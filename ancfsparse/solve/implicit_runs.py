@@ -203,7 +203,7 @@ class ImplicitRuns:
             self._integrator,
             self._solver,
             local,
-            first_step(self._system, float(self._t[-1]), local),
+            first_step(self._system, float(self._t[-1] - self._t[0]), local),
             self._t,
             self._max_energy_gain,
             self._threads,
@@ -252,11 +252,11 @@ class ImplicitRuns:
     def _content(
         self, apart: float, one: States, other: States, coarse: float, fine: float
     ) -> Content:
-        t_end = float(self._t[-1])
+        length = float(self._t[-1] - self._t[0])
         omega = frequency(self._system, one, other)
-        z = omega * t_end / self._base
+        z = omega * length / self._base
         lost = [phase_lost_implicitly(z / by) for by in (coarse, fine)]
-        return Content.of(apart, omega, t_end, *lost)
+        return Content.of(apart, omega, length, *lost)
 
     def _wanted(self) -> float:
         """Return the number by which steps of the first run must be divided."""
@@ -267,7 +267,7 @@ class ImplicitRuns:
             return min(plain, by * math.pow(share, 0.5 / self._power))
         # What remains after the second power of the step is the more the less waves are resolved.
         assert self.content is not None
-        z = self.content.omega * float(self._t[-1]) / (self._base * by)
+        z = self.content.omega * float(self._t[-1] - self._t[0]) / (self._base * by)
         mixed = by * math.sqrt(math.sqrt(self._raw * z**2 / (SAFETY * self._accuracy)))
         return plain if plain < WORTH * mixed else max(mixed, ONCE_MORE * by)
 
@@ -277,14 +277,14 @@ class ImplicitRuns:
         return math.ceil(min(max(wanted, LEAST * by), MOST * by))
 
 
-def first_step(system: System, t_end: float, local_error: float) -> float:
+def first_step(system: System, length: float, local_error: float) -> float:
     """Return a step that is surely short; good ones grow from it.
 
     It moves no faster point than the root of what a step of the error allowed and of unit rate of
-    acceleration would, and is a thousandth of the run at most.
+    acceleration would, and is a thousandth of the run [s] at most.
     """
     speed = float(np.max(np.abs(system.v0)))
-    step = 1e-3 * t_end
+    step = 1e-3 * length
     if speed > 0.0:
         step = min(step, np.cbrt(local_error / speed))
     return float(min(step, np.cbrt(local_error)))

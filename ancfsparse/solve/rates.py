@@ -82,7 +82,7 @@ def initial_jerk(
     near = min(reach, SMALL_MOTION / max(_rate(system, v), SMALL_MOTION / reach))
     ahead, behind = (_forces(system, system.q0 + t * v, v + t * a, lam, 0.0) for t in (near, -near))
     rate = (ahead - behind) / (2.0 * near)
-    if system.loads.amplitudes(np.zeros(1)).size:
+    if system.loads.n_amplitudes:
         later, now = (_forces(system, system.q0, v, lam, t) for t in (dt, 0.0))
         rate += (later - now) / dt
     return solve_held(system, seed, -rate, -_bending(system, v, a))[0]
@@ -111,9 +111,14 @@ def _rate(system: System, v: Vector) -> float:
     return float(max(speed / size, np.max(np.abs(v[slopes]), initial=0.0)))
 
 
-def _forces(system: System, q: Vector, v: Vector, lam: Vector, t: float) -> Vector:
+def start_load(system: System, later: float = 0.0) -> Vector:
+    """Return the amplitudes of the loads at the start, or so much later [s]."""
+    return np.asarray(system.loads.amplitudes(np.array([system.t0 + later]))[0])
+
+
+def _forces(system: System, q: Vector, v: Vector, lam: Vector, later: float) -> Vector:
     """Return what must balance M a: internal and constraint forces less the loads, (n_all,) [N]."""
-    amplitudes = system.loads.amplitudes(np.array([t]))[0]
+    amplitudes = start_load(system, later)
     rest = np.zeros(system.n_all)
     return np.asarray(system.assembly.residual(q, v, rest, lam, system.dead_load, amplitudes)[0])
 

@@ -22,6 +22,7 @@ from ancfsparse.results.tables import Chosen
 from ancfsparse.results.writer import Writer
 from ancfsparse.scene import Node
 from ancfsparse.system import System
+from ancfsparse.system.state import State
 from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
@@ -48,8 +49,8 @@ class Recorder(Protocol):
         """Take rows for the times `t`; from a row on, they take the place of all after it."""
         ...
 
-    def finish(self, stats: RunStats) -> None:
-        """Take the counts of the run, at its end."""
+    def finish(self, stats: RunStats, last: State | None = None) -> None:
+        """Take the counts of the run at its end, and all of its last state if that is known."""
         ...
 
 
@@ -69,7 +70,7 @@ class Kept:
     def __init__(self, rows: int, n: int, m: int, places: Places | None) -> None:
         self._places, self._n, self.rows = places, n, 0
         width = n if places is None else len(places)
-        self._stats = RunStats()
+        self._stats, self._last = RunStats(), cast(State | None, None)
         self._tables = [np.empty((rows, *shape)) for shape in ((), *[(width,)] * 3, (m,))]
 
     def append(
@@ -82,16 +83,16 @@ class Kept:
             table[self.rows : self.rows + len(t)] = rows
         self.rows += len(t)
 
-    def finish(self, stats: RunStats) -> None:
-        """Take the counts of the run, at its end."""
-        self._stats = stats
+    def finish(self, stats: RunStats, last: State | None = None) -> None:
+        """Take the counts of the run at its end, and all of its last state if that is known."""
+        self._stats, self._last = stats, last
 
     def trajectory(self, system: System, settings: Mapping[str, Any]) -> Trajectory:
         """Hand back what was taken."""
         t, q, v, a, lam = (table[: self.rows] for table in self._tables)
         if self._places is not None:
             q, v, a = (cast(Vector, Chosen(x, self._places, self._n)) for x in (q, v, a))
-        return Trajectory(system, t, q, v, a, lam, self._stats, settings)
+        return Trajectory(system, t, q, v, a, lam, self._stats, settings, self._last)
 
 
 class Record:

@@ -147,7 +147,7 @@ def _turn(balance: Balance, dx: Vector) -> float:
 def _is_small(balance: Balance, state: State, dx: Vector, tolerance: float) -> bool:
     """Whether a correction is small beside what each body has moved: its square is left."""
     system = balance.system
-    moved = balance.distances(state.q[: system.n_free] - system.q0[: system.n_free])
+    moved = balance.distances(state.q[: system.n_free] - system.q_ref[: system.n_free])
     rounding = 64.0 * EPSILON * balance.span
     return bool(np.all(balance.distances(dx) <= tolerance ** (2.0 / 3.0) * moved + rounding))
 

@@ -15,6 +15,7 @@ from ancfsparse.nonlinear.iteration import EPSILON, Costs, make_inverse, make_it
 from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.seeds import Fill, Seed, SparseSeed
 from ancfsparse.solve.choose import choose
+from ancfsparse.solve.continuation import continues, recall
 from ancfsparse.solve.judge import Judge
 from ancfsparse.solve.memory import NOTHING, Memory
 from ancfsparse.solve.seed import MOST_FILL, make_seed
@@ -23,6 +24,7 @@ from ancfsparse.solve.threads import divide
 from ancfsparse.solve.way_back import WayBack
 from ancfsparse.system import System
 from ancfsparse.system.rotation import frame_of
+from ancfsparse.system.state import State
 
 Vector = NDArray[np.float64]
 
@@ -47,23 +49,25 @@ def prepare(
     threads: int = 1,
     needed: Memory = NOTHING,
     kind: str = "exact",
+    state: State | None = None,
 ) -> tuple[Any, Any, Seed, Judge, str, Vector, WayBack | None]:
     """Return compiled march and nonlinear loop, seed, judge, why this method, and a at t = 0.
 
     The seed is of a kind of `SEEDS`; where an incomplete one was chosen, the way back comes last.
-    A factor is refused if it cannot fit beside what else is `needed`.
+    A factor is refused if it cannot fit beside what else is `needed`.  From the `state` that a run
+    of the same integrator and step has come to, it goes on as if there were no end between them.
     """
     pattern = system.pattern
     seed, groups = make_seed(system, kind, solver, threads, needed)
     method, why = choose(solver, seed, straight=system.constraints.linear)
     scale = integrator.scale * dt**2
     regularize(system, scale)
-    start, a = starting_state(system, seed, integrator, dt)
+    start, a = starting_state(system, seed, integrator, dt, state)
     judge = Judge(system, integrator, tolerance)
     noise = 100.0 * EPSILON * judge.energy
     march = make_march(system, dt, integrator, start, max_energy_gain, noise)
     march.weigh(judge.mass, judge.total)
-    march.prepare(system.loads.amplitudes(np.array([dt])))
+    march.prepare(system.loads.amplitudes(np.array([system.t0 + dt])))
     weights = np.concatenate([judge.mass, np.zeros(system.n_multipliers)])
     papers = tolerance == "paper" and isinstance(method, QuasiNewton) and method.memory == "full"
     by_differences = isinstance(method, QuasiNewton) and method.seed == "finite-difference"
@@ -82,6 +86,8 @@ def prepare(
         difference_steps(system) if by_differences else SMALL,
     )
     divide(system, threads, march, iteration, inverse)
+    if continues(state, system, integrator, dt):
+        recall(state, march, iteration)
     if by_differences:
         why += ", first inverse from finite differences"
     if groups is not None:

@@ -8,15 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ancfsparse.checks import check_count, check_flag, check_positive
+from ancfsparse.checks import check_count, check_finite, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.nonlinear import Method, Outcome
-from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.results import Equilibrium, RunStats, Trajectory
 from ancfsparse.scene import Node, Scene, check_scene
 from ancfsparse.seeds import IncompleteSeed, Seed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.advice import for_steps
+from ancfsparse.solve.continuation import check_start
 from ancfsparse.solve.explicit import (
     check_alone,
     instability,
@@ -31,8 +32,9 @@ from ancfsparse.solve.settings import check_gain, check_solver, check_tolerance
 from ancfsparse.solve.setup import prepare, stopped
 from ancfsparse.solve.start import check_constraints, check_energy
 from ancfsparse.solve.threads import check_threads, usable
-from ancfsparse.solve.times import as_double, count_steps
+from ancfsparse.solve.times import Clock, as_double, count_steps_from
 from ancfsparse.system import System
+from ancfsparse.system.state import State
 from ancfsparse.words import shown
 
 # Second order, and what the step cannot follow is damped instead of growing (docs/accuracy.md,
@@ -63,6 +65,7 @@ def simulate(
     save_nodes: Sequence[Node] | None = None,
     output: str | Path | None = None,
     progress: bool = False,
+    start: State | Equilibrium | None = None,
 ) -> Trajectory:
     """March a scene through time, with a fixed step or to a given accuracy.
 
@@ -72,12 +75,11 @@ def simulate(
     Parameters
     ----------
     scene : Scene
-        Beams, joints and loads; the motion starts at t = 0 from the reference shape with the
-        beams' initial velocities.
+        Beams, joints and loads.
     t_end : float
-        End time [s], a whole number of steps.
+        Time at the end [s], a whole number of steps after the start.
     dt : float
-        Time step [s]; with ``accuracy`` the time between saved states, by default 1/200 of t_end.
+        Time step [s]; with ``accuracy`` the time between saved states, by default 1/200 of the run.
     accuracy : float, optional
         Largest error of the position of a node at the saved times that the steps in time may cause
         [m]; the error of the mesh comes on top.  Whole motions with ever shorter steps are
@@ -133,11 +135,24 @@ def simulate(
         it later.
     progress : bool, optional
         Whether to draw a progress bar.
+    start : State or Equilibrium, optional
+        Where the motion starts: ``run.last`` of an earlier run or file, at its time, or what
+        `solve_static` has returned, at rest at t = 0.  Loads, joints, sections and materials may
+        have changed since, the bodies and their stress-free shapes may not.  By default the motion
+        starts at t = 0 from the stress-free shape with the initial velocities of the beams.
+
+        If scene, integrator and ``dt`` are those of the run that came there, the second run goes
+        on with its accelerations, those of the integrator itself included, with its multipliers,
+        energy watch and course of the loads.  Then both together are the run in one: bit for bit
+        with explicit integrators and with `Newton`, and with solvers that keep a seed but for what
+        ``tolerance`` leaves, because seeds and pairs are not carried over.  In all other cases the
+        start is made consistent as at t = 0, after positions and velocities have been put on the
+        constraints.
 
     Returns
     -------
     Trajectory
-        The saved states, the one at t = 0 first, with counts in ``stats``.
+        The saved states, the one at the start first, with counts in ``stats``.
 
     Raises
     ------
@@ -172,15 +187,18 @@ def simulate(
     in a motion that has lost some, is compared with Newton's.  No step is accepted unconverged.
     """
     check_scene(scene)
+    state = check_start(start)
+    t_start = 0.0 if state is None else state.t
     if accuracy is not None:
         accuracy = check_positive("accuracy", accuracy, "m")
-        dt = as_double("t_end", t_end) / SAVED if dt is None else dt
+        dt = (check_positive("t_end", t_end, "s") - t_start) / SAVED if dt is None else dt
     if dt is None:
         raise InputError(
             "simulate needs a time step or an accuracy: say dt=1e-3 [s], or accuracy=1e-4 [m]"
         )
-    t_end, dt = as_double("t_end", t_end), as_double("dt", dt)
-    n_steps = count_steps(t_end, dt)
+    n_steps = count_steps_from(t_start, t_end, dt)
+    t_end, clock = check_finite("t_end", t_end, "s"), Clock(t_start, as_double("dt", dt))
+    dt = clock.dt
     save_every = min(check_count("save_every", save_every), n_steps)
     named = integrator if isinstance(integrator, Implicit | Explicit) else None
     if isinstance(integrator, str) and integrator == "auto":
@@ -215,10 +233,11 @@ def simulate(
         incomplete=seed != "exact" and accuracy is None and isinstance(integrator, Implicit),
     )
     check_fits(needed)
-    system = System(scene)
+    system = System(scene, state)
     check_energy(system)
-    check_constraints(system)
+    check_constraints(system, state)
     settings = {
+        "t_start": None if state is None else t_start,
         "dt": dt,
         "accuracy": accuracy,
         "t_end": t_end,
@@ -238,7 +257,7 @@ def simulate(
         from ancfsparse.solve.attempts import Attempts
 
         check_accuracy(system, accuracy, tolerance, named, solver, max_halvings)
-        times = dt * np.append(np.arange(0, n_steps, save_every), n_steps)
+        times = clock.at(np.append(np.arange(0.0, n_steps, save_every), n_steps))
         with record.open() as recorder:
             attempts = Attempts(recorder, threads)
             solve_accurately(
@@ -249,20 +268,23 @@ def simulate(
     inverse: Seed | BlockInverse
     if isinstance(integrator, Explicit):
         check_alone(integrator, solver, tolerance, max_halvings, seed)
-        march, inverse, why = prepare_explicit(system, dt, n_steps, integrator, max_energy_gain)
+        march, inverse, why = prepare_explicit(
+            system, dt, n_steps, integrator, max_energy_gain, state
+        )
         a = march.state[2]
     else:
         march, iteration, inverse, judge, why, a, back = prepare(
-            system, dt, integrator, solver, tolerance, max_energy_gain, threads, needed, seed
+            system, dt, integrator, solver, tolerance, max_energy_gain, threads, needed, seed, state
         )
-        halving = Halving(system, march, iteration, integrator, judge, dt, max_halvings)
+        halving = Halving(system, march, iteration, integrator, judge, clock, max_halvings)
     seconds = {"set-up": time.perf_counter() - begin}
     stats = RunStats(solver=why, seconds=seconds, threads=threads)
     with record.open() as recorder:
         # Velocity and acceleration that the integrator goes on from are others, see solve.start.
-        state = march.state
-        recorder.append(np.zeros(1), state[0][None], system.v0[None], a[None], state[3][None])
-        del state, a
+        first = march.state
+        when = np.array([system.t0])
+        recorder.append(when, first[0][None], system.v0[None], a[None], first[3][None])
+        del first, a
         if system.n_all >= LARGE:
             give_back()
         steps = FixedSteps(
@@ -276,22 +298,23 @@ def simulate(
             stats,
             recorder,
             save_every,
-            dt,
+            clock,
         )
         outcome = steps.run(n_steps, progress)
     path = record.trajectory()
     if outcome == Outcome.CONVERGED:
         return path
+    now = clock.at(stats.steps)
     if isinstance(integrator, Explicit):
         assert not isinstance(inverse, IncompleteSeed)
-        raise instability(system, march, inverse, integrator, outcome, stats.steps, dt, path)
+        raise instability(system, march, inverse, integrator, outcome, stats.steps, now, dt, path)
     raise stopped(
         system,
         march,
         iteration,
         outcome,
         stats.steps,
-        stats.steps * dt,
+        now,
         dt,
         max_energy_gain,
         path,

@@ -15,6 +15,7 @@ from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.memory import NOTHING, check_factor, estimate, memory_for
+from ancfsparse.solve.rates import start_load
 from ancfsparse.system import System
 from ancfsparse.words import shown
 
@@ -99,11 +100,6 @@ def check_free(system: System, integrator: Explicit) -> None:
             "this scene depends on velocities: take DormandPrince() or an implicit integrator such "
             "as GeneralizedAlpha(0.9)"
         )
-
-
-def start_load(system: System) -> Vector:
-    """Return the amplitudes of the loads at t = 0."""
-    return np.asarray(system.loads.amplitudes(np.zeros(1))[0])
 
 
 def mass_matrix(system: System) -> sp.csc_array:

@@ -9,21 +9,32 @@ from ancfsparse.errors import InputError
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.march import Start
 from ancfsparse.seeds import Seed
+from ancfsparse.solve.continuation import continues
 from ancfsparse.solve.rates import (
     gradient,
     initial_acceleration,
     initial_jerk,
     out_of_range,
     solve_held,
+    start_load,
     worst_of,
 )
 from ancfsparse.system import System
 from ancfsparse.system.numbering import ROUNDING, speeds
+from ancfsparse.system.state import State
 
 Vector = NDArray[np.float64]
 
 # Share of the smallest phi_q M^-1 phi_q^T by which the constraint block is made definite.
 REGULARIZATION = 1e-10
+
+
+# Newton's corrections that put a start on the constraints, each of which squares what it is off.
+PLACED = 2
+
+# What a start from another run may be off from the constraints beside what rounds, of positions and
+# of velocities: as much as a step leaves, and far less than where a joint is new.
+LEFT_OF_PLACES, LEFT_OF_SPEEDS = 1e-6, 1e-2
 
 
 def regularize(system: System, scale: float) -> None:
@@ -39,15 +50,17 @@ def regularize(system: System, scale: float) -> None:
     if not system.n_multipliers:
         return
     lam = np.zeros(system.n_multipliers)
-    amplitudes = system.loads.amplitudes(np.zeros(1))[0]
-    values = system.assembly.matrix(1.0, scale, system.q0, lam, amplitudes)
+    amplitudes = start_load(system)
+    values = system.assembly.matrix(1.0, scale, system.q_ref, lam, amplitudes)
     diagonal = values[system.pattern.indptr[: system.n_free]]
-    phi_q = system.constraints.jacobian(system.q0)[:, : system.n_free]
+    phi_q = system.constraints.jacobian(system.q_ref)[:, : system.n_free]
     system.assembly.set_regularization(REGULARIZATION * np.min(phi_q.power(2) @ (1.0 / diagonal)))
 
 
-def check_constraints(system: System) -> None:
+def check_constraints(system: System, state: State | None = None) -> None:
     """Refuse a start that violates the constraints or their rates.
+
+    That from a `state` may do so by as much as the steps of a run leave.
 
     Raises
     ------
@@ -57,24 +70,31 @@ def check_constraints(system: System) -> None:
     if not system.n_multipliers:
         return
     rest, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
-    amplitudes = system.loads.amplitudes(np.zeros(1))[0]
+    amplitudes = start_load(system)
     _, phi = system.assembly.residual(system.q0, system.v0, rest, lam, system.dead_load, amplitudes)
     phi_q = system.constraints.jacobian(system.q0)
     moving = speeds(system.scene, system.places, system.v0)
-    for values, sizes, unit, what, advice in (
+    of_places, of_speeds = ROUNDING, ROUNDING
+    sizes_of_places = system.constraints.sizes(system.q0)
+    if state is not None:
+        of_places, of_speeds = LEFT_OF_PLACES, LEFT_OF_SPEEDS
+        sizes_of_places += np.max(np.abs(system.q0))
+    for share, values, sizes, unit, what, advice in (
         (
+            of_places,
             phi,
-            system.constraints.sizes(system.q0),
+            sizes_of_places,
             "m",
             "positions",
             "move the start or the joint so that they agree",
         ),
         (
+            of_speeds,
             *(phi_q @ system.v0, np.abs(phi_q) @ moving, "m/s", "velocities"),
             "give the body a velocity that the joint allows there",
         ),
     ):
-        over = np.abs(values) - ROUNDING * sizes
+        over = np.abs(values) - share * sizes
         worst = int(np.argmax(over))
         if not over[worst] <= 0.0:
             raise InputError(
@@ -100,7 +120,7 @@ def check_energy(system: System) -> None:
 
 
 def starting_state(
-    system: System, seed: Seed, integrator: Implicit, dt: float
+    system: System, seed: Seed, integrator: Implicit, dt: float, state: State | None = None
 ) -> tuple[Start, Vector]:
     """Return the state from which an integrator is of second order from its first step on.
 
@@ -122,6 +142,9 @@ def starting_state(
         The weights.
     dt : float
         Time step [s].
+    state : State, optional
+        What the initial state was taken from.  One that a run of the same scheme has come to is
+        consistent already; of another one, positions and velocities are put on the constraints.
 
     Returns
     -------
@@ -130,7 +153,12 @@ def starting_state(
     a : (n_all,) float
         The true accelerations [m/s2, 1/s2].
     """
-    amplitudes = system.loads.amplitudes(np.zeros(1))[0]
+    amplitudes = start_load(system)
+    if continues(state, system, integrator, dt):
+        b = state.a if state.b is None else state.b
+        return Start(state.q, state.v, state.a, b, state.lam, amplitudes), state.a
+    if state is not None and system.n_multipliers:
+        put_on_constraints(system, seed)
     lam = np.zeros(system.n_multipliers)
     v = lasting(system, seed, integrator.damping_scale * dt)
     seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, amplitudes))
@@ -161,6 +189,26 @@ def starting_state(
     return Start(system.q0, v, smooth, b, lam, amplitudes), a
 
 
+def put_on_constraints(system: System, seed: Seed) -> None:
+    """Correct the initial positions and velocities by what they are off from the constraints.
+
+    Along ``M^-1 phi_q^T``, which is what an impulse of the joints does.
+
+    Parameters
+    ----------
+    system : System
+        Its ``q0`` and ``v0`` are replaced.
+    seed : SparseSeed or IncompleteSeed
+        On the pattern of the system; it is left with the factor of the mass matrix.
+    """
+    none, lam, loads = np.zeros(system.n_all), np.zeros(system.n_multipliers), start_load(system)
+    seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, loads))
+    for _ in range(PLACED):
+        phi = system.assembly.residual(system.q0, none, none, lam, system.dead_load, loads)[1]
+        system.q0 = system.q0 + solve_held(system, seed, none, -phi)[0]
+    system.v0 = system.v0 + solve_held(system, seed, none, -gradient(system) @ system.v0)[0]
+
+
 def lasting(system: System, seed: Seed, scale: float) -> Vector:
     """Return the part of the initial velocities that damping leaves within a step, (n_all,) [m/s].
 
@@ -180,7 +228,7 @@ def lasting(system: System, seed: Seed, scale: float) -> Vector:
     """
     if not system.damped or not system.v0.any():
         return system.v0
-    lam, amplitudes = np.zeros(system.n_multipliers), system.loads.amplitudes(np.zeros(1))[0]
+    lam, amplitudes = np.zeros(system.n_multipliers), start_load(system)
     seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, amplitudes, damping_factor=scale))
     v = left = system.v0
     for _ in range(3):

@@ -40,18 +40,18 @@ class StepPlan:
     ----------
     waves : Waves
         What the motion is made of.
-    t_end : float
+    length : float
         Its time [s].
     fewest : float
         Steps that follow the loads.
     """
 
     waves: Waves
-    t_end: float
+    length: float
     fewest: float
 
     @classmethod
-    def of(cls, waves: Waves | None, breaks: Breaks, t_end: float) -> StepPlan | None:
+    def of(cls, waves: Waves | None, breaks: Breaks, length: float) -> StepPlan | None:
         """Return a plan; None where vibrations are not known or loads ask for short steps."""
         if waves is None:
             return None
@@ -64,7 +64,7 @@ class StepPlan:
         if size.size and size.max() > 0.0:
             most = change.max(axis=0)[size > 0.0] / size[size > 0.0]
             steps = max(steps, math.ceil(len(change) * float(most.max()) / CHANGE))
-        return cls(waves, t_end, steps) if 2 * steps < len(times) else None
+        return cls(waves, length, steps) if 2 * steps < len(times) else None
 
     def plain(self, steps: float) -> float:
         """Return the error of a run [m]."""
@@ -147,5 +147,5 @@ class StepPlan:
 
     def _phase(self, steps: float) -> Vector:
         """Return the phase that each loses [rad]."""
-        z = self.waves.omega * (self.t_end / steps)
+        z = self.waves.omega * (self.length / steps)
         return np.asarray((1.0 - 2.0 * np.arctan(0.5 * z) / z) * self.waves.omega * self.waves.time)

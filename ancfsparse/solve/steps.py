@@ -73,7 +73,7 @@ class Stepper:
     dt : float
         First step [s].
     t : (k,) float
-        Times asked for, the first one 0 [s].
+        Times asked for, the first one that of the start [s].
     max_energy_gain, threads
         As in `simulate`.
     breaks : Breaks, optional
@@ -152,9 +152,10 @@ class Stepper:
             If the run has cost what it may.
         """
         t_end = float(self.states.t[-1])
-        spans = [(0.0, t_end)] if self._breaks is None else self._breaks.spans(t_end)
+        t_start = self.system.t0
+        spans = [(t_start, t_end)] if self._breaks is None else self._breaks.spans
         try:
-            now = 0.0
+            now = t_start
             for k, (begin, end) in enumerate(spans):
                 upto = t_end if k + 1 == len(spans) else spans[k + 1][0]
                 self.pattern.append([])
@@ -200,7 +201,8 @@ class Stepper:
                 continue
             if outcome == Outcome.CONVERGED:
                 continue
-            hopeless = self.dt < SHORTEST * self.states.t[-1] and outcome != Outcome.MAY_GROW
+            shortest = SHORTEST * (self.states.t[-1] - self.states.t[0])
+            hopeless = self.dt < shortest and outcome != Outcome.MAY_GROW
             if outcome in (Outcome.GAINED_ENERGY, Outcome.HAD_GAINED) or hopeless:
                 raise self._stopped(outcome, now)
             if outcome == Outcome.MAY_GROW and upto - now < LANDING * self.dt * RATIO:

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
-from ancfsparse.checks import check_positive
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.checks import check_finite, check_positive
 from ancfsparse.errors import InputError
 
 # Rounding that whole steps may differ by from the end, over the end.
@@ -16,6 +20,63 @@ MOST_STEPS = 2.0**53
 # Shorter times, and steps longer than the inverse, have no square among the doubles [s].
 SHORTEST = 1e-150
 SQUARES = "whose square is in the range of floating-point numbers"
+
+
+class Clock:
+    """Times of equal steps.
+
+    Where the begin is a whole number of steps they are, bit for bit, those of a run from t = 0.
+
+    Parameters
+    ----------
+    begin, dt : float
+        Time of the start, and the step [s].
+    """
+
+    def __init__(self, begin: float, dt: float) -> None:
+        self.begin, self.dt = begin, dt
+        first = round(begin / dt)
+        self._first = float(first) if dt * first == begin else None
+
+    def at(self, steps: float | NDArray[np.float64]) -> Any:
+        """Return the time after so many steps [s], or times for an array."""
+        if self._first is None:
+            return self.begin + self.dt * steps
+        return self.dt * (self._first + steps)
+
+
+def count_steps_from(t_start: float, t_end: float, dt: float) -> int:
+    """Return the number of steps of length ``dt`` from one time to another.
+
+    Raises
+    ------
+    InputError
+        If the end is not after the start, or the step does not divide the time between them.
+    """
+    if t_start == 0.0:
+        return count_steps(t_end, dt)
+    end = check_finite("t_end", t_end, "s")
+    if end <= t_start:
+        raise InputError(
+            f"t_end = {end:.10g} s is not after the start, which is a state at t = {t_start:.10g} "
+            "s: t_end is the time at the end, not the length of the run"
+        )
+    dt = as_double("dt", dt)
+    if max(abs(t_start), abs(end)) / dt > MOST_STEPS:
+        raise InputError(
+            f"dt = {dt:g} s is lost in the rounding of times from {t_start:g} s to {end:g} s: take "
+            "a larger dt"
+        )
+    length = end - t_start
+    n = max(1, round(length / dt))
+    # The difference of two times is rounded as they are.
+    if abs(n * dt - length) > WHOLE * max(abs(t_start), abs(end)):
+        raise InputError(
+            f"dt = {dt:g} s does not divide the {length:.6g} s from start, t = {t_start:.10g} s, "
+            f"to t_end = {end:.10g} s into whole steps ({length / dt:.6g} of them): try t_end = "
+            f"{t_start + n * dt:.15g} s, or dt = {length / n:.15g} s"
+        )
+    return n
 
 
 def count_steps(t_end: float, dt: float) -> int:

@@ -69,12 +69,12 @@ class Waves:
         n = system.n_free
         if not 0 < n <= MOST:
             return None
-        first = system.loads.amplitudes(np.zeros(1))[0]
+        first = system.loads.amplitudes(np.array([system.t0]))[0]
         omega, shapes, mass, decay = _vibrations(system, first)
         nodes = np.unique(np.concatenate([p[:, : system.dim].ravel() for p in system.places]))
         size = np.abs(shapes[nodes[nodes < n]]).max(axis=0, initial=0.0)
         speeds = shapes.T @ (mass @ system.v0[:n])
-        pushes = [(0.0, speeds, -shapes.T @ _force(system, system.v0, first))]
+        pushes = [(system.t0, speeds, -shapes.T @ _force(system, system.v0, first))]
         for low, high in zip(breaks.before, breaks.after, strict=True):
             before, after = (system.loads.amplitudes(np.array([t]))[0] for t in (low, high))
             rest = np.zeros(system.n_all)

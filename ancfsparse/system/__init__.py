@@ -3,6 +3,7 @@
 The system evaluates residual, matrix and energy in compiled code; it knows no time.
 """
 
+from ancfsparse.system.state import State
 from ancfsparse.system.system import System
 
-__all__ = ["System"]
+__all__ = ["State", "System"]

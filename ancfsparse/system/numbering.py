@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, Clamp, Connect, Node, Pin, Scene
+from ancfsparse.system.state import SAME, State, carried_over
 
 # A slope whose direction is within this of a coordinate axis can be clamped by numbering.
 ALIGNED = 1e-14
@@ -32,20 +33,21 @@ class Numbering:
     places : list of (n_rows, n_c) int32 arrays
         Per beam: place of each coordinate of each row (see `scene.bodies`; a row of a beam is a
         node); position first, then the slope r_x.
+    q_ref : (n_all,) float
+        Stress-free coordinates [m, 1].
     q, v : (n_all,) float
-        Reference coordinates [m, 1] and initial velocities [m/s, 1/s].
+        Those at the start [m, 1], and velocities there [m/s, 1/s].
     """
 
     n_free: int
     n_all: int
     places: list[Places]
+    q_ref: NDArray[np.float64]
     q: NDArray[np.float64]
     v: NDArray[np.float64]
 
 
-def number(
-    scene: Scene, kinds: Sequence[ElementKind], v0: NDArray[np.float64] | None = None
-) -> Numbering:
+def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = None) -> Numbering:
     """Give every coordinate of a scene its place.
 
     Held coordinates are fixed and joined positions shared by numbering; what cannot be done that
@@ -57,13 +59,13 @@ def number(
         The beams and joints.
     kinds : sequence of ElementKind
         The element of each beam.
-    v0 : (n_all,) float, optional
-        Initial velocities that are known already.
+    start : State, optional
+        Where to start; by default in the reference shape with the velocities of the beams.
 
     Raises
     ------
     InputError
-        If an initial velocity moves a held point.
+        If an initial velocity moves a held point, or the start is of another scene.
     """
     raw: list[Places] = []
     index: dict[int, int] = {}
@@ -93,17 +95,20 @@ def number(
     while raw:  # one after the other, so that only one of them is there twice
         places.append(final[raw.pop(0)])
     del final, owner, held
-    q, v = np.empty(n_all), np.zeros(n_all)
+    q_ref, v = np.empty(n_all), np.zeros(n_all)
     for beam, where in zip(scene.beams, places, strict=True):
-        q[where] = reference(beam, where.shape[1])
-    if v0 is not None:
-        v[:] = v0
+        q_ref[where] = reference(beam, where.shape[1])
+    q = q_ref
+    if start is not None:
+        q, v = carried_over(scene, start, places, q_ref)
+        _hold_in_place(scene, places, q, q_ref, n_free)
+        _hold_still(scene, places, v, n_free)
     elif any(beam.velocity is not None for beam in scene.beams):
         v[:] = np.nan  # not known yet
         for beam, where in zip(scene.beams, places, strict=True):
             _set_moving(beam, where, v)
         _hold_still(scene, places, v, n_free)
-    return Numbering(n_free, n_all, places, q, v)
+    return Numbering(n_free, n_all, places, q_ref, q, v)
 
 
 def _raw(body: Body, n_c: int, start: int) -> Places:
@@ -187,6 +192,32 @@ def _point(body: Body, row: int) -> Node:
     return Node(body, int(body.row_nodes[row]))
 
 
+def _hold_in_place(
+    scene: Scene,
+    places: Sequence[Places],
+    q: NDArray[np.float64],
+    q_ref: NDArray[np.float64],
+    n_free: int,
+) -> None:
+    """Set held coordinates to where joints hold them, which is where they are but for rounding."""
+    apart = np.abs(q[n_free:] - q_ref[n_free:])
+    if len(apart) and np.max(apart) > SAME * np.max(np.abs(q)):
+        point, column = _found(scene, places, n_free + int(np.argmax(apart)))
+        what, unit = ("position", " m") if column < scene.dim else ("slope", "")
+        raise InputError(
+            f"start has the {what} of {point!r} {np.max(apart):.3g}{unit} from where a joint of "
+            "this scene holds it: leave out the joint, or start from a state that it allows"
+        )
+    q[n_free:] = q_ref[n_free:]
+
+
+def _found(scene: Scene, places: Sequence[Places], place: int) -> tuple[Node, int]:
+    """Return a node that has a coordinate, and the column of the coordinate in its row."""
+    found = ((b, np.argwhere(w == place)) for b, w in zip(scene.beams, places, strict=True))
+    body, (row, column) = next((body, at[0]) for body, at in found if len(at))
+    return _point(body, row), int(column)
+
+
 def _hold_still(
     scene: Scene, places: Sequence[Places], v: NDArray[np.float64], n_free: int
 ) -> None:
@@ -194,15 +225,11 @@ def _hold_still(
     held = v[n_free:]
     moving = np.flatnonzero(np.abs(held) > ROUNDING * speeds(scene, places, v)[n_free:])
     if len(moving):
-        found = (
-            (b, np.argwhere(w == n_free + moving[0]))
-            for b, w in zip(scene.beams, places, strict=True)
-        )
-        body, (row, column) = next((body, at[0]) for body, at in found if len(at))
+        point, column = _found(scene, places, n_free + int(moving[0]))
         what, unit = ("position", "m/s") if column < scene.dim else ("slope", "1/s")
         raise InputError(
             f"the initial velocity moves {len(moving)} held coordinate"
-            f"{'s, the first' if len(moving) > 1 else ','} of the {what} of {_point(body, row)} by "
+            f"{'s, the first' if len(moving) > 1 else ','} of the {what} of {point} by "
             f"{held[moving[0]]:.6g} {unit}: give a velocity field that is zero at the joints"
         )
     held[:] = 0.0

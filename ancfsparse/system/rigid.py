@@ -89,7 +89,7 @@ def _turns(system: System, places: Places, start: Vector, size: float) -> Vector
     # A turn w moves vectors x by w x x: the squares add up to w.(tr S - S).w, S = sum of x x^T.
     moments = np.zeros((3, 3))
     for begin in range(0, len(places), CHUNK):
-        rows = system.q0[places[begin : begin + CHUNK]].reshape(-1, places.shape[1] // 3, 3)
+        rows = system.q_ref[places[begin : begin + CHUNK]].reshape(-1, places.shape[1] // 3, 3)
         rows[:, 0] = (rows[:, 0] - start) / size
         vectors = rows.reshape(-1, 3)
         moments += vectors.T @ vectors

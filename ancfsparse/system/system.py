@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +18,7 @@ from ancfsparse.system.contributions import contributions_of
 from ancfsparse.system.loads import loads_of
 from ancfsparse.system.numbering import Places, number
 from ancfsparse.system.pattern import build
+from ancfsparse.system.state import Layout, State, check_state
 
 Vector = NDArray[np.float64]
 
@@ -32,15 +36,20 @@ class System:
     ----------
     scene : Scene
         At least one beam or mesh.
-    v0 : (n_all,) float, optional
-        Initial velocities, by default those that the scene tells.
+    start : State, optional
+        Where a motion starts; by default at t = 0 in the reference shape with the velocities of
+        the beams.
 
     Attributes
     ----------
     n_free, n_all, n_multipliers : int
         Free coordinates, all coordinates, constraint equations.
+    q_ref : (n_all,) float
+        Stress-free coordinates [m, 1].
+    t0 : float
+        Time at the start [s].
     q0, v0 : (n_all,) float
-        Reference coordinates [m, 1] and initial velocities [m/s, 1/s].
+        Coordinates [m, 1] and velocities [m/s, 1/s] at the start.
     gravity_load : (n_all,) float
         Generalized gravity [N, N m].
     pattern : Pattern
@@ -55,18 +64,22 @@ class System:
         ``residual``, ``matrix``, ``force``, ``inertia``, ``strain_energy``.
     """
 
-    def __init__(self, scene: Scene, v0: Vector | None = None) -> None:
+    def __init__(self, scene: Scene, start: State | None = None) -> None:
         check_scene(scene)
         if not scene.beams:
             raise InputError("the scene has no beam: add one with scene.add_beam or scene.add_mesh")
         self.scene = scene
         self.dim = scene.dim
         self.kinds = [element_kind(b.element, scene.dim, **b.options) for b in scene.beams]
-        numbering = number(scene, self.kinds, v0)
+        if start is not None:
+            check_state(scene, start)
+        numbering = number(scene, self.kinds, start)
         self.n_free, self.n_all = numbering.n_free, numbering.n_all
         if self.n_free == 0:
             raise InputError("the joints hold every coordinate of the scene: nothing can move")
-        self.q0, self.v0, self.places = numbering.q, numbering.v, numbering.places
+        self.q_ref, self.places = numbering.q_ref, numbering.places
+        self.t0 = 0.0 if start is None else float(start.t)
+        self.q0, self.v0 = numbering.q, numbering.v
         self._index = {id(beam): k for k, beam in enumerate(scene.beams)}
         self.constraints = constraints_of(scene, self.rows, self.kind_of)
         self.n_multipliers = len(self.constraints.offset)
@@ -86,12 +99,31 @@ class System:
         self.capsule = self.assembly.capsule
         self.gravity_load = self._gravity()
 
-    def __reduce__(self) -> tuple[type[System], tuple[Scene, Vector]]:
-        """Pickle the scene, from which another process compiles its own; and what moves at first.
+    def __reduce__(self) -> tuple[type[System], tuple[Scene, State]]:
+        """Pickle the scene, from which another process compiles its own; and where it starts.
 
         The function that gave initial velocities may not be known there.
         """
-        return System, (self.scene, self.v0)
+        return System, (self.scene, self.state(self.t0, self.q0, self.v0))
+
+    @cached_property
+    def layout(self) -> Layout:
+        """What the coordinates are."""
+        return Layout.of(self.scene, self.places, self.q_ref)
+
+    def state(
+        self,
+        t: float,
+        q: Vector,
+        v: Vector,
+        a: Vector | None = None,
+        lam: Vector | None = None,
+        **more: Any,
+    ) -> State:
+        """Return a state of this system; without accelerations and multipliers they are zero."""
+        a = np.zeros(self.n_all) if a is None else a
+        lam = np.zeros(self.n_multipliers) if lam is None else lam
+        return State(self.layout, float(t), q, v, a, lam, **more)
 
     def rows(self, node: Node) -> Places:
         """Return the places of the coordinates of all rows of a node, shape (k, n_c)."""
@@ -245,8 +277,8 @@ class System:
 
     def stiffness_diagonal(self, q: Vector) -> Vector:
         """Return the diagonal of the stiffness over the free coordinates, (n_free,) [N/m, N m]."""
-        lam, amplitudes = np.zeros(self.n_multipliers), self.loads.amplitudes(np.zeros(1))[0]
-        values = self.assembly.matrix(0.0, 1.0, q, lam, amplitudes)
+        amplitudes = self.loads.amplitudes(np.array([self.t0]))[0]
+        values = self.assembly.matrix(0.0, 1.0, q, np.zeros(self.n_multipliers), amplitudes)
         return np.asarray(values[self.pattern.indptr[: self.n_free]])
 
     @property

@@ -73,6 +73,7 @@ class Point:
         self.n_free = self.n_all = 2
         self.n_multipliers = 0 if radius is None else 1
         self.q0, self.v0 = np.array(q, dtype=float), np.array(v, dtype=float)
+        self.t0, self.q_ref = 0.0, self.q0
         self.dead_load = np.array([0.0, -mass * gravity])
         n = 2 + self.n_multipliers
         row, column = np.tril_indices(n)
@@ -91,7 +92,9 @@ class Point:
         self.mass_diagonal = np.full(2, mass)
         self.pattern = SimpleNamespace(indptr=self.indptr, indices=self._row.astype(np.int32))
         self.assembly = self
-        self.loads = SimpleNamespace(amplitudes=lambda times: np.zeros((len(times), 0)))
+        self.loads = SimpleNamespace(
+            n_amplitudes=0, amplitudes=lambda times: np.zeros((len(times), 0))
+        )
         self.constraints = SimpleNamespace(
             jacobian=lambda q: sp.csr_array(self.gradient(q)),
             linear=radius is None,

@@ -19,7 +19,7 @@ def breaks(*loads):
     scene.pin(rod.start)
     for load in loads:
         scene.point_force(rod.end, lambda t, load=load: (load(t), 0.0))
-    return Breaks(System(scene).loads, T_END)
+    return Breaks(System(scene).loads, 0.0, T_END)
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_breaks_of_several_loads_at_one_time_are_one():
     found = breaks(lambda t: float(t >= 0.25), lambda t: min(t, 0.25), lambda t: 2.0 * (t > 0.25))
     assert len(found.before) == 1
     assert found.before[0] <= 0.25 <= found.after[0]
-    assert found.spans(T_END) == [(0.0, found.before[0]), (found.after[0], T_END)]
+    assert found.spans == [(0.0, found.before[0]), (found.after[0], T_END)]
 
 
 @pytest.mark.parametrize(
@@ -68,4 +68,4 @@ def test_breaks_of_several_loads_at_one_time_are_one():
     ],
 )
 def test_smooth_loads_and_noise_have_none(load):
-    assert breaks(load).spans(T_END) == [(0.0, T_END)]
+    assert breaks(load).spans == [(0.0, T_END)]

@@ -110,7 +110,7 @@ def text(name, value):
         (lambda file: file["q"].write_direct(np.full((11, 16), np.nan)), "a part of q is lost"),
         (lambda file: file["t"].resize(0, axis=0), "holds no states"),
         (lambda file: file["t"].write_direct(np.ones(11)), "its times do not increase from zero"),
-        (lambda file: file.attrs.__setitem__("format", 3), "by a later version of ancfsparse"),
+        (lambda file: file.attrs.__setitem__("format", 4), "by a later version of ancfsparse"),
     ],
 )
 def test_damaged_files_are_told(tmp_path, break_it, told):

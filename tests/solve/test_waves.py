@@ -51,7 +51,7 @@ def hanging():
 
 def waves_of(scene):
     system = System(scene)
-    breaks = Breaks(system.loads, T_END)
+    breaks = Breaks(system.loads, 0.0, T_END)
     return Waves.of(system, breaks, T_END), breaks
 
 

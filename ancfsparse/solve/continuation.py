@@ -1,0 +1,83 @@
+"""How a run goes on from where another one ended."""
+
+from __future__ import annotations
+
+from typing import Any, TypeGuard
+
+import numpy as np
+
+from ancfsparse.checks import check_finite
+from ancfsparse.errors import InputError
+from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.results import Equilibrium
+from ancfsparse.scene.digest import difference
+from ancfsparse.system import System
+from ancfsparse.system.state import State
+from ancfsparse.words import shown
+
+# Share of the largest amplitude by which loads may differ from those before: rounding.
+SAME_LOADS = 1e-9
+
+
+def check_start(start: object) -> State | None:
+    """Return the state to start from, None for the reference shape.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    if start is None:
+        return start
+    if isinstance(start, State):
+        check_finite("the time of start", start.t, "s")
+        return start
+    if isinstance(start, Equilibrium):
+        return start.state
+    raise InputError(
+        "start must be a state such as run.last, or an equilibrium that solve_static has returned, "
+        f"got {shown(start)}"
+    )
+
+
+def remember(
+    system: System, integrator: Implicit | Explicit, march: Any, iteration: Any, t: float, dt: float
+) -> State:
+    """Return the state that a march has come to, and what its next steps depend on."""
+    q, v, a, lam = march.state
+    memory = dict(march.memory)
+    b = memory.pop("b0", None)
+    memory["run"] = {"integrator": repr(integrator), "dt": dt}
+    memory["scene"] = system.scene.digest()
+    if iteration is not None:
+        memory["contraction"] = iteration.rate
+    return system.state(t, q, v, a, lam, b=b, memory=memory)
+
+
+def continues(
+    state: State | None, system: System, integrator: Implicit | Explicit, dt: float
+) -> TypeGuard[State]:
+    """Whether a run with these steps goes on from a state without a new beginning.
+
+    It does if the scene, the integrator and the step are those of the run that ended there.
+    """
+    if state is None or state.memory.get("run") != {"integrator": repr(integrator), "dt": dt}:
+        return False
+    if not state.layout.numbers_like(system.layout):
+        return False
+    if difference(state.memory["scene"], system.scene.digest()) is not None:
+        return False
+    # A load that is a function of time may be another function by now.
+    now = system.loads.amplitudes(np.array([system.t0]))[0]
+    before = np.asarray(state.memory["amplitudes0"])[: len(now)]
+    return bool(np.all(np.abs(now - before) <= SAME_LOADS * np.max(np.abs(now), initial=0.0)))
+
+
+def recall(state: State, march: Any, iteration: Any = None) -> None:
+    """Let a march go on with what the run before remembered."""
+    memory = dict(state.memory)
+    if state.b is not None:
+        memory["b0"] = state.b
+    march.recall(memory)
+    if iteration is not None:
+        iteration.rate = memory["contraction"]
