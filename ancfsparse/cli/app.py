@@ -14,6 +14,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from ancfsparse.checks import check_count
+from ancfsparse.cli import files
 from ancfsparse.cli.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendulum
 from ancfsparse.errors import AccuracyFailure, AncfError, InputError, Instability, StepFailure
 from ancfsparse.studies.bench.kernels import KernelBench
@@ -36,6 +37,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(study, name="study")
+for command in (files.info, files.plot, files.animate, files.convert):
+    app.command()(command)
 
 
 class RunError(AncfError):
@@ -205,6 +208,9 @@ def pendulum(
     ] = None,
     curvature: Annotated[str | None, typer.Option(help="axis or section, for thick.")] = None,
     save_every: Annotated[int, typer.Option(help="Steps between saved states.")] = 1,
+    output: Annotated[
+        str | None, typer.Option(metavar="FILE", help="HDF5 file for all states.")
+    ] = None,
     json_to: JsonOption = None,
 ) -> None:
     """Simulate the paper's flexible pendulum: a rod of 2 m falling from rest about one end."""
@@ -225,6 +231,7 @@ def pendulum(
         tolerance=tolerance,
         nu=nu,
         save_every=save_every,
+        output=output,
         options={key: value for key, value in options.items() if value is not None},
     )
     with _in_own_words():

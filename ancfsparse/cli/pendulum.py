@@ -74,6 +74,8 @@ class PendulumRun:
         Poisson's ratio of the thick beam; None takes 0.3 [-].
     save_every : int
         Steps from one saved state to the next.
+    output : str or None
+        HDF5 file for all states.
     options : dict of str to str
         Options of the element that were given.
     """
@@ -93,6 +95,7 @@ class PendulumRun:
     tolerance: str | None = None
     nu: float | None = None
     save_every: int = 1
+    output: str | None = None
     options: dict[str, str] = field(default_factory=dict)
 
 
@@ -136,6 +139,7 @@ def run_pendulum(asked: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         seed=asked.seed or "auto",
         tolerance=_number_or_name("tolerance", tolerance, ("paper", "default")),
         save_every=asked.save_every,
+        output=asked.output,
     )
     settings = asdict(asked) | {
         "solver": solver,

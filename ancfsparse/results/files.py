@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.results.opening import damaged, file_name, opened, text_of
@@ -84,6 +85,54 @@ def read(path: str | Path, system: System) -> Trajectory:
     path = Path(path)
     with opened(path) as file:
         return _trajectory(path.absolute(), file, system)
+
+
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """What a file says of its run.
+
+    Attributes
+    ----------
+    t : ndarray, shape (k,)
+        Times of the saved states [s].
+    n_all, n_multipliers : int
+        Coordinates and multipliers of the system.
+    places : ndarray of int or None
+        The coordinates that were kept; None if all were.
+    settings, scene : dict
+        What the run was started with, and what moves, as `Scene.digest` describes it.
+    stats : RunStats
+        What the run cost.
+    """
+
+    t: Array
+    n_all: int
+    n_multipliers: int
+    places: NDArray[np.integer[Any]] | None
+    settings: dict[str, Any]
+    scene: dict[str, str]
+    stats: RunStats
+
+
+def contents(path: str | Path) -> Contents:
+    """Read what a file says of its run, without its states.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If this is no file of a run.
+    """
+    path = file_name("the file of a run", path)
+    with opened(path) as file:
+        t, q, _, _, lam, stats, settings = _states(path.absolute(), file)
+        scene = dict(json.loads(text_of(file, "scene")))
+    places = q.places if isinstance(q, Chosen) else None
+    return Contents(t, q.shape[1], lam.shape[1], places, settings, scene, stats)
 
 
 def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:

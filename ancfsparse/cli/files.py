@@ -1,0 +1,125 @@
+"""Commands on the files of runs: what is in them, pictures, films, conversions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from ancfsparse.errors import InputError
+from ancfsparse.results.files import contents, read_outline
+
+PICTURES = ".pdf", ".png", ".svg"
+
+FileArgument = Annotated[Path, typer.Argument(help="File that simulate(..., output=...) wrote.")]
+ViewOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="VIEW",
+        help="A plane such as xz, or elevation and azimuth of the eye in degrees such as 20,-60.",
+    ),
+]
+
+
+def info(file: FileArgument) -> None:
+    """Say what the file of a run holds."""
+    found = contents(file)
+    t, settings, stats = found.t, found.settings, found.stats
+    typer.echo(f"{file}: {len(t)} states from t = {t[0]:.6g} s to {t[-1]:.6g} s")
+    t_end = settings.get("t_end")
+    if t_end is not None and t[-1] < t_end * (1.0 - 1e-9):
+        typer.echo(f"  unfinished: t_end is {t_end:.6g} s")
+    typer.echo(f"  {found.n_all} coordinates, {found.n_multipliers} multipliers")
+    if found.places is not None:
+        typer.echo(f"  {len(found.places)} coordinates kept, those of save_nodes")
+    for name, values in (("settings", settings), ("scene", found.scene)):
+        typer.echo(f"{name}:")
+        for key, value in values.items():
+            if value not in (None, ""):
+                typer.echo(f"  {key}: {value}")
+    typer.echo(
+        f"cost: {stats.steps} steps, {stats.iterations} iterations, {stats.factorizations} "
+        f"factorizations, {stats.march_seconds:.3g} s" + f", {stats.solver}" * bool(stats.solver)
+    )
+
+
+def plot(
+    file: FileArgument,
+    picture: Annotated[Path, typer.Argument(help="Picture to write: .png, .svg or .pdf.")],
+    time: Annotated[
+        list[float] | None, typer.Option(help="Instant [s]; may be repeated. Six by default.")
+    ] = None,
+    view: ViewOption = None,
+) -> None:
+    """Draw the shapes of a run at instants."""
+    _check_target(picture, PICTURES, "a picture")
+    outline, t, q, _ = read_outline(file)
+    plt = _without_display()
+    from ancfsparse.results.pictures import draw_shapes
+
+    draw_shapes(outline, t, q, time or None, view=_view(view))
+    plt.savefig(picture, dpi=150)
+    plt.close()
+    typer.echo(f"written: {picture}")
+
+
+def animate(
+    file: FileArgument,
+    film: Annotated[Path, typer.Argument(help="Film to write: .gif, or .mp4 with ffmpeg.")],
+    seconds: Annotated[float | None, typer.Option(help="How long the film lasts [s].")] = None,
+    fps: Annotated[int, typer.Option(help="Pictures per second.")] = 25,
+    dpi: Annotated[int, typer.Option(help="Pixels per inch; a film is about 6 wide.")] = 100,
+    view: ViewOption = None,
+) -> None:
+    """Write a film of a run."""
+    outline, t, q, _ = read_outline(file)
+    _without_display()
+    from ancfsparse.results.animation import animate as write
+
+    write(outline, t, q, film, seconds=seconds, fps=fps, dpi=dpi, view=_view(view))
+    typer.echo(f"written: {film}")
+
+
+def convert(
+    file: FileArgument,
+    target: Annotated[Path, typer.Argument(help="File to write: .vtkhdf.")],
+    per_element: Annotated[int, typer.Option(help="Pieces per element.")] = 4,
+) -> None:
+    """Write a run as VTKHDF, with velocities and strains, without the forces of `to_vtk`."""
+    outline, t, q, v = read_outline(file)
+    from ancfsparse.results.vtkhdf import write_vtk
+
+    write_vtk(outline, t, q, v, target, per_element=per_element)
+    typer.echo(f"written: {target}")
+
+
+def _without_display() -> Any:
+    """Load matplotlib for files alone, and return its pyplot."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    return plt
+
+
+def _check_target(target: Path, endings: tuple[str, ...], what: str) -> None:
+    if target.suffix.lower() not in endings:
+        listing = f"{', '.join(endings[:-1])} or {endings[-1]}"
+        raise InputError(f"{what} must end in {listing}, got {str(target)!r}")
+    if not target.absolute().parent.is_dir():
+        raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
+
+
+def _view(text: str | None) -> str | tuple[float, float] | None:
+    if text is None or "," not in text:
+        return text
+    try:
+        elevation, azimuth = map(float, text.split(","))
+    except ValueError:
+        raise InputError(f"--view takes two angles in degrees such as 20,-60, got {text}") from None
+    if not np.isfinite([elevation, azimuth]).all():
+        raise InputError(f"--view takes two finite angles in degrees, got {text}")
+    return elevation, azimuth
