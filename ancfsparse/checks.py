@@ -12,8 +12,13 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.errors import InputError, with_unit
+from ancfsparse.errors import InputError, Parameter, with_unit
 from ancfsparse.words import LARGEST, shown, suggest
+
+
+def _invalid(what: str, needed: str, given: str) -> InputError:
+    text = "{what} must be {needed}, got {given}"
+    return InputError(text, what=Parameter(what), needed=needed, given=given)
 
 
 def is_masked(value: object) -> bool:
@@ -71,7 +76,7 @@ def check_flag(what: str, value: object) -> bool:
     """
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
-    raise InputError(f"{what} must be True or False, got {shown(value)}")
+    raise _invalid(what, "True or False", shown(value))
 
 
 def check_finite(what: str, value: object, unit: str = "") -> float:
@@ -100,10 +105,10 @@ def check_finite(what: str, value: object, unit: str = "") -> float:
     """
     array = check_reals(what, _shortest(value), "a number")
     if array.ndim:
-        raise InputError(f"{what} must be a number, got {shown(value)}")
+        raise _invalid(what, "a number", shown(value))
     number = float(array)
     if not math.isfinite(number):
-        raise InputError(f"{what} must be finite, got {with_unit(number, unit)}")
+        raise _invalid(what, "finite", with_unit(number, unit))
     return number
 
 
@@ -138,7 +143,7 @@ def check_positive(what: str, value: object, unit: str = "") -> float:
     """
     number = check_finite(what, value, unit)
     if number <= 0.0:
-        raise InputError(f"{what} must be positive, got {with_unit(number, unit)}")
+        raise _invalid(what, "positive", with_unit(number, unit))
     return number
 
 
@@ -165,7 +170,7 @@ def check_integer(what: str, value: object) -> int:
     try:
         return operator.index(value)  # type: ignore[arg-type]
     except TypeError:
-        raise InputError(f"{what} must be an integer, got {shown(value)}") from None
+        raise _invalid(what, "an integer", shown(value)) from None
 
 
 def check_count(what: str, value: object, lowest: int = 1) -> int:
@@ -192,9 +197,11 @@ def check_count(what: str, value: object, lowest: int = 1) -> int:
     """
     count = check_integer(what, value)
     if isinstance(value, bool) or count < lowest:
-        raise InputError(f"{what} must be an integer of at least {lowest}, got {shown(value)}")
+        raise _invalid(what, f"an integer of at least {lowest}", shown(value))
     if count > LARGEST:
-        raise InputError(f"{what} is {shown(count)}, more than can be counted")
+        raise InputError(
+            "{what} is {count}, more than can be counted", what=Parameter(what), count=shown(count)
+        )
     return count
 
 
@@ -233,7 +240,7 @@ def check_reals(what: str, value: object, needed: str) -> NDArray[np.float64]:
         with np.errstate(over="ignore"):
             return np.array(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{what} must be {needed}, got {shown(value)}") from None
+        raise _invalid(what, needed, shown(value)) from None
 
 
 def _is_real(value: object) -> bool:

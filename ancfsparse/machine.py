@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, Sentence
 
 if sys.platform != "win32":
     import resource
@@ -43,7 +43,7 @@ def _left_to_process() -> list[float]:
     return [float(most - pages * resource.getpagesize())]
 
 
-def check_room(what: str, needed: float, advice: str) -> None:
+def check_room(what: str, needed: float, advice: str | Sentence) -> None:
     """Refuse what cannot fit in memory, before any of it is taken.
 
     Parameters
@@ -52,7 +52,7 @@ def check_room(what: str, needed: float, advice: str) -> None:
         What needs it, for the message.
     needed : float
         How much [bytes].
-    advice : str
+    advice : str or Sentence
         What to try.
 
     Raises
@@ -63,6 +63,10 @@ def check_room(what: str, needed: float, advice: str) -> None:
     free = available()
     if free is not None and needed > free:
         raise InputError(
-            f"{what} would need about {needed / GIGABYTE:.3g} GB, more than there is: "
-            f"{max(free, 0.0) / GIGABYTE:.3g} GB of memory are free; try {advice}"
+            "{what} would need about {needed:.3g} GB, more than there is: {free:.3g} GB of memory "
+            "are free; try {advice}",
+            what=what,
+            needed=needed / GIGABYTE,
+            free=max(free, 0.0) / GIGABYTE,
+            advice=advice,
         )

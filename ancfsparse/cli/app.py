@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.metadata
 import json
-import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -16,7 +15,15 @@ import typer
 from ancfsparse.checks import check_count
 from ancfsparse.cli import files
 from ancfsparse.cli.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendulum
-from ancfsparse.errors import AccuracyFailure, AncfError, InputError, Instability, StepFailure
+from ancfsparse.errors import (
+    AccuracyFailure,
+    AncfError,
+    InputError,
+    Instability,
+    Parameter,
+    StepFailure,
+    in_python,
+)
 from ancfsparse.studies.bench.kernels import KernelBench
 from ancfsparse.studies.bench.kernels import bench_kernels as run_bench_kernels
 from ancfsparse.studies.bench.paper import PaperBench
@@ -62,48 +69,48 @@ ADVICE_ON_ACCURACY = "Try a smaller --accuracy, or --rho-inf 0.8, which damps mo
 ADVICE_ON_EXPLICIT = "Try a smaller --step, or --integrator generalized-alpha."
 
 
+# Integrators that sentences of the library advise.
+INTEGRATOR_OPTIONS = {
+    "GeneralizedAlpha(0.9)": "--integrator generalized-alpha",
+    "GeneralizedAlpha(rho_inf)": "--integrator generalized-alpha",
+}
+
+
 @contextmanager
-def _in_own_words() -> Iterator[None]:
-    """Say errors of the library in the options of the command."""
+def _in_options() -> Iterator[None]:
+    """Show errors of the library with the options of the command."""
     try:
         yield
     except InputError as error:
-        raise InputError(in_options(str(error))) from error
+        raise InputError(error.sentence(as_option)) from error
     except (StepFailure, AccuracyFailure) as error:
         raise RunError(_ended(error)) from error
 
 
-def in_options(text: str) -> str:
-    """Say a sentence of the library in the options of the command.
+def as_option(parameter: Parameter) -> str:
+    """Show an argument of the library as an option of the command, if there is one.
 
     Parameters
     ----------
-    text : str
-        Such as ``"dt = 3e-4 s does not divide ..."``.
+    parameter : Parameter
+        Its name may be followed by what it belongs to: ``"n_elements of beam 1"``.
     """
-    text = text.replace("an implicit integrator such as GeneralizedAlpha", "GeneralizedAlpha")
-    names = "|".join(OPTIONS)
-    renamed = re.sub(rf"(?<![-\w])({names})\b( ?= ?)?", _option, text)
-    return renamed.replace("GeneralizedAlpha(0.9)", "--integrator generalized-alpha").replace(
-        "GeneralizedAlpha(rho_inf)", "--integrator generalized-alpha"
-    )
-
-
-def _option(found: re.Match[str]) -> str:
-    return OPTIONS[found[1]] + (" " if found[2] else "")
+    if parameter.value in INTEGRATOR_OPTIONS:
+        return INTEGRATOR_OPTIONS[parameter.value]
+    name, *owner = parameter.name.split(" ", 1)
+    if name not in OPTIONS:
+        return "" if parameter.aside else in_python(parameter)
+    return " ".join([OPTIONS[name], *owner, *[parameter.value] * bool(parameter.value)])
 
 
 def _ended(error: StepFailure | AccuracyFailure) -> str:
     """Say why a run ended, with advice that the command can follow; it keeps no states."""
-    if isinstance(error, AccuracyFailure):
-        return in_options(str(error))
     if isinstance(error, Instability):
         error.advice = ADVICE_ON_EXPLICIT
-    else:
+    elif isinstance(error, StepFailure):
         error.advice = ADVICE_ON_ACCURACY if error.trajectory is None else ADVICE
     error.trajectory = None
-    error.reason = error.reason.replace(" (max_iterations)", "")
-    return str(error)
+    return error.sentence(as_option)
 
 
 def _can_be_written(target: str | None) -> str | None:
@@ -234,7 +241,7 @@ def pendulum(
         output=output,
         options={key: value for key, value in options.items() if value is not None},
     )
-    with _in_own_words():
+    with _in_options():
         run, summary = run_pendulum(request)
     if json_to is None:
         tip = ", ".join(f"{x:.9f}" for x in summary["tip"][-1])
@@ -257,7 +264,7 @@ def table1(
     """Reproduce table 1 and figures 1 and 2 of the paper beside the paper's own numbers."""
     TABLE1.check(output, readme)
     ON_BENCHMARKS.check(output, page)
-    with _in_own_words():
+    with _in_options():
         table = TABLE1.run(t_end=time, dt=step, cap=cap, progress=True)
     report(TABLE1, table, output, readme)
     if page is not None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from ancfsparse.checks import check_choice
 from ancfsparse.dispatch import instruction_set
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, Parameter
 from ancfsparse.integrators import (
     HHT,
     CentralDifference,
@@ -276,4 +276,9 @@ def _number_or_name(what: str, text: str, names: tuple[str, ...]) -> str | float
         return float(text)
     except ValueError:
         listing = " or ".join(repr(each) for each in names)
-        raise InputError(f"{what} must be {listing} or a number, got {text!r}") from None
+        raise InputError(
+            "{what} must be {listing} or a number, got {text!r}",
+            what=Parameter(what),
+            listing=listing,
+            text=text,
+        ) from None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.checks import check_positive
 from ancfsparse.dispatch import compiled
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, Parameter
 from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton, seed_frame_of
 from ancfsparse.seeds import Fill, Seed
 
@@ -113,7 +113,11 @@ def tolerance_of(
         force = scale * max(1e-6, 4.0 * EPSILON * force_scale)
         return Tolerance(False, force, 1e-6, 0.0, noise)
     if isinstance(asked, str) and asked != "default":
-        raise InputError(f"tolerance must be 'default', 'paper' or a number in m/s2, got {asked!r}")
+        raise InputError(
+            "{tolerance} must be 'default', 'paper' or a number in m/s2, got {asked!r}",
+            tolerance=Parameter("tolerance"),
+            asked=asked,
+        )
     bound = math.inf
     if asked != "default":
         bound, share, work = scale * check_positive("tolerance", asked, "m/s2"), math.inf, math.inf

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_count, check_positive, check_reals, check_vector
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, Parameter, Sentence
 from ancfsparse.machine import check_room
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import VelocityField
@@ -61,7 +61,8 @@ def straight_beam(
     head = check_vector(f"end of {label}", end, dim, "m")
     count = check_count(f"n_elements of {label}", n_elements)
     check_make(label, element, dim, section, material)
-    check_room(f"{label}, {count} elements,", (16.0 * dim + 20.0) * count, "a smaller n_elements")
+    fewer = Sentence("a smaller {n_elements}", n_elements=Parameter("n_elements"))
+    check_room(f"{label}, {count} elements,", (16.0 * dim + 20.0) * count, fewer)
     far = max(np.abs(tail).max(), np.abs(head).max())
     if far > FARTHEST:
         raise InputError(

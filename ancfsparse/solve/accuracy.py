@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_positive
-from ancfsparse.errors import AccuracyFailure, InputError, StepFailure
+from ancfsparse.errors import AccuracyFailure, InputError, Parameter, StepFailure
 from ancfsparse.integrators import (
     CentralDifference,
     DormandPrince,
@@ -74,8 +74,11 @@ def check_accuracy(
     extent = _extent(system)
     if accuracy > extent:
         raise InputError(
-            f"accuracy = {accuracy:.6g} m is more than the scene, which measures {extent:.6g} m: "
-            f"ask for less, such as {1e-3 * extent:.1g} m"
+            "{accuracy} is more than the scene, which measures {extent:.6g} m: ask for less, such "
+            "as {less:.1g} m",
+            accuracy=Parameter("accuracy", f"{accuracy:.6g} m"),
+            extent=extent,
+            less=1e-3 * extent,
         )
     if max_halvings:
         raise InputError(
@@ -89,22 +92,31 @@ def check_accuracy(
         )
     if isinstance(integrator, Newmark) and integrator.alpha > 0.0:
         raise InputError(
-            f"{integrator!r} is of first order, whose error cannot be had from its steps: take "
-            "HHT(alpha), GeneralizedAlpha(rho_inf) or Newmark(0)"
+            "{integrator!r} is of first order, whose error cannot be had from its steps: take "
+            "HHT(alpha), {implicit} or Newmark(0)",
+            integrator=integrator,
+            implicit=Parameter("integrator", "GeneralizedAlpha(rho_inf)", joint=""),
         )
     if isinstance(integrator, EnergyMomentum):
         raise InputError(
-            f"accuracy={accuracy:g} changes steps by an error estimate, which {integrator!r} does "
-            "not make: take GeneralizedAlpha(rho_inf), or give dt and no accuracy"
+            "{accuracy} changes steps by an error estimate, which {integrator!r} does not make: "
+            "take {implicit}, or give {dt} and no {name}",
+            accuracy=Parameter("accuracy", f"{accuracy:g}", "="),
+            integrator=integrator,
+            implicit=Parameter("integrator", "GeneralizedAlpha(rho_inf)", joint=""),
+            dt=Parameter("dt"),
+            name=Parameter("accuracy"),
         )
     if isinstance(integrator, Explicit):
         check_alone(integrator, solver, "default")
         check_free(system, integrator)
     if system.n_multipliers and integrator == Newmark(0.0):
         raise InputError(
-            f"accuracy={accuracy:g} changes steps, and the trapezoidal rule keeps for ever what "
-            f"that leaves in the forces of the {system.constraints.labels[0]}: take "
-            "integrator=GeneralizedAlpha(0.9)"
+            "{accuracy} changes steps, and the trapezoidal rule keeps for ever what that leaves "
+            "in the forces of the {first}: take {implicit}",
+            accuracy=Parameter("accuracy", f"{accuracy:g}", "="),
+            first=system.constraints.labels[0],
+            implicit=Parameter("integrator", "GeneralizedAlpha(0.9)", "="),
         )
     if isinstance(solver, QuasiNewton) and solver.memory == "full":
         raise InputError(
@@ -157,8 +169,11 @@ def solve_accurately(
     size = float(np.max(np.abs(system.q0)))
     if accuracy < NOISE * size:
         raise InputError(
-            f"accuracy = {accuracy:.3g} m is below what double precision can hold in a scene of "
-            f"{size:.3g} m, about {NOISE * size:.2g} m: ask for more than that"
+            "{accuracy} is below what double precision can hold in a scene of {size:.3g} m, about "
+            "{least:.2g} m: ask for more than that",
+            accuracy=Parameter("accuracy", f"{accuracy:.3g} m"),
+            size=size,
+            least=NOISE * size,
         )
     begin, total = time.perf_counter(), attempts.stats
     ways = _ways(system, t, accuracy, integrator, solver, max_energy_gain, attempts)

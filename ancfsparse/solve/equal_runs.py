@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ancfsparse.errors import EnergyGain, InputError, StepFailure
+from ancfsparse.errors import EnergyGain, InputError, Parameter, StepFailure
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.implicit_runs import ITERATIONS_SHARE, MOST_ATTEMPTS, ImplicitRuns
 from ancfsparse.solve.price import Price
@@ -96,8 +96,9 @@ class EqualRuns(ImplicitRuns):
         t_start = float(self._t[0])
         if n > MOST_STEPS:
             raise InputError(
-                f"a run to t_end = {t_end:g} s would take more than {MOST_STEPS:.0e} steps: "
-                "ask for a shorter time"
+                "a run to {end} would take more than {most:.0e} steps: ask for a shorter time",
+                end=Parameter("t_end", f"{t_end:g} s"),
+                most=MOST_STEPS,
             )
         if self._runs and len(self._pattern) > 1:
             last = round(self._runs[-1][0] / self._first_steps)

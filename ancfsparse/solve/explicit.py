@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ancfsparse.errors import InputError, Instability
+from ancfsparse.errors import InputError, Instability, Parameter
 from ancfsparse.integrators.explicit import Explicit, make_explicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.nonlinear.iteration import EPSILON
@@ -16,6 +16,7 @@ from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.continuation import continues, recall
 from ancfsparse.solve.rates import initial_acceleration, start_load
 from ancfsparse.solve.stability import (
+    IMPLICIT,
     check_free,
     fastest_vibration,
     mass_matrix,
@@ -49,8 +50,11 @@ def check_alone(
     ):
         if value != default:
             raise InputError(
-                f"{integrator!r} solves no equations, so {what}={value!r} means nothing: leave it "
-                "out, or take an implicit integrator such as GeneralizedAlpha(0.9)"
+                "{integrator!r} solves no equations, so {given} means nothing: leave it out, or "
+                "take an implicit integrator such as {implicit}",
+                integrator=integrator,
+                given=Parameter(what, repr(value), "="),
+                implicit=IMPLICIT,
             )
 
 
@@ -78,10 +82,16 @@ def prepare_explicit(
         steps = float(np.ceil(t_end / limit))
         enough = plain(t_end / steps, lambda x: x <= limit and divides(t_end, x))
         raise InputError(
-            f"dt = {dt:g} s is above the stable step of {integrator!r}, which is {limit:.4g} s for "
-            f"this scene because its fastest vibration has {omega:.4g} rad/s: take "
-            f"dt = {enough} s ({steps:.0f} steps) or less, or an implicit integrator "
-            "such as GeneralizedAlpha(0.9)"
+            "{dt} is above the stable step of {integrator!r}, which is {limit:.4g} s for this "
+            "scene because its fastest vibration has {omega:.4g} rad/s: take {enough} "
+            "({steps:.0f} steps) or less, or an implicit integrator such as {implicit}",
+            dt=Parameter("dt", f"{dt:g} s"),
+            integrator=integrator,
+            limit=limit,
+            omega=omega,
+            enough=Parameter("dt", f"{enough} s"),
+            steps=steps,
+            implicit=IMPLICIT,
         )
     if not system.n_multipliers:
         initial_acceleration(system, seed, system.v0)  # refuses what leaves the range of numbers
@@ -104,9 +114,12 @@ def check_held(system: System, march: Any, integrator: Explicit) -> None:
     """Refuse constraints whose multipliers cannot be found."""
     if not (march.finite and np.isfinite(march.state[2]).all()):
         raise InputError(
-            f"{integrator!r} finds no multipliers at the start: the forces there leave the range "
-            f"of numbers, or the {system.constraints.labels[-1]} repeats another constraint; leave "
-            "that out, or take an implicit integrator such as GeneralizedAlpha(0.9)"
+            "{integrator!r} finds no multipliers at the start: the forces there leave the range "
+            "of numbers, or the {last} repeats another constraint; leave that out, or take an "
+            "implicit integrator such as {implicit}",
+            integrator=integrator,
+            last=system.constraints.labels[-1],
+            implicit=IMPLICIT,
         )
 
 

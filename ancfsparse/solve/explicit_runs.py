@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, Parameter
 from ancfsparse.integrators.explicit import Explicit
 from ancfsparse.results import RunStats
 from ancfsparse.solve.breaks import Breaks
@@ -121,8 +121,11 @@ class ExplicitRuns:
         cost = self._plan()[2]
         if cost > MOST_STEPS * self.force_cost:
             self.failure = InputError(
-                f"a run to t_end = {self._t_end:g} s by {self.name} would take more than "
-                f"{MOST_STEPS:.0e} evaluations of the forces: ask for a shorter time"
+                "a run to {end} by {name} would take more than {most:.0e} evaluations of the "
+                "forces: ask for a shorter time",
+                end=Parameter("t_end", f"{self._t_end:g} s"),
+                name=self.name,
+                most=MOST_STEPS,
             )
             return math.inf
         if not self._march.is_set_up and (

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, Parameter, Sentence
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.kernels.layout import MANY_BLOCKS
 from ancfsparse.machine import GIGABYTE, available
@@ -195,17 +195,25 @@ def check_fits(needed: Memory) -> None:
     }
     name = max(parts, key=lambda each: parts[each])
     if name == "saved states":
-        advice = "a larger save_every, save_nodes=[...], or output='run.h5', which keeps them there"
+        advice = Sentence(
+            "a larger {save_every}, save_nodes=[...], or output='run.h5', which keeps them there",
+            save_every=Parameter("save_every"),
+        )
     else:
-        advice = "fewer elements or a sparse solver such as solver='auto'"
+        advice = Sentence("fewer elements or a sparse solver such as solver='auto'")
     other = ""
     if needed.exact:
         other = f" (the factor {needed.factor / GIGABYTE:.3g} GB as an incomplete one, and as an "
         other += f"exact one up to {needed.exact / GIGABYTE:.3g} GB)"
     raise InputError(
-        f"the run would need about {needed.total / GIGABYTE:.3g} GB, more than there is: "
-        f"{free / GIGABYTE:.3g} GB of memory are free, and {name} alone would take "
-        f"{parts[name] / GIGABYTE:.3g} GB{other}; try {advice}"
+        "the run would need about {needed:.3g} GB, more than there is: {free:.3g} GB of memory "
+        "are free, and {name} alone would take {part:.3g} GB{other}; try {advice}",
+        needed=needed.total / GIGABYTE,
+        free=free / GIGABYTE,
+        name=name,
+        part=parts[name] / GIGABYTE,
+        other=other,
+        advice=advice,
     )
 
 

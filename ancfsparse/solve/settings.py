@@ -6,7 +6,7 @@ import difflib
 import math
 
 from ancfsparse.checks import check_finite, check_positive
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, Parameter
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.words import shown
@@ -40,7 +40,9 @@ def check_tolerance(tolerance: object) -> str | float:
         return check_positive("tolerance", tolerance, "m/s2")
     if tolerance not in ("default", "paper"):
         raise InputError(
-            f"tolerance must be 'default', 'paper' or a number in m/s2, got {shown(tolerance)}"
+            "{tolerance} must be 'default', 'paper' or a number in m/s2, got {given}",
+            tolerance=Parameter("tolerance"),
+            given=shown(tolerance),
         )
     return tolerance
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import EnergyGain, StepFailure
+from ancfsparse.errors import EnergyGain, Parameter, Sentence, StepFailure
 from ancfsparse.integrators import EnergyMomentum, Implicit
 from ancfsparse.integrators.march import make_march
 from ancfsparse.nonlinear import Method, Outcome, QuasiNewton, Rung, seed_frame_of
@@ -199,7 +199,7 @@ def stopped(
         where, size, unit = system.constraints.labels[worst], abs(float(phi[worst])), "m"
     reason = f"it {outcome.sentence}, "
     if outcome == Outcome.TOO_MANY:
-        reason = f"it did not converge in {iteration.max_iterations} iterations (max_iterations), "
+        reason = f"it did not converge in {iteration.max_iterations} iterations{{aside}}, "
     reason += (
         "however short it is"
         if path is None
@@ -207,4 +207,5 @@ def stopped(
     )
     if np.isfinite(iteration.contraction):
         reason += f"; the residual last changed by a factor of {iteration.contraction:.3g}"
-    return StepFailure(reason, now, steps, dt, size, where, path, advice, unit)
+    sentence = Sentence(reason, aside=Parameter("max_iterations", aside=True))
+    return StepFailure(sentence, now, steps, dt, size, where, path, advice, unit)

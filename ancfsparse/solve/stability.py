@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, Parameter
 from ancfsparse.integrators.explicit import Explicit
 from ancfsparse.nonlinear import Newton
 from ancfsparse.scene import Scene, check_scene
@@ -33,6 +33,9 @@ ACCURACY = 1e-4
 # Constraints that an explicit method holds at most: each costs a solution for each evaluation of
 # the forces, and all together a small dense matrix.
 MOST_HELD = 12
+
+IMPLICIT = Parameter("integrator", "GeneralizedAlpha(0.9)", joint="")
+"""What is advised where no explicit method serves."""
 
 
 def stable_step(scene: Scene, integrator: Explicit) -> float:
@@ -81,24 +84,31 @@ def check_free(system: System, integrator: Explicit) -> None:
     if integrator.takes_velocities:
         if system.n_multipliers > MOST_HELD:
             raise InputError(
-                f"{integrator!r} holds at most {MOST_HELD} constraints by multipliers, and this "
-                f"scene has {system.n_multipliers}: make pins, clamps and connections by "
-                "numbering, as_constraint=False, or take an implicit integrator such as "
-                "GeneralizedAlpha(0.9)"
+                "{integrator!r} holds at most {most} constraints by multipliers, and this scene "
+                "has {n}: make pins, clamps and connections by numbering, as_constraint=False, or "
+                "take an implicit integrator such as {implicit}",
+                integrator=integrator,
+                most=MOST_HELD,
+                n=system.n_multipliers,
+                implicit=IMPLICIT,
             )
         return
     if system.n_multipliers:
         raise InputError(
-            f"{integrator!r} cannot hold constraints by multipliers, and the "
-            f"{system.constraints.labels[0]} needs them: make pins, clamps and connections by "
-            "numbering, as_constraint=False, or take DormandPrince() or an implicit integrator "
-            "such as GeneralizedAlpha(0.9)"
+            "{integrator!r} cannot hold constraints by multipliers, and the {first} needs them: "
+            "make pins, clamps and connections by numbering, as_constraint=False, or take "
+            "DormandPrince() or an implicit integrator such as {implicit}",
+            integrator=integrator,
+            first=system.constraints.labels[0],
+            implicit=IMPLICIT,
         )
     if system.damped:
         raise InputError(
-            f"{integrator!r} takes forces that depend on positions and time, and the damping of "
+            "{integrator!r} takes forces that depend on positions and time, and the damping of "
             "this scene depends on velocities: take DormandPrince() or an implicit integrator such "
-            "as GeneralizedAlpha(0.9)"
+            "as {implicit}",
+            integrator=integrator,
+            implicit=IMPLICIT,
         )
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, Parameter
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, RunStats
@@ -184,8 +184,11 @@ class Stepper:
         while now < upto:
             if (upto - now) / self.dt > MOST_STEPS:
                 raise InputError(
-                    f"a run to t_end = {self.states.t[-1]:g} s would take more than "
-                    f"{MOST_STEPS:.0e} steps of {self.dt:.2g} s: ask for a shorter time"
+                    "a run to {end} would take more than {most:.0e} steps of {dt:.2g} s: ask for "
+                    "a shorter time",
+                    end=Parameter("t_end", f"{self.states.t[-1]:g} s"),
+                    most=MOST_STEPS,
+                    dt=self.dt,
                 )
             n = math.ceil((upto - now) / self.dt * (1.0 - WHOLE))
             if n <= LANDING:

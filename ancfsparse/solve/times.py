@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_finite, check_positive
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, Parameter
 
 # Rounding that whole steps may differ by from the end, over the end.
 WHOLE = 1e-9
@@ -88,24 +88,43 @@ def count_steps(t_end: float, dt: float) -> int:
         If either is not positive or the step does not divide the time.
     """
     t_end, dt = as_double("t_end", t_end), as_double("dt", dt)
+    step, end = Parameter("dt", f"{dt:g} s"), Parameter("t_end", f"{t_end:g} s")
     if t_end / dt > MOST_STEPS:
         raise InputError(
-            f"dt = {dt:g} s makes {t_end / dt:.3g} steps of t_end = {t_end:g} s: take a larger dt"
+            "{step} makes {steps:.3g} steps of {end}: take a larger {dt}",
+            step=step,
+            end=end,
+            steps=t_end / dt,
+            dt=Parameter("dt"),
         )
     if dt > 1.0 / SHORTEST:
-        raise InputError(f"dt must be at most {1.0 / SHORTEST:g} s, {SQUARES}, got {dt:g} s")
-    if dt > t_end * (1.0 + WHOLE):
         raise InputError(
-            f"dt = {dt:g} s is longer than the run, t_end = {t_end:g} s: try dt = "
-            f"{plain(0.1 * t_end, lambda x: divides(t_end, x))} s"
+            "{dt} must be at most {most:g} s, {why}, got {given:g} s",
+            dt=Parameter("dt"),
+            most=1.0 / SHORTEST,
+            why=SQUARES,
+            given=dt,
+        )
+    if dt > t_end * (1.0 + WHOLE):
+        shorter = plain(0.1 * t_end, lambda x: divides(t_end, x))
+        raise InputError(
+            "{step} is longer than the run, {end}: try {shorter}",
+            step=step,
+            end=end,
+            shorter=Parameter("dt", f"{shorter} s"),
         )
     n = round(t_end / dt)
     if not divides(t_end, dt):
-        end = plain(n * dt, lambda x: divides(x, dt))
-        step = plain(t_end / n, lambda x: divides(t_end, x))
+        other_end = plain(n * dt, lambda x: divides(x, dt))
+        other_step = plain(t_end / n, lambda x: divides(t_end, x))
         raise InputError(
-            f"dt = {dt:g} s does not divide t_end = {t_end:g} s into whole steps "
-            f"({t_end / dt:.6g} of them): try t_end = {end} s, or dt = {step} s"
+            "{step} does not divide {end} into whole steps ({steps:.6g} of them): "
+            "try {other_end}, or {other_step}",
+            step=step,
+            end=end,
+            steps=t_end / dt,
+            other_end=Parameter("t_end", f"{other_end} s"),
+            other_step=Parameter("dt", f"{other_step} s"),
         )
     return n
 

@@ -1,54 +1,12 @@
-"""Every error a person can meet.
-
-A message is a sentence: what is wrong, where, how much, and what to try.
-"""
+"""Errors that end a run."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-
-class AncfError(Exception):
-    """Base of every error that ancfsparse raises on purpose."""
-
-
-class InputError(AncfError, ValueError):
-    """An argument is invalid: its value, name or shape."""
-
-
-class SingularSceneError(InputError):
-    """The scene leaves a motion undetermined, or determines one twice."""
-
-
-KEPT = " The states up to here are in the attribute `trajectory` of this error."
-
-
-class LoadFailure(InputError):
-    """A load that is a function of time gave no load: it failed, or returned something else.
-
-    Parameters
-    ----------
-    reason : str
-        Which load, when, and what it did; a sentence.  What a function raised is the cause of this
-        error.
-    time : float
-        The time it was called with [s].
-    trajectory : Trajectory, optional
-        The states up to there.
-    """
-
-    def __init__(self, reason: str, time: float, trajectory: Any = None) -> None:
-        super().__init__(reason, time, trajectory)
-        self.reason = reason
-        self.time = time
-        self.trajectory = trajectory
-
-    def __str__(self) -> str:
-        """Compose the message a reader meets."""
-        if self.trajectory is None:
-            return self.reason
-        return f"{self.reason.rstrip('.')}." + KEPT
+from ancfsparse.errors.inputs import KEPT, AncfError
+from ancfsparse.errors.sentence import Face, Parameter, Sentence, in_python, with_unit
 
 
 class StepFailure(AncfError, RuntimeError):
@@ -56,7 +14,7 @@ class StepFailure(AncfError, RuntimeError):
 
     Parameters
     ----------
-    reason : str
+    reason : str or Sentence
         What happened, as a sentence or the rest of one: "no convergence in 25 iterations".
     time : float
         Time at the end of the failed step [s].
@@ -79,7 +37,7 @@ class StepFailure(AncfError, RuntimeError):
 
     def __init__(
         self,
-        reason: str,
+        reason: str | Sentence,
         time: float,
         step: int,
         dt: float,
@@ -91,7 +49,7 @@ class StepFailure(AncfError, RuntimeError):
     ) -> None:
         # All arguments go into `args`, so that the exception survives pickling between processes.
         super().__init__(reason, time, step, dt, residual, where, trajectory, advice, unit)
-        self.reason = reason
+        self.reason = str(reason)
         self.time = time
         self.step = step
         self.dt = dt
@@ -101,11 +59,13 @@ class StepFailure(AncfError, RuntimeError):
         self.advice = advice
         self.unit = unit
 
-    def __str__(self) -> str:
+    def sentence(self, face: Face = in_python) -> str:
         """Compose the message a reader meets."""
+        given = self.args[0]
+        reason = given.shown(face) if isinstance(given, Sentence) else self.reason
         return (
             f"step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s) failed: "
-            f"{self.reason.rstrip('.')}. "
+            f"{reason.rstrip('.')}. "
             f"The largest residual is {with_unit(self.residual, self.unit, 3)} at {self.where}. "
             f"{self.advice}" + KEPT * (self.trajectory is not None)
         )
@@ -149,7 +109,7 @@ class EnergyGain(StepFailure):
         self.limit = limit
         self.when = when
 
-    def __str__(self) -> str:
+    def sentence(self, face: Face = in_python) -> str:
         """Compose the message a reader meets."""
         share = self.gain / self.exchanged if self.exchanged > 0.0 else math.inf
         had, compared = "would have", "energy exchanged so far"
@@ -186,7 +146,7 @@ class Instability(StepFailure):
     ) -> None:
         super().__init__(reason, time, step, dt, residual, where, trajectory, advice, unit)
 
-    def __str__(self) -> str:
+    def sentence(self, face: Face = in_python) -> str:
         """Compose the message a reader meets."""
         return (
             f"stopped after step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): "
@@ -216,7 +176,7 @@ class OutputFailure(AncfError, RuntimeError):
         self.time = time
         self.trajectory = trajectory
 
-    def __str__(self) -> str:
+    def sentence(self, face: Face = in_python) -> str:
         """Compose the message a reader meets."""
         return (
             f"{self.path} cannot take the states after t = {self.time:.6g} s: {self.reason}. "
@@ -257,11 +217,12 @@ class AccuracyFailure(AncfError, RuntimeError):
         self.within_reach = within_reach
         self.trajectory = trajectory
 
-    def __str__(self) -> str:
+    def sentence(self, face: Face = in_python) -> str:
         """Compose the message a reader meets."""
+        accuracy = face(Parameter("accuracy", f"{self.accuracy:.3g} m"))
         if self.within_reach is not None:
             return (
-                f"accuracy = {self.accuracy:.3g} m was not reached: after {self.runs} runs, each "
+                f"{accuracy} was not reached: after {self.runs} runs, each "
                 f"with shorter steps, the error is about {self.error:.3g} m, which is the rounding "
                 "of so many steps, and shorter ones add to it. Ask for "
                 f"{self.within_reach:.1g} m or more, or for a shorter time."
@@ -269,83 +230,8 @@ class AccuracyFailure(AncfError, RuntimeError):
                 * (self.trajectory is not None)
             )
         return (
-            f"accuracy = {self.accuracy:.3g} m was not reached: after {self.runs} runs, each with "
+            f"{accuracy} was not reached: after {self.runs} runs, each with "
             f"shorter steps, the error is about {self.error:.3g} m and no longer follows the "
             "steps. Ask for less, for a shorter time (a chaotic motion forgets its start), or "
             "smooth loads that jump." + KEPT * (self.trajectory is not None)
         )
-
-
-class EquilibriumFailure(AncfError, RuntimeError):
-    """No static equilibrium was found.
-
-    Parameters
-    ----------
-    reason : str
-        What happened, as a sentence or the rest of one.
-    load_fraction : float
-        Share of the full load, in (0, 1], at which the iteration failed.
-    residual : float
-        Size of the largest entry of the residual left over [N or N m].
-    where : str
-        Beam, node and coordinate of that entry.
-    unit : str, optional
-        Of the residual.
-    advice : str, optional
-        What to try.
-    """
-
-    def __init__(
-        self,
-        reason: str,
-        load_fraction: float,
-        residual: float,
-        where: str,
-        unit: str = "",
-        advice: str = "Try more load steps or a finer mesh, and check what the joints hold.",
-    ) -> None:
-        super().__init__(reason, load_fraction, residual, where, unit, advice)
-        self.reason = reason
-        self.load_fraction = load_fraction
-        self.residual = residual
-        self.where = where
-        self.unit = unit
-        self.advice = advice
-
-    def __str__(self) -> str:
-        """Compose the message a reader meets."""
-        return (
-            f"no equilibrium at {100 * self.load_fraction:.4g} % of the load: "
-            f"{self.reason.rstrip('.')}. "
-            f"The largest residual is {with_unit(self.residual, self.unit, 3)} at {self.where}. "
-            + self.advice
-        )
-
-
-class UnstableEquilibrium(UserWarning):
-    """The equilibrium that statics found is unstable: the least push would end it.
-
-    Parameters
-    ----------
-    negative : int
-        Number of independent directions in which the scene would leave it: negative pivots, and so
-        negative eigenvalues, of the stiffness.
-    """
-
-    def __init__(self, negative: int) -> None:
-        super().__init__(negative)
-        self.negative = negative
-
-    def __str__(self) -> str:
-        """Compose the message a reader meets."""
-        return (
-            f"the equilibrium is unstable in {self.negative} "
-            f"direction{'s' * (self.negative > 1)}, as a straight column is beyond its buckling "
-            "load: add a small force or a bend that tells the scene which way to go, or let it "
-            "settle in time with simulate"
-        )
-
-
-def with_unit(number: float, unit: str, digits: int = 6) -> str:
-    """Write a number [unit] with some digits."""
-    return f"{number:.{digits}g} {unit}".rstrip()

@@ -1,0 +1,34 @@
+"""Every error a person can meet.
+
+A message is a sentence: what is wrong, where, how much, and what to try.  It names arguments as
+data (`Parameter`), so that a command line can show its options in their place.
+"""
+
+from ancfsparse.errors.equilibria import EquilibriumFailure, UnstableEquilibrium
+from ancfsparse.errors.inputs import AncfError, InputError, LoadFailure, SingularSceneError
+from ancfsparse.errors.runs import (
+    AccuracyFailure,
+    EnergyGain,
+    Instability,
+    OutputFailure,
+    StepFailure,
+)
+from ancfsparse.errors.sentence import Parameter, Sentence, in_python, with_unit
+
+__all__ = [
+    "AccuracyFailure",
+    "AncfError",
+    "EnergyGain",
+    "EquilibriumFailure",
+    "InputError",
+    "Instability",
+    "LoadFailure",
+    "OutputFailure",
+    "Parameter",
+    "Sentence",
+    "SingularSceneError",
+    "StepFailure",
+    "UnstableEquilibrium",
+    "in_python",
+    "with_unit",
+]

@@ -1,0 +1,76 @@
+"""Errors and warnings of statics."""
+
+from __future__ import annotations
+
+from ancfsparse.errors.inputs import AncfError
+from ancfsparse.errors.sentence import Face, in_python, with_unit
+
+
+class EquilibriumFailure(AncfError, RuntimeError):
+    """No static equilibrium was found.
+
+    Parameters
+    ----------
+    reason : str
+        What happened, as a sentence or the rest of one.
+    load_fraction : float
+        Share of the full load, in (0, 1], at which the iteration failed.
+    residual : float
+        Size of the largest entry of the residual left over [N or N m].
+    where : str
+        Beam, node and coordinate of that entry.
+    unit : str, optional
+        Of the residual.
+    advice : str, optional
+        What to try.
+    """
+
+    def __init__(
+        self,
+        reason: str,
+        load_fraction: float,
+        residual: float,
+        where: str,
+        unit: str = "",
+        advice: str = "Try more load steps or a finer mesh, and check what the joints hold.",
+    ) -> None:
+        super().__init__(reason, load_fraction, residual, where, unit, advice)
+        self.reason = reason
+        self.load_fraction = load_fraction
+        self.residual = residual
+        self.where = where
+        self.unit = unit
+        self.advice = advice
+
+    def sentence(self, face: Face = in_python) -> str:
+        """Compose the message a reader meets."""
+        return (
+            f"no equilibrium at {100 * self.load_fraction:.4g} % of the load: "
+            f"{self.reason.rstrip('.')}. "
+            f"The largest residual is {with_unit(self.residual, self.unit, 3)} at {self.where}. "
+            + self.advice
+        )
+
+
+class UnstableEquilibrium(UserWarning):
+    """The equilibrium that statics found is unstable: the least push would end it.
+
+    Parameters
+    ----------
+    negative : int
+        Number of independent directions in which the scene would leave it: negative pivots, and so
+        negative eigenvalues, of the stiffness.
+    """
+
+    def __init__(self, negative: int) -> None:
+        super().__init__(negative)
+        self.negative = negative
+
+    def __str__(self) -> str:
+        """Compose the message a reader meets."""
+        return (
+            f"the equilibrium is unstable in {self.negative} "
+            f"direction{'s' * (self.negative > 1)}, as a straight column is beyond its buckling "
+            "load: add a small force or a bend that tells the scene which way to go, or let it "
+            "settle in time with simulate"
+        )

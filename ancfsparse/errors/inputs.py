@@ -1,0 +1,80 @@
+"""Errors about arguments."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ancfsparse.errors.sentence import Face, Parameter, Sentence, in_python
+
+
+class AncfError(Exception):
+    """Base of every error that ancfsparse raises on purpose."""
+
+    def sentence(self, face: Face = in_python) -> str:
+        """Return the message as a face of the program shows it."""
+        return super().__str__()
+
+    def __str__(self) -> str:
+        """Return the message as the library shows it."""
+        return self.sentence()
+
+
+class InputError(AncfError, ValueError):
+    """An argument is invalid: its value, name or shape.
+
+    Parameters
+    ----------
+    text : str
+        What is wrong, where, how much, and what to try; with fields if there are values.
+    values
+        What stands in the fields, see `Sentence`: ``dt=Parameter("dt", "0.003 s")``.
+    """
+
+    def __init__(self, text: str = "", /, **values: Any) -> None:
+        super().__init__(text)
+        self.values = values
+
+    @property
+    def parameter(self) -> str | None:
+        """Name of the argument that the message is about, if it says so."""
+        named = (each.name for each in self.values.values() if isinstance(each, Parameter))
+        return next(named, None)
+
+    def sentence(self, face: Face = in_python) -> str:
+        """Return the message as a face of the program shows it."""
+        return Sentence(str(self.args[0]), **self.values).shown(face)
+
+
+class SingularSceneError(InputError):
+    """The scene leaves a motion undetermined, or determines one twice."""
+
+
+KEPT = " The states up to here are in the attribute `trajectory` of this error."
+
+
+class LoadFailure(InputError):
+    """A load that is a function of time gave no load: it failed, or returned something else.
+
+    Parameters
+    ----------
+    reason : str
+        Which load, when, and what it did; a sentence.  What a function raised is the cause of this
+        error.
+    time : float
+        The time it was called with [s].
+    trajectory : Trajectory, optional
+        The states up to there.
+    """
+
+    def __init__(self, reason: str, time: float, trajectory: Any = None) -> None:
+        super().__init__(reason)
+        self.args = (reason, time, trajectory)  # for pickling
+        self.reason = reason
+        self.time = time
+        self.trajectory = trajectory
+
+    def sentence(self, face: Face = in_python) -> str:
+        """Compose the message a reader meets."""
+        if self.trajectory is None:
+            return self.reason
+        return f"{self.reason.rstrip('.')}." + KEPT

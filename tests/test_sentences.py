@@ -1,0 +1,83 @@
+"""Sentences in which arguments are data: what each face shows, and that errors survive pickling."""
+
+import pickle
+
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.checks import check_count, check_positive
+from ancfsparse.cli.app import as_option
+from ancfsparse.errors import (
+    InputError,
+    LoadFailure,
+    Parameter,
+    Sentence,
+    StepFailure,
+    in_python,
+)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "python", "option"),
+    [
+        (Parameter("dt"), "dt", "--step"),
+        (Parameter("dt", "0.1 s"), "dt = 0.1 s", "--step 0.1 s"),
+        (Parameter("accuracy", "0.1", "="), "accuracy=0.1", "--accuracy 0.1"),
+        (Parameter("n_elements of beam 1"), "n_elements of beam 1", "--elements of beam 1"),
+        (Parameter("threads", "2"), "threads = 2", "threads = 2"),
+        (Parameter("max_iterations", aside=True), " (max_iterations)", ""),
+        (
+            Parameter("integrator", "GeneralizedAlpha(0.9)", joint=""),
+            "GeneralizedAlpha(0.9)",
+            "--integrator generalized-alpha",
+        ),
+    ],
+)
+def test_each_face_shows_its_own_names(parameter, python, option):
+    assert (in_python(parameter), as_option(parameter)) == (python, option)
+
+
+def test_a_sentence_shows_its_parts_alike():
+    inner = Sentence("a larger {dt}", dt=Parameter("dt"))
+    outer = Sentence("{end} in {n:.2f} steps; try {advice}", end=Parameter("t_end", "1 s"), n=3.0,
+                     advice=inner)  # fmt: skip
+    assert str(outer) == "t_end = 1 s in 3.00 steps; try a larger dt"
+    assert outer.shown(as_option) == "--time 1 s in 3.00 steps; try a larger --step"
+
+
+def test_a_text_without_values_keeps_its_braces():
+    assert str(InputError("the options {'a': 1}")) == "the options {'a': 1}"
+    error = InputError("got {given}", given="{dt}")
+    assert str(error) == "got {dt}"
+
+
+def caught(function, *arguments):
+    with pytest.raises(InputError) as error:
+        function(*arguments)
+    return error.value
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "name"),
+    [
+        (check_positive, ("dt", -1.0, "s"), "dt"),
+        (check_count, ("n_elements", 0), "n_elements"),
+        (ancf.Newmark, (2.0,), None),
+    ],
+)
+def test_an_error_knows_its_argument(function, arguments, name):
+    assert caught(function, *arguments).parameter == name
+
+
+def test_errors_survive_pickling():
+    error = caught(check_positive, "dt", -1.0, "s")
+    copy = pickle.loads(pickle.dumps(error))
+    assert (str(copy), copy.parameter) == (str(error), "dt")
+    reason = Sentence(
+        "no end in 25 iterations{aside}", aside=Parameter("max_iterations", aside=True)
+    )
+    failure = pickle.loads(pickle.dumps(StepFailure(reason, 1.0, 2, 0.5, 3.0, "beam 0")))
+    assert failure.reason == "no end in 25 iterations (max_iterations)"
+    assert "no end in 25 iterations." in failure.sentence(as_option)
+    late = pickle.loads(pickle.dumps(LoadFailure("the load failed", 1.0)))
+    assert (str(late), late.time) == ("the load failed", 1.0)
