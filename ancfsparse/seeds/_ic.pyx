@@ -14,19 +14,21 @@ include "../kernels/solver_abi.pxi"
 cdef extern from "ic.h":
     ctypedef struct Factor "ic":
         ptrdiff_t n, n_triples, n_blocks
+        ptrdiff_t first[4]
+        ptrdiff_t longest, n_threads
         const int64_t *indptr
         const int32_t *indices
         const int32_t *unknown
-        const int64_t *start
+        const int32_t *start
         const int32_t *row
         const int32_t *place_of_entry
         double *scale
         double *blocks
         double *column
-        double *x
-        double *r
-        double *z
-        double *p
+        float *x
+        float *r
+        float *z
+        float *p
         int mode
         double share
         int64_t sweeps, products
@@ -34,6 +36,8 @@ cdef extern from "ic.h":
     const int BLOCK "IC_BLOCK"
     const int TRIPLE "IC_TRIPLE"
     const int PLAIN "IC_PLAIN"
+    const int PAST "IC_PAST"
+    const int FRONTS "IC_FRONTS"
 
 cdef extern from "ic_factor.h":
     ptrdiff_t factor "ic_factor" (void *, const double *) noexcept nogil
@@ -42,9 +46,10 @@ cdef extern from "ic_factor.h":
 cdef extern from "ic_solve.h":
     void solve "ic_solve" (void *, const double *, double *) noexcept nogil
     int refine "ic_refine" (void *, double) noexcept nogil
-    void gather "ic_gather" (const Factor *, const double *, double *) noexcept nogil
-    void scatter "ic_scatter" (const Factor *, const double *, double *) noexcept nogil
-    double sweep "ic_sweep" (Factor *, const double *, double *) noexcept nogil
+    int gather "ic_gather" (Factor *, const double *, float *) noexcept nogil
+    void scatter "ic_scatter" (Factor *, double *, int) noexcept nogil
+    double sweep "ic_sweep" (Factor *, const float *, float *) noexcept nogil
+    double product "ic_product" (Factor *, float *, float *) noexcept nogil
     ptrdiff_t conjugate "ic_conjugate" (Factor *, double, ptrdiff_t) noexcept nogil
 
 
@@ -57,8 +62,12 @@ cdef class Ic:
         Lower triangle of the matrix by columns.
     unknown : (n_triples, 3) int32
         Unknowns of each triple in order of elimination, each in one of them; -1 where none is.
-    start, row : (n_triples + 1,) int64 and int32 arrays
-        Blocks below the diagonal, by columns of blocks, rows ascending.
+    start, row : (n_triples + 1,) and (at least 1,) int32
+        Blocks below the diagonal, by columns of blocks, rows ascending.  Those of the middle count
+        from the number of triples on, in its image, in columns of the second front.
+    first : (4,) int
+        First triple of each of two fronts, which do not meet, and of the middle, which both meet;
+        and the end.
     """
 
     cdef ancf_seed interface
@@ -67,23 +76,28 @@ cdef class Ic:
     cdef readonly object capsule
 
     def __cinit__(self, const int64_t[::1] indptr, const int32_t[::1] indices,
-                  const int32_t[:, ::1] unknown, const int64_t[::1] start,
-                  const int32_t[::1] row):
+                  const int32_t[:, ::1] unknown, const int32_t[::1] start,
+                  const int32_t[::1] row, first):
         cdef Factor *data = &self.data
-        cdef double[:, ::1] vectors
+        cdef float[:, ::1] vectors
         cdef double[::1] blocks, column, scale
         cdef const int32_t[::1] place
+        cdef ptrdiff_t middle, width
         data.n, data.n_triples = indptr.shape[0] - 1, unknown.shape[0]
         data.n_blocks = data.n_triples + start[data.n_triples]
-        longest = int(np.max(np.diff(start), initial=1))
+        for k in range(FRONTS + 2):
+            data.first[k] = first[k]
+        middle, width = first[FRONTS], data.n_triples - first[FRONTS]
+        data.longest, data.n_threads = int(np.max(np.diff(start), initial=1)), 1
+        image = width + start[data.n_triples] - start[middle]
         # A little more room than needed here and there, so that a pointer to the first always exists.
         self.arrays = a = {
             "indptr": np.asarray(indptr), "indices": np.asarray(indices),
             "unknown": np.asarray(unknown), "start": np.asarray(start), "row": np.asarray(row),
-            "place": places(indptr, indices, unknown, start, row),
-            "scale": np.ones(data.n), "blocks": np.zeros(BLOCK * data.n_blocks),
-            "column": np.zeros(BLOCK * max(longest, 1)),
-            "vectors": np.zeros((4, TRIPLE * data.n_triples)),
+            "place": places(indptr, indices, unknown, start, row, first),
+            "scale": np.ones(data.n), "blocks": np.zeros(BLOCK * (data.n_blocks + image) + PAST),
+            "column": np.zeros(FRONTS * (BLOCK * data.longest + PAST)),
+            "vectors": np.zeros((4, TRIPLE * (data.n_triples + width)), dtype=np.float32),
         }
         place, scale, blocks, column = a["place"], a["scale"], a["blocks"], a["column"]
         vectors = a["vectors"]
@@ -121,6 +135,10 @@ cdef class Ic:
         """Whether a solve is one sweep."""
         return self.data.mode == PLAIN
 
+    def set_threads(self, ptrdiff_t threads):
+        """Set the number of threads, of which two find work."""
+        self.data.n_threads = threads
+
     def factor(self, const double[::1] values):
         """Factor; return 0, or 1 + the first unknown whose pivot is not positive, and no factor."""
         return factor(&self.data, &values[0])
@@ -144,9 +162,9 @@ cdef class Ic:
         """Return what one sweep makes of ``r (n,)``; it is not counted."""
         x = np.empty(self.data.n)
         cdef double[::1] view = x
-        gather(&self.data, &r[0], self.data.x)
+        cdef int power = gather(&self.data, &r[0], self.data.x)
         sweep(&self.data, NULL, self.data.x)
-        scatter(&self.data, self.data.x, &view[0])
+        scatter(&self.data, &view[0], power)
         self.data.sweeps -= 1
         return x
 
@@ -165,10 +183,10 @@ cdef class Ic:
         x = np.empty(self.data.n)
         cdef double[::1] view = x
         cdef int64_t sweeps = self.data.sweeps, products = self.data.products
-        gather(&self.data, &r[0], self.data.r)
+        cdef int power = gather(&self.data, &r[0], self.data.r)
         rounds = conjugate(&self.data, share, most)
         self.data.sweeps, self.data.products = sweeps, products
-        scatter(&self.data, self.data.x, &view[0])
+        scatter(&self.data, &view[0], power)
         return x, rounds
 
     def columns(self):
@@ -178,15 +196,18 @@ cdef class Ic:
         """
         a = self.arrays
         singles = a["blocks"].view(np.float32)[:BLOCK * self.data.n_blocks]
-        blocks = singles.reshape(-1, 3, 4)[:, :, :3].transpose(0, 2, 1).astype(float)
-        return a["unknown"], a["start"], a["row"], blocks, a["scale"]
+        blocks = singles.reshape(-1, 3, 3).transpose(0, 2, 1).astype(float)
+        width = self.data.n_triples - self.data.first[FRONTS]
+        row = a["row"] - width * (a["row"] >= self.data.n_triples)
+        return a["unknown"], a["start"], row, blocks, a["scale"]
 
 
 def places(const int64_t[::1] indptr, const int32_t[::1] indices, const int32_t[:, ::1] unknown,
-           const int64_t[::1] start, const int32_t[::1] row):
+           const int32_t[::1] start, const int32_t[::1] row, first):
     """Return for each entry of the matrix its place among the numbers of the blocks, int32."""
     cdef ptrdiff_t n = indptr.shape[0] - 1, n_triples = unknown.shape[0], t, k, j
-    cdef int64_t p, low, high, middle, block
+    cdef int64_t p, low, high, between, block
+    cdef ptrdiff_t second = first[1], middle = first[2]
     cdef int32_t a, b, r, c
     of_unknown = np.empty(n, dtype=np.int32)
     out = np.empty(indices.shape[0], dtype=np.int32)
@@ -204,13 +225,15 @@ def places(const int64_t[::1] indptr, const int32_t[::1] indices, const int32_t[
             if r == c:
                 block = r
             else:
+                if second <= c < middle <= r:
+                    r += <int32_t>(n_triples - middle)
                 low, high = start[c], start[c + 1]
                 while high - low > 1:
-                    middle = (low + high) // 2
-                    if row[middle] <= r:
-                        low = middle
+                    between = (low + high) // 2
+                    if row[between] <= r:
+                        low = between
                     else:
-                        high = middle
+                        high = between
                 block = n_triples + low
-            place[p] = <int32_t>(BLOCK * block + 4 * (b % 3) + a % 3)
+            place[p] = <int32_t>(BLOCK * block + 3 * (b % 3) + a % 3)
     return out

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 # By how much a factor may fill in more where whole nodes are eliminated in an order of minimum
 # degree: 2.8 times in a lattice of 3 nodes a side, 1.9 from 8 on, 1.2 in nets.
 ROUGHLY = 3.0
+# Groups from which two fronts pay: so much work that a second thread can share it, and that what
+# the middle costs, where both meet in all directions, is little.
+TWO_FRONTS_FROM = 5000
 # More than any memory holds.
 MOST_BLOCKS = 1e15
 
@@ -97,15 +100,58 @@ class Groups:
         n = lower.shape[0]
         return int(lower.nnz - n - (n - connected_components(lower, directed=False)[0]))
 
-    def line_order(self) -> NDArray[np.int32]:
-        """Return the groups node by node, nodes in reverse order of Cuthill and McKee, (n,) int32.
+    def fronts(self) -> tuple[NDArray[np.int32], tuple[int, int, int, int]]:
+        """Return the groups in order of elimination, (n,) int32, and where its parts begin.
 
-        On trees that is from the leaves to the root.  Groups of a node come in their own order.
+        Node by node, in two fronts that do not meet and then the middle, which both meet: half of
+        the nodes in the order of Cuthill and McKee, the others, and in the middle what of those is
+        beside the half.  In a front, nodes come in reverse order of their distance from the middle.
+        Trees are one front, from the leaves to the root, and so is what is small.  Groups of a node
+        come in their own order.
+
+        The second result is the place of the first group of each front and of the middle, and the
+        number of groups.
         """
-        from scipy.sparse.csgraph import reverse_cuthill_mckee
+        import scipy.sparse as sp
+        from scipy.sparse.csgraph import breadth_first_order, reverse_cuthill_mckee
 
         lower = self._lower_nodes()
-        return self._by_node(reverse_cuthill_mckee((lower + lower.T).tocsr(), symmetric_mode=True))
+        n = lower.shape[0]
+        graph = (lower + lower.T).tocsr()
+        reverse = reverse_cuthill_mckee(graph, symmetric_mode=True)
+        if len(self.members) < TWO_FRONTS_FROM or self.cycles == 0:
+            return self._by_node(reverse), (0, *3 * (len(self.members),))
+        rank = np.empty(n, dtype=np.int32)
+        rank[reverse] = np.arange(n, dtype=np.int32)
+        second = rank >= n // 2
+        meets = np.asarray(graph @ (~second).astype(np.int32)) > 0
+        part = second + np.int8(0)
+        part[second & meets] = 2
+        # A breadth-first search from all of the middle, and from the last node of other components.
+        root = np.flatnonzero((part == 2) | self._ends_component(graph, rank, part))
+        star = sp.csr_array(
+            (np.ones(len(root), np.int8), (np.zeros(len(root), np.int32), root)), shape=(1, n)
+        )
+        rooted = sp.block_array([[None, star], [star.T, graph]], format="csr")
+        nodes = breadth_first_order(rooted, 0, directed=True, return_predecessors=False)[:0:-1] - 1
+        nodes = nodes[np.argsort(part[nodes], kind="stable")]
+        order = self._by_node(nodes)
+        sizes = np.cumsum(np.bincount(part[self.node], minlength=3))
+        return order, (0, int(sizes[0]), int(sizes[1]), int(sizes[2]))
+
+    @staticmethod
+    def _ends_component(
+        graph: sp.csr_array, rank: NDArray[np.int32], part: NDArray[np.int8]
+    ) -> NDArray[np.bool_]:
+        """Return which nodes are the last of a component that has no part in the middle."""
+        from scipy.sparse.csgraph import connected_components
+
+        n_components, component = connected_components(graph, directed=False)
+        last = np.zeros(n_components, dtype=np.int32)
+        np.maximum.at(last, component, rank)
+        last[component[part == 2]] = -1
+        out: NDArray[np.bool_] = rank == last[component]
+        return out
 
     def exact_fill(self, most: float) -> Fill | None:
         """Count the exact factor in an order of nested dissection.

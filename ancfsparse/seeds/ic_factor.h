@@ -8,30 +8,58 @@
 #define IC_SHIFT 1e-3
 enum { IC_MOST_SHIFTS = 30 };
 
-static void ic_find_scale(ic *self, const double *values)
+typedef double pair __attribute__((vector_size(16), aligned(8), may_alias));
+
+IC_INLINE void ic_store(double *p, quad v)
 {
-    for (ptrdiff_t j = 0; j < self->n; ++j) {
+    *(pair *)p = (pair){v[0], v[1]};
+    p[2] = v[2];
+}
+
+IC_INLINE void ic_load(quad *out, const double *block)
+{
+    for (int c = 0; c < 3; ++c)
+        out[c] = quad_load(block + 3 * c);
+}
+
+static void ic_find_scale(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    ptrdiff_t end = self->n * (front + 1) / IC_FRONTS;
+    for (ptrdiff_t j = self->n * front / IC_FRONTS; j < end; ++j) {
         int power = 0;
-        frexp(values[self->indptr[j]], &power);
+        frexp(self->values[self->indptr[j]], &power);
         self->scale[j] = ldexp(1.0, -power / 2);
     }
 }
 
-/* A, scaled, into the blocks; its diagonal, which is near one, enlarged. */
-static void ic_spread(const ic *self, const double *values, double shift)
+/* A, scaled, into cleared blocks; its diagonal, which is near one, enlarged. */
+static void ic_spread(void *context, ptrdiff_t front)
 {
-    memset(self->blocks, 0, IC_BLOCK * self->n_blocks * sizeof(double));
-    for (ptrdiff_t j = 0; j < self->n; ++j) {
+    const ic *self = context;
+    const double *values = self->values;
+    ptrdiff_t end = self->n * (front + 1) / IC_FRONTS;
+    for (ptrdiff_t j = self->n * front / IC_FRONTS; j < end; ++j) {
         int64_t p = self->indptr[j];
         double scale = self->scale[j];
-        self->blocks[self->place_of_entry[p]] = values[p] * scale * scale + shift;
+        self->blocks[self->place_of_entry[p]] = values[p] * scale * scale + self->shift;
         for (++p; p < self->indptr[j + 1]; ++p)
             self->blocks[self->place_of_entry[p]] = values[p] * scale * self->scale[self->indices[p]];
     }
-    for (ptrdiff_t t = 0; t < self->n_triples; ++t)
+    for (ptrdiff_t t = self->first[front]; t < ic_end(self, front); ++t)
         for (int k = 0; k < 3; ++k)
             if (self->unknown[3 * t + k] < 0)
-                self->blocks[IC_BLOCK * t + 5 * k] = 1.0;
+                self->blocks[IC_BLOCK * t + 4 * k] = 1.0;
+}
+
+/* Clear a share of the blocks, and the second front the image. */
+static void ic_clear(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    ptrdiff_t half = self->n_blocks / 2, begin = front ? half : 0;
+    ptrdiff_t image = ic_width(self) + self->start[self->n_triples] - self->start[self->first[IC_MIDDLE]];
+    ptrdiff_t end = front ? self->n_blocks + image : half;
+    memset(self->blocks + IC_BLOCK * begin, 0, IC_BLOCK * (end - begin) * sizeof(double));
 }
 
 /* Invert a block of the diagonal, of which the lower triangle is read; 0, or 1 + the first lane whose
@@ -39,8 +67,8 @@ static void ic_spread(const ic *self, const double *values, double shift)
 IC_INLINE int ic_invert(double *d)
 {
     double d0 = d[0], l1 = d[1] / d0, l2 = d[2] / d0;
-    double d1 = d[5] - l1 * d[1], u = d[6] - l1 * d[2], l = u / d1;
-    double d2 = d[10] - l2 * d[2] - l * u, m = l1 * l - l2;
+    double d1 = d[4] - l1 * d[1], u = d[5] - l1 * d[2], l = u / d1;
+    double d2 = d[8] - l2 * d[2] - l * u, m = l1 * l - l2;
     if (!(d0 > 0.0 && d0 < INFINITY)) /* a NaN ends here too */
         return 1;
     if (!(d1 > 0.0 && d1 < INFINITY))
@@ -49,11 +77,11 @@ IC_INLINE int ic_invert(double *d)
         return 3;
     double i0 = 1.0 / d0, i1 = 1.0 / d1, i2 = 1.0 / d2;
     d[0] = i0 + l1 * l1 * i1 + m * m * i2;
-    d[1] = d[4] = -l1 * i1 - l * m * i2;
-    d[2] = d[8] = m * i2;
-    d[5] = i1 + l * l * i2;
-    d[6] = d[9] = -l * i2;
-    d[10] = i2;
+    d[1] = d[3] = -l1 * i1 - l * m * i2;
+    d[2] = d[6] = m * i2;
+    d[4] = i1 + l * l * i2;
+    d[5] = d[7] = -l * i2;
+    d[8] = i2;
     return 0;
 }
 
@@ -61,77 +89,113 @@ IC_INLINE int ic_invert(double *d)
 IC_INLINE void ic_subtract_product(double *out, const quad *n, const double *b)
 {
     for (int c = 0; c < 3; ++c)
-        quad_store(out + 4 * c, quad_load(out + 4 * c) -
-                                    (n[0] * b[c] + n[1] * b[4 + c] + n[2] * b[8 + c]));
+        ic_store(out + 3 * c,
+                 quad_load(out + 3 * c) - (n[0] * b[c] + n[1] * b[3 + c] + n[2] * b[6 + c]));
 }
 
-IC_INLINE void ic_load(quad *out, const double *block)
+/* Eliminate a front or the middle; 0, or 1 + the first unknown whose pivot is not positive. */
+static void ic_eliminate(void *context, ptrdiff_t front)
 {
-    for (int c = 0; c < 3; ++c)
-        out[c] = quad_load(block + 4 * c);
-}
-
-/* Eliminate; 0, or 1 + the first unknown whose pivot is not positive. */
-static ptrdiff_t ic_eliminate(const ic *self)
-{
-    double *below = self->blocks + IC_BLOCK * self->n_triples, *column = self->column;
-    for (ptrdiff_t j = 0; j < self->n_triples; ++j) {
-        double *pivot = self->blocks + IC_BLOCK * j;
-        int64_t begin = self->start[j], end = self->start[j + 1];
+    ic *self = context;
+    ptrdiff_t middle = self->first[IC_MIDDLE], width = ic_width(self);
+    double *blocks = self->blocks, *below = blocks + IC_BLOCK * self->n_triples;
+    double *column = self->column + (front % IC_FRONTS) * (IC_BLOCK * self->longest + IC_PAST);
+    /* Where blocks of the middle are, seen from this front. */
+    ptrdiff_t on = front == 1 ? self->n_blocks - middle : 0;
+    ptrdiff_t off =
+        front == 1 ? self->n_blocks + width - self->n_triples - self->start[middle] : 0;
+    for (ptrdiff_t j = self->first[front]; j < self->first[front + 1]; ++j) {
+        double *pivot = blocks + IC_BLOCK * j;
+        ptrdiff_t begin = self->start[j], end = self->start[j + 1];
         int bad = ic_invert(pivot);
-        if (bad)
-            return 1 + (self->unknown[3 * j + bad - 1] < 0 ? 0 : self->unknown[3 * j + bad - 1]);
+        if (bad) {
+            self->bad[front] =
+                1 + (self->unknown[3 * j + bad - 1] < 0 ? 0 : self->unknown[3 * j + bad - 1]);
+            return;
+        }
         memcpy(column, below + IC_BLOCK * begin, IC_BLOCK * (end - begin) * sizeof(double));
-        for (int64_t b = begin; b < end; ++b) {
+        for (ptrdiff_t b = begin; b < end; ++b) {
             quad old[3];
             ic_load(old, below + IC_BLOCK * b);
             for (int c = 0; c < 3; ++c)
-                quad_store(below + IC_BLOCK * b + 4 * c, old[0] * pivot[4 * c] +
-                                                             old[1] * pivot[4 * c + 1] +
-                                                             old[2] * pivot[4 * c + 2]);
+                ic_store(below + IC_BLOCK * b + 3 * c, old[0] * pivot[3 * c] +
+                                                           old[1] * pivot[3 * c + 1] +
+                                                           old[2] * pivot[3 * c + 2]);
         }
-        for (int64_t b = begin; b < end; ++b) {
+        for (ptrdiff_t b = begin; b < end; ++b) {
             const double *held = column + IC_BLOCK * (b - begin);
-            ptrdiff_t k = self->row[b];
-            int64_t at = self->start[k], last = self->start[k + 1];
+            ptrdiff_t k = self->row[b], to, here;
+            if (k >= self->n_triples)
+                k -= width;
+            here = k >= middle;
+            to = self->row[b] - k; /* from the places of the middle to those of the image */
+            ptrdiff_t at = self->start[k], last = self->start[k + 1];
             quad n[3];
             ic_load(n, below + IC_BLOCK * b);
-            ic_subtract_product(self->blocks + IC_BLOCK * k, n, held);
-            for (int64_t i = b + 1; i < end; ++i) {
-                while (at < last && self->row[at] < self->row[i])
+            ic_subtract_product(blocks + IC_BLOCK * (k + (here ? on : 0)), n, held);
+            for (ptrdiff_t i = b + 1; i < end; ++i) {
+                ptrdiff_t row = self->row[i] - to;
+                while (at < last && self->row[at] < row)
                     ++at;
                 if (at == last)
                     break;
-                if (self->row[at] != self->row[i])
+                if (self->row[at] != row)
                     continue; /* dropped */
                 ic_load(n, below + IC_BLOCK * i);
-                ic_subtract_product(below + IC_BLOCK * at, n, held);
+                ic_subtract_product(below + IC_BLOCK * (at + (here ? off : 0)), n, held);
             }
         }
     }
-    return 0;
 }
 
-/* Round the factor, and write A beside it. */
-static void ic_round(const ic *self, const double *values)
+/* Add the image of the middle to it. */
+static void ic_join(const ic *self)
 {
-    float *factor = ic_factor_singles(self), *matrix = ic_matrix_singles(self);
+    ptrdiff_t middle = self->first[IC_MIDDLE], width = ic_width(self);
+    const double *image = self->blocks + IC_BLOCK * self->n_blocks;
+    double *on = self->blocks + IC_BLOCK * middle;
+    double *below = self->blocks + IC_BLOCK * (self->n_triples + self->start[middle]);
+    ptrdiff_t n_below = self->start[self->n_triples] - self->start[middle];
+    for (ptrdiff_t k = 0; k < IC_BLOCK * width; ++k)
+        on[k] += image[k];
+    for (ptrdiff_t k = 0; k < IC_BLOCK * n_below; ++k)
+        below[k] += image[IC_BLOCK * width + k];
+}
+
+/* Round the factor, from the first block on, as it goes to the front of its own room. */
+static void ic_round(const ic *self)
+{
+    float *factor = ic_factor_singles(self);
     for (ptrdiff_t b = 0; b < self->n_blocks; ++b) {
         quad block[3];
         ic_load(block, self->blocks + IC_BLOCK * b);
         for (int c = 0; c < 3; ++c)
-            quad_to_singles(factor + IC_BLOCK * b + 4 * c, block[c]);
+            quad_to_singles(factor + IC_BLOCK * b + 3 * c, block[c]);
     }
-    memset(matrix, 0, IC_BLOCK * self->n_blocks * sizeof(float));
-    for (ptrdiff_t j = 0; j < self->n; ++j)
+    memset(ic_matrix_singles(self), 0, (IC_BLOCK * self->n_blocks + IC_PAST) * sizeof(float));
+}
+
+/* Write A in single precision. */
+static void ic_spread_singles(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    float *matrix = ic_matrix_singles(self);
+    ptrdiff_t end = self->n * (front + 1) / IC_FRONTS;
+    for (ptrdiff_t j = self->n * front / IC_FRONTS; j < end; ++j)
         for (int64_t p = self->indptr[j]; p < self->indptr[j + 1]; ++p)
             matrix[self->place_of_entry[p]] =
-                (float)(values[p] * self->scale[j] * self->scale[self->indices[p]]);
-    for (ptrdiff_t t = 0; t < self->n_triples; ++t) {
-        float *d = matrix + IC_BLOCK * t;
-        d[4] = d[1];
-        d[8] = d[2];
-        d[9] = d[6];
+                (float)(self->values[p] * self->scale[j] * self->scale[self->indices[p]]);
+}
+
+/* Write the upper triangles of blocks on the diagonal. */
+static void ic_mirror(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    for (ptrdiff_t t = self->first[front]; t < ic_end(self, front); ++t) {
+        float *d = ic_matrix_singles(self) + IC_BLOCK * t;
+        d[3] = d[1];
+        d[6] = d[2];
+        d[7] = d[5];
     }
 }
 
@@ -145,15 +209,25 @@ static void ic_spoil(const ic *self)
 
 static ptrdiff_t ic_factor_shifted(ic *self, const double *values, double shift)
 {
-    ptrdiff_t bad;
-    ic_find_scale(self, values);
-    ic_spread(self, values, shift);
-    bad = ic_eliminate(self);
-    if (bad == 0)
-        ic_round(self, values);
+    self->values = values, self->shift = shift;
+    memset(self->bad, 0, sizeof(self->bad));
+    ic_on_fronts(self, ic_find_scale);
+    ic_on_fronts(self, ic_clear);
+    ic_on_fronts(self, ic_spread);
+    ic_on_fronts(self, ic_eliminate);
     self->mode = IC_PROBE;
     self->share = IC_LOOSE;
-    return bad;
+    for (ptrdiff_t front = 0; front < IC_FRONTS; ++front)
+        if (self->bad[front])
+            return self->bad[front];
+    ic_join(self);
+    ic_eliminate(self, IC_MIDDLE);
+    if (self->bad[IC_MIDDLE])
+        return self->bad[IC_MIDDLE];
+    ic_round(self);
+    ic_on_fronts(self, ic_spread_singles);
+    ic_on_fronts(self, ic_mirror);
+    return 0;
 }
 
 /* Factor the values; 0, or 1 + the first unknown whose pivot is not positive, and then no factor. */

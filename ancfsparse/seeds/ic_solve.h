@@ -6,152 +6,300 @@
 
 /* Up to so many sweeps of a first solve one for each correction is enough. */
 enum { IC_FEW = 3, IC_MOST_ROUNDS = 200 };
+/* Unknowns that tell the size of a residual. */
+enum { IC_SAMPLE = 256 };
 
-IC_INLINE void ic_columns(quad *out, const float *block)
+IC_INLINE short_quad ic_get(const float *p) { return *(const short_quad *)p; }
+IC_INLINE void ic_put(float *p, short_quad v) { *(short_quad *)p = v; }
+
+/* Clear the fourth number, which a column of a block leaves to the next one. */
+IC_INLINE short_quad ic_three(short_quad v)
 {
-    for (int c = 0; c < 3; ++c)
-        out[c] = quad_of_singles(block + 4 * c);
+    return (short_quad)((ic_mask)v & (ic_mask){-1, -1, -1, 0});
 }
 
-IC_INLINE quad ic_times(const quad *block, quad x)
+IC_INLINE void ic_columns(short_quad *out, const float *block)
+{
+    for (int c = 0; c < 3; ++c)
+        out[c] = ic_get(block + 3 * c);
+}
+
+IC_INLINE short_quad ic_times(const short_quad *block, short_quad x)
 {
     return block[0] * x[0] + block[1] * x[1] + block[2] * x[2];
 }
 
-/* x <- (I + N)^-T D^-1 (I + N)^-1 x; the sum of r x, r being the old one. */
-static double ic_sweep(ic *self, const double *r, double *restrict x)
+/* (sum of a, sum of b, sum of c, 0); the fourth numbers are zero */
+IC_INLINE short_quad ic_sums(short_quad a, short_quad b, short_quad c)
 {
-    const float *factor = ic_factor_singles(self), *block = factor + IC_BLOCK * self->n_triples;
-    const int64_t *start = self->start;
-    const int32_t *row = self->row;
-    quad sum = {0};
-    for (ptrdiff_t j = 0; j < self->n_triples; ++j) {
-        quad here = quad_load(x + IC_TRIPLE * j), n[3];
-        for (int64_t b = start[j]; b < start[j + 1]; ++b, block += IC_BLOCK) {
-            double *there = x + IC_TRIPLE * (ptrdiff_t)row[b];
+    typedef int32_t order __attribute__((vector_size(16)));
+    const short_quad zero = {0};
+    short_quad ab = __builtin_shuffle(a, b, (order){0, 4, 2, 6}) +
+                    __builtin_shuffle(a, b, (order){1, 5, 3, 7});
+    short_quad c0 = __builtin_shuffle(c, zero, (order){0, 4, 2, 6}) +
+                    __builtin_shuffle(c, zero, (order){1, 5, 3, 7});
+    return __builtin_shuffle(ab, c0, (order){0, 1, 4, 5}) +
+           __builtin_shuffle(ab, c0, (order){2, 3, 6, 7});
+}
+
+IC_INLINE quad ic_products(short_quad a, short_quad b)
+{
+    return quad_of_singles((const float *)&a) * quad_of_singles((const float *)&b);
+}
+
+/* x <- (I + N)^-1 x */
+static void ic_forward(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    float *x = self->to;
+    ptrdiff_t j = self->first[front], end = self->first[front + 1];
+    const int32_t *start = self->start, *row = self->row;
+    const float *block = ic_factor_singles(self) + IC_BLOCK * (self->n_triples + start[j]);
+    for (; j < end; ++j) {
+        short_quad here = ic_get(x + IC_TRIPLE * j), n[3];
+        for (ptrdiff_t b = start[j]; b < start[j + 1]; ++b, block += IC_BLOCK) {
+            float *there = x + IC_TRIPLE * (ptrdiff_t)row[b];
             ic_columns(n, block);
-            quad_store(there, quad_load(there) - ic_times(n, here));
+            ic_put(there, ic_get(there) - ic_three(ic_times(n, here)));
         }
     }
-    for (ptrdiff_t j = self->n_triples - 1; j >= 0; --j) {
-        quad total[3] = {{0}, {0}, {0}}, n[3], d[3], here;
-        for (int64_t b = start[j + 1] - 1; b >= start[j]; --b) {
-            quad there = quad_load(x + IC_TRIPLE * (ptrdiff_t)row[b]);
+}
+
+/* x <- (I + N)^-T D^-1 x; the sum of r x, if there is an r */
+static void ic_backward(void *context, ptrdiff_t front)
+{
+    ic *self = context;
+    const float *factor = ic_factor_singles(self), *r = self->of;
+    float *x = self->to;
+    ptrdiff_t first = self->first[front], j = self->first[front + 1];
+    const int32_t *start = self->start, *row = self->row;
+    const float *block = factor + IC_BLOCK * (self->n_triples + start[j]);
+    quad sum = {0};
+    while (--j >= first) {
+        short_quad total[3] = {{0}, {0}, {0}}, n[3], d[3], here;
+        for (ptrdiff_t b = start[j + 1] - 1; b >= start[j]; --b) {
+            short_quad there = ic_get(x + IC_TRIPLE * (ptrdiff_t)row[b]);
             block -= IC_BLOCK;
             ic_columns(n, block);
             for (int c = 0; c < 3; ++c)
                 total[c] += n[c] * there;
         }
         ic_columns(d, factor + IC_BLOCK * j);
-        here = ic_times(d, quad_load(x + IC_TRIPLE * j)) - quad_sums(total[0], total[1], total[2]);
-        quad_store(x + IC_TRIPLE * j, here);
+        here = ic_three(ic_times(d, ic_get(x + IC_TRIPLE * j))) -
+               ic_sums(total[0], total[1], total[2]);
+        ic_put(x + IC_TRIPLE * j, here);
         if (r != NULL)
-            sum += here * quad_load(r + IC_TRIPLE * j);
+            sum += ic_products(here, ic_get(r + IC_TRIPLE * j));
     }
-    ++self->sweeps;
-    return quad_sum(sum);
+    self->sum[front] = quad_sum(sum);
 }
 
-/* y = A x; x.y */
-static double ic_product(ic *self, const double *x, double *restrict y)
+/* The image of the middle: cleared, added to the middle, or set to it. */
+static void ic_clear_image(const ic *self, float *x)
 {
-    const float *matrix = ic_matrix_singles(self), *block = matrix + IC_BLOCK * self->n_triples;
-    const int32_t *row = self->row;
+    memset(x + IC_TRIPLE * self->n_triples, 0, IC_TRIPLE * ic_width(self) * sizeof(float));
+}
+
+static void ic_add_image(const ic *self, float *x)
+{
+    const float *image = x + IC_TRIPLE * self->n_triples;
+    float *middle = x + IC_TRIPLE * self->first[IC_MIDDLE];
+    for (ptrdiff_t k = 0; k < IC_TRIPLE * ic_width(self); ++k)
+        middle[k] += image[k];
+}
+
+static void ic_set_image(const ic *self, float *x)
+{
+    memcpy(x + IC_TRIPLE * self->n_triples, x + IC_TRIPLE * self->first[IC_MIDDLE],
+           IC_TRIPLE * ic_width(self) * sizeof(float));
+}
+
+static double ic_sum(const ic *self)
+{
+    return self->sum[0] + self->sum[1] + self->sum[IC_MIDDLE];
+}
+
+/* x <- (I + N)^-T D^-1 (I + N)^-1 x; the sum of r x, r being the old one. */
+static double ic_sweep(ic *self, const float *r, float *x)
+{
+    self->of = r, self->to = x;
+    ic_clear_image(self, x);
+    ic_on_fronts(self, ic_forward);
+    ic_add_image(self, x);
+    ic_forward(self, IC_MIDDLE);
+    ic_backward(self, IC_MIDDLE);
+    ic_set_image(self, x);
+    ic_on_fronts(self, ic_backward);
+    ++self->sweeps;
+    return ic_sum(self);
+}
+
+/* y += A x, of a front or the middle; x.y */
+static void ic_multiply(void *context, ptrdiff_t front)
+{
+    ic *self = context;
+    const float *matrix = ic_matrix_singles(self), *x = self->of;
+    float *y = self->to;
+    ptrdiff_t j = self->first[front], end = self->first[front + 1];
+    const int32_t *start = self->start, *row = self->row;
+    const float *block = matrix + IC_BLOCK * (self->n_triples + start[j]);
     quad sum = {0};
-    memset(y, 0, IC_TRIPLE * self->n_triples * sizeof(double));
-    for (ptrdiff_t j = 0; j < self->n_triples; ++j) {
-        quad here = quad_load(x + IC_TRIPLE * j), a[3], total[3] = {{0}, {0}, {0}}, out;
-        for (int64_t b = self->start[j]; b < self->start[j + 1]; ++b, block += IC_BLOCK) {
-            double *to = y + IC_TRIPLE * (ptrdiff_t)row[b];
-            quad there = quad_load(x + IC_TRIPLE * (ptrdiff_t)row[b]);
+    if (front != IC_MIDDLE)
+        memset(y + IC_TRIPLE * j, 0, IC_TRIPLE * (end - j) * sizeof(float));
+    for (; j < end; ++j) {
+        short_quad here = ic_get(x + IC_TRIPLE * j), a[3], total[3] = {{0}, {0}, {0}}, out;
+        for (ptrdiff_t b = start[j]; b < start[j + 1]; ++b, block += IC_BLOCK) {
+            float *to = y + IC_TRIPLE * (ptrdiff_t)row[b];
+            short_quad there = ic_get(x + IC_TRIPLE * (ptrdiff_t)row[b]);
             ic_columns(a, block);
-            quad_store(to, quad_load(to) + ic_times(a, here));
+            ic_put(to, ic_get(to) + ic_three(ic_times(a, here)));
             for (int c = 0; c < 3; ++c)
                 total[c] += a[c] * there;
         }
         ic_columns(a, matrix + IC_BLOCK * j);
-        out = quad_load(y + IC_TRIPLE * j) + ic_times(a, here) +
-              quad_sums(total[0], total[1], total[2]);
-        quad_store(y + IC_TRIPLE * j, out);
-        sum += here * out;
+        out = ic_get(y + IC_TRIPLE * j) + ic_three(ic_times(a, here)) +
+              ic_sums(total[0], total[1], total[2]);
+        ic_put(y + IC_TRIPLE * j, out);
+        sum += ic_products(here, out);
     }
-    ++self->products;
-    return quad_sum(sum);
+    self->sum[front] = quad_sum(sum);
 }
 
-/* out += a x */
-IC_INLINE void ic_add(const ic *self, double *restrict out, double a, const double *x)
+/* y = A x; x.y */
+static double ic_product(ic *self, float *x, float *y)
 {
-    for (ptrdiff_t k = 0; k < IC_TRIPLE * self->n_triples; k += 4)
-        quad_store(out + k, quad_load(out + k) + a * quad_load(x + k));
+    ptrdiff_t middle = self->first[IC_MIDDLE];
+    self->of = x, self->to = y;
+    ic_set_image(self, x);
+    memset(y + IC_TRIPLE * middle, 0, 2 * IC_TRIPLE * ic_width(self) * sizeof(float));
+    ic_on_fronts(self, ic_multiply);
+    ic_add_image(self, y);
+    ic_multiply(self, IC_MIDDLE);
+    ++self->products;
+    return ic_sum(self);
+}
+
+/* x += weight p, r -= weight z, z = r */
+static void ic_step(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    float weight = (float)self->weight, *x = self->x, *r = self->r, *z = self->z;
+    const float *p = self->p;
+    ptrdiff_t end = IC_TRIPLE * ic_end(self, front);
+    for (ptrdiff_t k = IC_TRIPLE * self->first[front]; k < end; k += 4) {
+        short_quad left = ic_get(r + k) - weight * ic_get(z + k);
+        ic_put(x + k, ic_get(x + k) + weight * ic_get(p + k));
+        ic_put(r + k, left);
+        ic_put(z + k, left);
+    }
+}
+
+/* p = z + weight p */
+static void ic_turn(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    float weight = (float)self->weight, *p = self->p;
+    ptrdiff_t end = IC_TRIPLE * ic_end(self, front);
+    for (ptrdiff_t k = IC_TRIPLE * self->first[front]; k < end; k += 4)
+        ic_put(p + k, ic_get(self->z + k) + weight * ic_get(p + k));
 }
 
 /* Conjugate gradients from x = 0, until z.r has come down by share^2; how many rounds.  Where A curves
  * the wrong way they end with what there is. */
 static ptrdiff_t ic_conjugate(ic *self, double share, ptrdiff_t most)
 {
-    size_t bytes = IC_TRIPLE * self->n_triples * sizeof(double);
-    double *x = self->x, *r = self->r, *z = self->z, *p = self->p;
+    size_t bytes = IC_TRIPLE * self->n_triples * sizeof(float);
     double zr, first, last;
     ptrdiff_t k = 0;
-    memset(x, 0, bytes);
-    memcpy(z, r, bytes);
-    zr = first = ic_sweep(self, r, z);
-    memcpy(p, z, bytes);
+    memset(self->x, 0, bytes);
+    memcpy(self->z, self->r, bytes);
+    zr = first = ic_sweep(self, self->r, self->z);
+    memcpy(self->p, self->z, bytes);
     while (k < most) {
-        double curvature = ic_product(self, p, z);
+        double curvature = ic_product(self, self->p, self->z);
         if (!(curvature > 0.0)) { /* a NaN ends here too */
             if (k == 0)
-                memcpy(x, p, bytes);
+                memcpy(self->x, self->p, bytes);
             break;
         }
         ++k;
-        ic_add(self, x, zr / curvature, p);
-        ic_add(self, r, -zr / curvature, z);
-        memcpy(z, r, bytes);
+        self->weight = zr / curvature;
+        ic_on_fronts(self, ic_step);
         last = zr;
-        zr = ic_sweep(self, r, z);
+        zr = ic_sweep(self, self->r, self->z);
         if (!(zr > share * share * first))
             break;
-        for (ptrdiff_t i = 0; i < IC_TRIPLE * self->n_triples; i += 4)
-            quad_store(p + i, quad_load(z + i) + zr / last * quad_load(p + i));
+        self->weight = zr / last;
+        ic_on_fronts(self, ic_turn);
     }
     self->extra += k * self->per_round;
     return k;
 }
 
-static void ic_gather(const ic *self, const double *r, double *out)
+/* The largest |scaled residual| of one unknown in so many. */
+static double ic_largest(const ic *self, const double *r, ptrdiff_t step)
 {
-    for (ptrdiff_t t = 0; t < self->n_triples; ++t) {
+    double largest = 0.0;
+    for (ptrdiff_t j = 0; j < self->n; j += step)
+        largest = fmax(largest, fabs(r[j] * self->scale[j]));
+    return largest;
+}
+
+static void ic_gather_front(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    for (ptrdiff_t t = self->first[front]; t < ic_end(self, front); ++t) {
         const int32_t *at = self->unknown + 3 * t;
         for (int k = 0; k < 3; ++k)
-            out[IC_TRIPLE * t + k] = at[k] < 0 ? 0.0 : r[at[k]] * self->scale[at[k]];
+            self->to[IC_TRIPLE * t + k] =
+                at[k] < 0 ? 0.0f : (float)(self->from[at[k]] * self->scale[at[k]] * self->weight);
     }
 }
 
-static void ic_scatter(const ic *self, const double *x, double *out)
+static void ic_scatter_front(void *context, ptrdiff_t front)
 {
-    for (ptrdiff_t t = 0; t < self->n_triples; ++t) {
+    const ic *self = context;
+    for (ptrdiff_t t = self->first[front]; t < ic_end(self, front); ++t) {
         const int32_t *at = self->unknown + 3 * t;
         for (int k = 0; k < 3; ++k)
             if (at[k] >= 0)
-                out[at[k]] = x[IC_TRIPLE * t + k] * self->scale[at[k]];
+                self->into[at[k]] = self->x[IC_TRIPLE * t + k] * self->scale[at[k]] * self->weight;
     }
+}
+
+/* A residual, scaled, and by a power of two into the middle of single precision; that power.  A few
+ * unknowns tell it: single precision has room for thirty powers of ten above them. */
+static int ic_gather(ic *self, const double *r, float *out)
+{
+    int power = 0;
+    double largest = ic_largest(self, r, self->n / IC_SAMPLE + 1);
+    if (largest == 0.0)
+        largest = ic_largest(self, r, 1);
+    if (largest < INFINITY)
+        frexp(largest, &power);
+    self->from = r, self->to = out, self->weight = ldexp(1.0, -power);
+    ic_on_fronts(self, ic_gather_front);
+    return power;
+}
+
+static void ic_scatter(ic *self, double *out, int power)
+{
+    self->into = out, self->weight = ldexp(1.0, power);
+    ic_on_fronts(self, ic_scatter_front);
 }
 
 static void ic_solve(void *context, const double *r, double *x)
 {
     ic *self = context;
+    int power = ic_gather(self, r, self->mode == IC_PLAIN ? self->x : self->r);
     if (self->mode == IC_PLAIN) {
-        ic_gather(self, r, self->x);
         ic_sweep(self, NULL, self->x);
     } else {
-        ic_gather(self, r, self->r);
         ptrdiff_t rounds = ic_conjugate(self, self->share, IC_MOST_ROUNDS);
         if (self->mode == IC_PROBE)
             self->mode = rounds + 1 <= IC_FEW ? IC_PLAIN : IC_INNER;
     }
-    ic_scatter(self, self->x, x);
+    ic_scatter(self, x, power);
 }
 
 /* Leave no more than a share of the residual from now on, until the next factor; whether that is new. */

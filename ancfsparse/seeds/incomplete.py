@@ -15,16 +15,16 @@ from ancfsparse.seeds.sparse import Indices
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-# Bytes of a block: twelve numbers in double precision, and its row; and of three unknowns: four
-# vectors, their scale, and where they are.
-BLOCK_BYTES, TRIPLE_BYTES = 100, 172
+# Bytes of a block: nine numbers in double precision, and its row; and of three unknowns: four
+# vectors in single precision, their scale, and where they are.
+BLOCK_BYTES, TRIPLE_BYTES = 76, 104
 # What a solution from Python may leave of its right-hand side; by how much each round of conjugate
 # gradients in single precision brings it down, how many iterations that may take, and rounds.
 REST, SHARE, MOST, ROUNDS = 1e-13, 1e-5, 2000, 12
 
 
-# Blocks whose numbers, twelve each, can be counted in 32 bits.
-MOST_BLOCKS = (2**31 - 1) // 12
+# Blocks whose numbers, nine each, can be counted in 32 bits.
+MOST_BLOCKS = (2**31 - 1) // 9
 # Operations for each entry: a factorisation takes as long as seven sweeps.
 FACTOR_FLOPS = 45
 
@@ -47,6 +47,8 @@ class IncompleteSeed:
     groups : Groups
         Up to three unknowns that are taken together, and the nodes that they belong to; in a node
         they are eliminated in the order given.
+    threads : int, optional
+        Most threads, of which two find work; digits do not depend on it.
 
     Attributes
     ----------
@@ -56,7 +58,7 @@ class IncompleteSeed:
         Entries below the diagonal, as many as the matrix has; operations of one factorisation, as
         they are measured to be for each of these.
     threads : int
-        1: sweeps are not divided.
+        2 where the factor has two fronts and two threads are allowed, else 1.
     nbytes : float
         Memory of the factor, which is taken when it is first asked for [bytes].
     error : None
@@ -64,31 +66,39 @@ class IncompleteSeed:
     """
 
     error: BaseException | None = None
-    threads = 1
 
-    def __init__(self, indptr: Indices, indices: Indices, groups: Groups) -> None:
+    def __init__(self, indptr: Indices, indices: Indices, groups: Groups, threads: int = 1) -> None:
         self.n = self.n_positive = len(indptr) - 1
         self._pattern = np.asarray(indptr, dtype=np.int64), np.asarray(indices, dtype=np.int32)
         self.nnz = len(indices) - self.n
         self.factor_flops = FACTOR_FLOPS * self.nnz
-        order, tree = groups.line_order(), compiled("tree")
-        self._start, self._row = tree.lower_columns(*tree.permuted_upper(*groups.meeting, order))
+        (order, self._first), tree = groups.fronts(), compiled("tree")
+        start, row = tree.lower_columns(*tree.permuted_upper(*groups.meeting, order))
         self._unknown = np.ascontiguousarray(groups.members[order], dtype=np.int32)
         self._own: Any = None
         self._matrix: sp.csc_array | None = None
-        blocks, triples = len(order) + len(self._row), len(order)
+        blocks, triples = len(order) + len(row), len(order)
         if blocks > MOST_BLOCKS:
             raise InputError(
                 f"an incomplete factor has at most {MOST_BLOCKS:,} blocks, and this one would have "
                 f"{blocks:,}: try fewer elements"
             )
+        # The second front counts the rows of the middle from the end on, see ic.h.
+        _, second, middle, end = self._first
+        beside = row[start[second] : start[middle]]
+        beside[beside >= middle] += end - middle
+        self._start, self._row = start.astype(np.int32), row
+        self.threads = min(threads, 1 + (second < middle))
         self.nbytes = float(BLOCK_BYTES * blocks + TRIPLE_BYTES * triples + 4 * len(indices))
 
     @property
     def own(self) -> Any:
         """The compiled factor."""
         if self._own is None:
-            self._own = compiled("ic").Ic(*self._pattern, self._unknown, self._start, self._row)
+            self._own = compiled("ic").Ic(
+                *self._pattern, self._unknown, self._start, self._row, self._first
+            )
+            self._own.set_threads(self.threads)
         return self._own
 
     @property

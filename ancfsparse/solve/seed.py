@@ -65,7 +65,7 @@ def make_seed(
     solver : Method or str
         How the equations of a step are solved.
     threads : int
-        Most threads for an exact factor.
+        Most threads for the factor.
     needed : Memory
         What else the run takes.
 
@@ -91,7 +91,7 @@ def make_seed(
     if kind == "incomplete" or (kind == "auto" and _may_fill_in(system, solver)):
         groups = Groups.of(indptr, indices, *vectors_of(system.places, system.dim, system.n_free))
         if kind == "incomplete" or _fills_in(groups, solver, needed):
-            incomplete = IncompleteSeed(indptr, indices, groups)
+            incomplete = IncompleteSeed(indptr, indices, groups, threads)
             check_factor(needed, incomplete)
             return incomplete, None if kind == "incomplete" else groups
         del groups

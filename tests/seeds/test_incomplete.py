@@ -6,6 +6,7 @@ from matrices import lower_csc
 
 from ancfsparse.errors import InputError
 from ancfsparse.seeds import Groups, IncompleteSeed
+from ancfsparse.seeds import groups as groups_module
 
 ROUNDING = 2.0**-24
 """Of a number in single precision (IEEE 754)."""
@@ -129,7 +130,7 @@ def test_a_sweep_is_symmetric_and_positive(rng):
     seed, values = seed_of(a, groups)
     assert seed.factor(values) == 0
     h = inverse_of(seed)
-    assert np.abs(h - h.T).max() <= 1e-12 * np.abs(h).max()
+    assert np.abs(h - h.T).max() <= 2.0 * ROUNDING * np.abs(h).max()
     assert np.linalg.eigvalsh(h).min() > 0.0
 
 
@@ -143,6 +144,23 @@ def test_solve_is_numpys_whatever_the_units(unit, rng):
     x = seed.solve(r) * d * unit
     expected = np.linalg.solve(a, r / d)
     assert np.abs(x - expected).max() <= 1e-10 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("size", [1e-150, 1e-30, 1e30, 1e150])
+def test_residuals_of_any_size_fit_single_precision(size, rng):
+    a, groups = coupled(rng, 400, grid(20))
+    seed, values = seed_of(a, groups)
+    assert seed.factor(values) == 0
+    r = rng.normal(size=len(a))
+    r[:1000] *= 1e-12  # some unknowns tell the size of all
+    expected = seed.own.sweep(r)
+    assert np.abs(seed.own.sweep(size * r) - size * expected).max() <= (
+        1e-5 * size * np.abs(expected).max()
+    )
+    r[:] = 0.0
+    assert not seed.own.sweep(r).any()
+    r[1] = size  # which is none of those that are looked at first
+    assert seed.own.sweep(r)[1] > 0.0
 
 
 def test_unknowns_that_are_held_leave_their_places_free(rng):
@@ -225,6 +243,76 @@ def test_too_many_blocks_are_refused(rng, monkeypatch):
     monkeypatch.setattr("ancfsparse.seeds.incomplete.MOST_BLOCKS", 30)
     with pytest.raises(InputError, match="at most 30 blocks, and this one would have 41"):
         seed_of(a, groups)
+
+
+def two_fronts(monkeypatch, least=2):
+    """Divide factors however small they are."""
+    monkeypatch.setattr(groups_module, "TWO_FRONTS_FROM", least)
+
+
+def test_two_fronts_meet_in_the_middle_alone(rng, monkeypatch):
+    two_fronts(monkeypatch)
+    components = [grid(8) + 64 * k for k in range(3)]  # the cut is inside the second
+    a, groups = coupled(rng, 192, np.concatenate(components), 3, 3.0)
+    indptr, indices, _ = lower_csc(a)
+    order, first = Groups.of(indptr, indices, groups, np.arange(192)).fronts()
+    assert sorted(order) == list(range(192))
+    part = np.empty(192, dtype=int)
+    part[order] = np.repeat([0, 1, 2], np.diff(first))
+    assert first[0] == 0
+    assert first[3] == 192
+    assert np.diff(first).min() > 0
+    assert first[3] - first[2] < 20
+    for i, j in np.concatenate(components):
+        assert {part[i], part[j]} != {0, 1}
+
+
+@pytest.mark.parametrize("width", [1, 2, 3])
+def test_two_fronts_are_cholesky_without_fill(width, rng, monkeypatch):
+    two_fronts(monkeypatch)
+    a, groups = coupled(rng, 49, grid(7), width, 3.0)
+    seed, values = seed_of(a, groups)
+    assert seed.factor(values) == 0
+    whole, pivots, lower = blocks_of(seed, a)
+    expected = by_the_book(whole)
+    assert np.abs(pivots - expected[0]).max() <= 2.0 * ROUNDING * np.abs(expected[0]).max()
+    assert np.abs(lower - expected[1]).max() <= 2.0 * ROUNDING * np.abs(expected[1]).max()
+    r = rng.normal(size=len(a))
+    np.testing.assert_allclose(seed.solve(r), np.linalg.solve(a, r), rtol=1e-10, atol=1e-12)
+
+
+def test_threads_do_not_change_a_digit(rng, monkeypatch):
+    two_fronts(monkeypatch)
+    a, groups = springs(rng, 400, grid(20), 1e-3)
+    indptr, indices, values = lower_csc(a)
+    made = Groups.of(indptr, indices, groups, np.arange(400))
+    r, found = rng.normal(size=len(a)), []
+    for threads in (1, 2):
+        seed = IncompleteSeed(indptr, indices, made, threads)
+        assert seed.threads == threads
+        assert seed.factor(values) == 0
+        solutions = seed.own.sweep(r), seed.own.solve(r), *seed.own.solve_to(r, 1e-4, 99)
+        found.append([seed.own.columns()[3], *solutions])
+    for one, two in zip(*found, strict=True):
+        assert np.array_equal(one, two)
+
+
+def test_what_is_small_or_a_tree_is_one_front(rng, monkeypatch):
+    a, groups = coupled(rng, 36, grid(6))
+    indptr, indices, _ = lower_csc(a)
+    made = Groups.of(indptr, indices, groups, np.arange(36))
+    assert made.fronts()[1] == (0, 36, 36, 36)
+    assert IncompleteSeed(indptr, indices, made, 2).threads == 1
+    two_fronts(monkeypatch)
+    assert IncompleteSeed(indptr, indices, made, 2).threads == 2
+    a, groups = coupled(rng, 40, tree(rng, 40))
+    indptr, indices, _ = lower_csc(a)
+    assert (
+        IncompleteSeed(
+            indptr, indices, Groups.of(indptr, indices, groups, np.arange(40)), 2
+        ).threads
+        == 1
+    )
 
 
 def test_solves_repeat_bit_for_bit(rng):
