@@ -7,7 +7,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peers demo test soak sanitize mutants codegen codegen-check bench-paper bench-kernels bench-time bench-error accuracy charts lint format clean
+.PHONY: help setup peers demo test soak sanitize mutants codegen codegen-check bench-paper bench-kernels bench-time bench-error accuracy charts gallery lint format clean
 
 help: ## Show this list
 	@echo 'make TARGET            (ARGS="..." is handed on to the command behind it)'
@@ -82,6 +82,9 @@ charts: .venv/.peers ## Draw docs/gallery anew, and the tables of the pages with
 	  $(ONE_THREAD) $(BIN)/ancfsparse $$study || exit; \
 	done
 	mkdir -p docs/data && cp results/stability.csv docs/data/
+
+gallery: setup ## Draw the pictures of docs/gallery.md by its examples, e.g. ARGS="net"
+	$(BIN)/python tools/gallery.py $(ARGS)
 
 lint: setup ## Check style, types and the order of the rooms
 	$(BIN)/ruff check

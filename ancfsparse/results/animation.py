@@ -27,7 +27,7 @@ from ancfsparse.words import shown
 # A film lasts as long as the motion, but not less nor more than this, unless it is told [s].
 SHORTEST, LONGEST = 2.0, 10.0
 # Colours in a GIF, and the shades of each up to white.
-SHADES = {"k": 60, "C0": 30, "C1": 20}
+SHADES = {"k": 32, "C0": 24, "C1": 16}
 
 
 def animate(

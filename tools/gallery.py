@@ -1,0 +1,36 @@
+"""Run the examples of docs/gallery.md, which write its pictures into docs/gallery."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+from pathlib import Path
+
+import matplotlib as mpl
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+
+
+def examples(page: str) -> list[tuple[str, str]]:
+    """Return name and source of every example of a page."""
+    return re.findall(r"^## (.*?)$.*?```python\n(.*?)```", page, re.MULTILINE | re.DOTALL)
+
+
+def main() -> None:
+    """Run the examples whose headings hold one of the words given, or all if there are none."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("words", nargs="*", help="words in the headings of examples to run")
+    parser.add_argument("--to", type=Path, default=DOCS / "gallery", help="folder of the pictures")
+    asked = parser.parse_args()
+    mpl.use("Agg")
+    page = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    os.chdir(asked.to)
+    for name, source in examples(page):
+        if not asked.words or any(word.lower() in name.lower() for word in asked.words):
+            print(f"== {name}", flush=True)
+            exec(compile(source, f"gallery: {name}", "exec"), {})
+
+
+if __name__ == "__main__":
+    main()
