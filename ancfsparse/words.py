@@ -7,6 +7,9 @@ import reprlib
 import sys
 from collections.abc import Iterable
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 # Integers beyond have no floating-point number, and cannot even be printed from 4300 digits on.
 LARGEST = int(sys.float_info.max)
 
@@ -66,3 +69,8 @@ def suggest(name: object, valid: Iterable[str]) -> str:
     listing = "valid are " + ", ".join(repr(each) for each in names)
     near = difflib.get_close_matches(name.lower(), names, 1, 0.5) if isinstance(name, str) else []
     return f"did you mean {near[0]!r}? V{listing[1:]}" if near else listing
+
+
+def numbers(values: ArrayLike) -> str:
+    """Write numbers with nine digits each, which distinguish what rounding does not make."""
+    return "(" + ", ".join(f"{each:.9g}" for each in np.ravel(values)) + ")"

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from hashlib import sha256
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.contents import Contents
-from ancfsparse.scene.joints import Clamp, Connect, Joint, Pin, Rod
+from ancfsparse.scene.joints import Joint
 from ancfsparse.scene.loads import DistributedForce, Load, Value
 from ancfsparse.scene.signals import Signal
+from ancfsparse.words import numbers
 
 # Longer descriptions are cut here and end in a checksum.
 LONGEST = 200
@@ -47,26 +47,15 @@ def digest(scene: Contents, joints: list[Joint], loads: list[Load]) -> dict[str,
         inside = f" + {node.xi:.9g}" if node.xi else ""
         return f"{number[id(node.beam)]}, {node.index}{inside}"
 
-    def joint(each: Joint) -> str:
-        match each:
-            case Connect():
-                return f"connection ({at(each.a)}; {at(each.b)})"
-            case Rod():
-                return f"rod ({at(each.node)}) to {_numbers(each.anchor)}"
-            case Clamp():
-                return f"clamp ({at(each.node)}), stretch {each.stretch}"
-            case Pin():
-                return f"pin ({at(each.node)})" + " as constraint" * each.as_constraint
-
     def load(each: Load) -> str:
         where = number[id(each.beam)] if isinstance(each, DistributedForce) else at(each.node)
         return f"{type(each).__name__} ({where}): {_course(each.value)}"
 
-    parts = {"gravity": _numbers(scene.gravity)}
+    parts = {"gravity": numbers(scene.gravity)}
     for body in scene.beams:
         for name, value in parts_of(body).items():
             parts[f"{name} of {number[id(body)]}"] = value
-    parts["joints"] = "; ".join(map(joint, joints))
+    parts["joints"] = "; ".join(joint.describe(at) for joint in joints)
     parts["loads"] = "; ".join(map(load, loads))
     return {name: _short(value) for name, value in parts.items()}
 
@@ -97,15 +86,11 @@ def parts_of(body: Body) -> dict[str, str]:
 def _course(value: Value) -> str:
     if isinstance(value, Signal):
         return value.describe()
-    return "a function of time" if callable(value) else _numbers(value)
+    return "a function of time" if callable(value) else numbers(value)
 
 
 def _by_value(text: str) -> str:
     return NUMBER.sub(lambda found: repr(float(found[0])), WRAPPED.sub(r"\1", text))
-
-
-def _numbers(values: ArrayLike) -> str:
-    return "(" + ", ".join(f"{each:.9g}" for each in np.ravel(values)) + ")"
 
 
 def _short(text: str) -> str:

@@ -29,7 +29,7 @@ from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMome
 from ancfsparse.scene.straight import FARTHEST, place
 from ancfsparse.words import shown
 
-AnyJoint = TypeVar("AnyJoint", Pin, Clamp, Rod, Connect)
+AnyJoint = TypeVar("AnyJoint", bound=Joint)
 
 
 class Scene(Contents):

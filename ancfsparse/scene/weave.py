@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import OPTIONS, element_kind
 from ancfsparse.scene.bodies import Numbers, Vector, VelocityField
 from ancfsparse.scene.elements import check_make, options_of
 from ancfsparse.scene.graph import checked_graph
@@ -51,12 +52,13 @@ def mesh_of(
     Mesh
         The handle, not yet part of a scene.
     """
-    if isinstance(element, str) and element == "thick":
+    usual = {name: each[0] for own in OPTIONS.values() for name, each in own.items()}
+    chosen = options_of(label, element, dim, usual | dict(options))
+    if not element_kind(element, dim, **chosen).is_cable:
         raise InputError(
-            f"{label} cannot be made of 'thick': its corners would have to be rigid, and a mesh "
-            "has hinges; take 'thin', or join beams of add_beam with connect"
+            f"{label} cannot be made of {element!r}: its corners would have to be rigid, and a "
+            "mesh has hinges; take 'thin', or join beams of add_beam with connect"
         )
-    chosen = options_of(label, element, dim, options)
     check_make(label, element, dim, section, material)
     angle = check_finite(f"smooth of {label}", smooth, "degrees")
     if not 0.0 <= angle <= 90.0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ancfsparse.kernels.catalog import element_kind
-from ancfsparse.scene import Connect, Scene
+from ancfsparse.scene import Scene
 from ancfsparse.seeds import fill_of
 from ancfsparse.system.pattern import build
 
@@ -26,9 +26,13 @@ def counted_fill(scene: Scene) -> float:
         first_row.append(size + body.n_nodes)
         size += body.n_nodes + len(body.row_nodes)
     index = {id(body): k for k, body in enumerate(scene.beams)}
-    joints = [joint for joint in scene.joints if isinstance(joint, Connect)]
     pairs = np.array(
-        [[first_node[index[id(n.beam)]] + n.index for n in (j.a, j.b)] for j in joints], dtype=int
+        [
+            [first_node[index[id(node.beam)]] + node.index for node in joint.nodes]
+            for joint in scene.joints
+            if joint.joins
+        ],
+        dtype=int,
     ).reshape(-1, 2)
     same = sp.coo_array((np.ones(len(pairs), dtype=bool), pairs.T), shape=(size, size))
     n_unknowns, unknown = connected_components(same, directed=False)

@@ -14,7 +14,7 @@ from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.kernels.layout import MANY_BLOCKS
 from ancfsparse.machine import GIGABYTE, available
 from ancfsparse.nonlinear import Method, QuasiNewton
-from ancfsparse.scene import Beam, Connect, Mesh, Pin, Rod, Scene
+from ancfsparse.scene import Beam, Mesh, Scene
 from ancfsparse.seeds import DeflatedSeed, Seed, SparseSeed
 from ancfsparse.seeds.sparse import BLOCK_ENTRY
 from ancfsparse.solve.fill import counted_fill
@@ -143,15 +143,12 @@ def estimate(
 
 def _has_multipliers(scene: Scene) -> bool:
     """Whether joints surely have multipliers; clamps may have some too."""
-    return any(
-        isinstance(joint, Rod) or (isinstance(joint, Pin) and joint.as_constraint)
-        for joint in scene.joints
-    )
+    return any(joint.has_multipliers for joint in scene.joints)
 
 
 def _cycles(scene: Scene) -> int:
     """About how many edges a scene has beyond those of a tree."""
-    cycles = sum(isinstance(joint, Connect) for joint in scene.joints)
+    cycles = sum(joint.joins for joint in scene.joints)
     return cycles + sum(m.n_elements - m.n_nodes for m in scene.beams if isinstance(m, Mesh))
 
 

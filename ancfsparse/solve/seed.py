@@ -6,7 +6,7 @@ from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.machine import available
 from ancfsparse.nonlinear import Method, QuasiNewton
-from ancfsparse.scene import Connect, Mesh
+from ancfsparse.scene import Mesh
 from ancfsparse.seeds import DeflatedSeed, Groups, IncompleteSeed, Seed, SparseSeed
 from ancfsparse.seeds.sparse import OWN_ENTRY, Indices
 from ancfsparse.solve.coarse import CoarseModes
@@ -136,7 +136,7 @@ def _meshed(system: System) -> bool:
     scene = system.scene
     return system.n_free > SMALL and (
         any(isinstance(body, Mesh) for body in scene.beams)
-        or any(isinstance(joint, Connect) for joint in scene.joints)
+        or any(joint.joins for joint in scene.joints)
     )
 
 

@@ -6,21 +6,17 @@ nearly all joints between them are of this form, and its second derivative is co
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene import Body, Clamp, Node, Pin, Rod, Scene
-from ancfsparse.system.numbering import along_axis
+from ancfsparse.scene.joints import LINEAR
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
-
-LINEAR = -1
 
 
 @dataclass
@@ -105,60 +101,3 @@ class Constraints:
             if j != LINEAR:
                 out[row] += 2.0 * c * v[i] * v[j]
         return out
-
-
-def constraints_of(
-    scene: Scene,
-    places: Callable[[Node], NDArray[np.int32]],
-    kind_of: Callable[[Body], ElementKind],
-) -> Constraints:
-    """Write down the joints of a scene that numbering cannot make.
-
-    Parameters
-    ----------
-    scene : Scene
-        The joints.
-    places : callable
-        Gives the places of the coordinates of all rows of a node, shape (k, n_c).
-    kind_of : callable
-        Gives the element of a beam.
-    """
-    out = Constraints()
-    for joint in scene.joints:
-        if isinstance(joint, Pin) and joint.as_constraint:
-            for d in range(scene.dim):
-                out.add(
-                    f"pin at {joint.node!r}, component {d + 1}",
-                    -joint.node.position[d],
-                    (1.0, places(joint.node)[0, d], LINEAR),
-                )
-        elif isinstance(joint, Clamp) and kind_of(joint.node.beam).is_cable:
-            _clamp(out, joint, places(joint.node))
-        elif isinstance(joint, Rod):
-            # (|r - p|^2 - l^2) / (2 l): in metres, with a gradient of length one.
-            along = places(joint.node)[0, : scene.dim]
-            out.add(
-                f"rod at {joint.node!r}",
-                -0.5 * joint.length,
-                *((0.5 / joint.length, i, i) for i in along),
-                about=joint.anchor.tolist(),
-            )
-    return out
-
-
-def _clamp(out: Constraints, joint: Clamp, places: NDArray[np.int32]) -> None:
-    """Hold the directions of slopes that are not along a coordinate axis: e.r_x = 0 across it.
-
-    The slope counts by the way that it moves at the distance of an element: in metres.
-    """
-    beam, dim = joint.node.beam, joint.node.beam.dim
-    if joint.stretch == "fixed":
-        return
-    length = float(np.mean(beam.lengths))
-    for row, place in enumerate(places, beam.rows_of(joint.node.index).start):
-        axes = beam.axes_of(row)
-        if along_axis(axes[0]) is not None:
-            continue
-        for k, across in enumerate(axes[1:]):
-            terms = [(length * across[d], place[dim + d], LINEAR) for d in range(dim)]
-            out.add(f"clamp at {joint.node!r}, direction {k + 1}", 0.0, *terms)

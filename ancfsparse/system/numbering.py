@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene import Body, Clamp, Connect, Node, Pin, Scene
+from ancfsparse.scene import Body, Node, Scene
+from ancfsparse.system.constraints import Constraints
+from ancfsparse.system.lowering import Lowering
 from ancfsparse.system.state import SAME, State, carried_over
-
-# A slope whose direction is within this of a coordinate axis can be clamped by numbering.
-ALIGNED = 1e-14
 
 # Share of the largest velocity by which two that must agree may differ: what is left of rounding.
 ROUNDING = 1e-9
@@ -33,6 +32,8 @@ class Numbering:
     places : list of (n_rows, n_c) int32 arrays
         Per beam: place of each coordinate of each row (see `scene.bodies`; a row of a beam is a
         node); position first, then the slope r_x.
+    constraints : Constraints
+        The equations of joints that numbering cannot make.
     q_ref : (n_all,) float
         Stress-free coordinates [m, 1].
     q, v : (n_all,) float
@@ -42,6 +43,7 @@ class Numbering:
     n_free: int
     n_all: int
     places: list[Places]
+    constraints: Constraints
     q_ref: NDArray[np.float64]
     q: NDArray[np.float64]
     v: NDArray[np.float64]
@@ -50,8 +52,8 @@ class Numbering:
 def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = None) -> Numbering:
     """Give every coordinate of a scene its place.
 
-    Held coordinates are fixed and joined positions shared by numbering; what cannot be done that
-    way is left to `constraints`.
+    Joints lower themselves to coordinates that are fixed or shared, and to equations for what
+    cannot be done that way.
 
     Parameters
     ----------
@@ -67,31 +69,12 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
     InputError
         If an initial velocity moves a held point, or the start is of another scene.
     """
-    raw: list[Places] = []
-    index: dict[int, int] = {}
-    n_raw = 0
-    for beam, kind in zip(scene.beams, kinds, strict=True):
-        index[id(beam)] = len(raw)
-        raw.append(_raw(beam, len(kind.node_coordinates), n_raw))
-        n_raw = int(raw[-1][-1, -1]) + 1
-
-    def at(node: Node) -> Places:
-        """Numbers of all rows of a node, (k, n_c)."""
-        return raw[index[id(node.beam)]][node.beam.rows_of(node.index)]
-
-    owner = _shared(scene, n_raw, at)
-    held = np.zeros(n_raw, dtype=bool)
-    for joint in scene.joints:
-        if isinstance(joint, Pin) and not joint.as_constraint:
-            held[_owners(owner, at(joint.node)[0, : scene.dim])] = True
-        elif isinstance(joint, Clamp):
-            rows = joint.node.beam.rows_of(joint.node.index)
-            kind = kinds[index[id(joint.node.beam)]]
-            for row, numbers in enumerate(at(joint.node), rows.start):
-                held[_owners(owner, numbers[clamped(joint, row, kind)])] = True
-
+    lowered = Lowering(scene, kinds)
+    owner = lowered.owner()
+    held = lowered.held(owner)
     final, n_free, n_all = _ordered(owner, held)
-    places = []
+    constraints = lowered.constraints(final)
+    places, raw = [], lowered.raw
     while raw:  # one after the other, so that only one of them is there twice
         places.append(final[raw.pop(0)])
     del final, owner, held
@@ -108,45 +91,7 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
         for beam, where in zip(scene.beams, places, strict=True):
             _set_moving(beam, where, v)
         _hold_still(scene, places, v, n_free)
-    return Numbering(n_free, n_all, places, q_ref, q, v)
-
-
-def _raw(body: Body, n_c: int, start: int) -> Places:
-    """Count the coordinates of a body from `start`, (n_rows, n_c), node by node."""
-    node, dim = body.row_nodes, body.dim
-    rows = np.arange(len(node), dtype=np.int32)
-    begins = rows.copy()  # the first row of the node that the row belongs to
-    begins[1:][node[1:] == node[:-1]] = 0
-    begins = np.maximum.accumulate(begins)
-    numbers = np.empty((len(node), n_c), dtype=np.int32)
-    numbers[:, 0] = start + dim * node + (n_c - dim) * begins
-    numbers[:, dim] = start + dim * (node + 1) + (n_c - dim) * rows
-    for k in range(1, dim):
-        numbers[:, k] = numbers[:, 0] + np.int32(k)
-    for k in range(1, n_c - dim):
-        numbers[:, dim + k] = numbers[:, dim] + np.int32(k)
-    return numbers
-
-
-def _shared(scene: Scene, n: int, at: Callable[[Node], Places]) -> Places | None:
-    """Return for each raw number the lowest one that connections make it share a place with."""
-    joints = [joint for joint in scene.joints if isinstance(joint, Connect)]
-    if not joints:
-        return None
-    import scipy.sparse as sp
-    from scipy.sparse.csgraph import connected_components
-
-    one = np.concatenate([at(joint.a)[0, : scene.dim] for joint in joints])
-    other = np.concatenate([at(joint.b)[0, : scene.dim] for joint in joints])
-    graph = sp.coo_array((np.ones(len(one), dtype=bool), (one, other)), shape=(n, n))
-    _, group = connected_components(graph, directed=False)
-    _, lowest = np.unique(group, return_index=True)
-    owner: Places = lowest.astype(np.int32)[group]
-    return owner
-
-
-def _owners(owner: Places | None, numbers: Places) -> Places:
-    return numbers if owner is None else owner[numbers]
+    return Numbering(n_free, n_all, places, constraints, q_ref, q, v)
 
 
 def _ordered(owner: Places | None, held: NDArray[np.bool_]) -> tuple[Places, int, int]:
@@ -253,26 +198,6 @@ def speeds(scene: Scene, places: Sequence[Places], v: NDArray[np.float64]) -> ND
 
 def _largest(values: NDArray[np.float64]) -> float:
     return float(np.nanmax(np.abs(values), initial=0.0))
-
-
-def clamped(joint: Clamp, row: int, kind: ElementKind) -> list[int]:
-    """Coordinates of a row that a clamp fixes by numbering."""
-    beam = joint.node.beam
-    dim = beam.dim
-    if joint.stretch == "fixed":
-        return list(range(len(kind.node_coordinates)))
-    if not kind.is_cable:
-        return [column for vector in ("r_", *kind.section) for column in kind.columns(vector)]
-    axis = along_axis(beam.axes_of(row)[0])
-    across = [] if axis is None else [dim + d for d in range(dim) if d != axis]
-    return list(range(dim)) + across
-
-
-def along_axis(slope: NDArray[np.float64]) -> int | None:
-    """Return the coordinate axis that a slope is parallel to, or None."""
-    direction = np.abs(slope)
-    axis = int(np.argmax(direction))
-    return axis if np.all(np.delete(direction, axis) <= ALIGNED) else None
 
 
 def reference(body: Body, n_coordinates: int) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.system.constraints import LINEAR
+from ancfsparse.scene.joints import LINEAR
 from ancfsparse.system.system import System
 
 Places = NDArray[np.int32]

@@ -12,8 +12,7 @@ from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind, element_kind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
-from ancfsparse.scene import Body, Connect, Node, Scene, check_node, check_point, check_scene
-from ancfsparse.system.constraints import constraints_of
+from ancfsparse.scene import Body, Node, Scene, check_node, check_point, check_scene
 from ancfsparse.system.contributions import contributions_of
 from ancfsparse.system.loads import loads_of
 from ancfsparse.system.numbering import Places, number
@@ -81,7 +80,7 @@ class System:
         self.t0 = 0.0 if start is None else float(start.t)
         self.q0, self.v0 = numbering.q, numbering.v
         self._index = {id(beam): k for k, beam in enumerate(scene.beams)}
-        self.constraints = constraints_of(scene, self.rows, self.kind_of)
+        self.constraints = numbering.constraints
         self.n_multipliers = len(self.constraints.offset)
         self.loads = loads_of(scene, self.n_all, self.point, self.frame, self.elements)
         self.contributions = contributions_of(self)
@@ -252,10 +251,7 @@ class System:
         places = self.rows(check_node("a reaction", node))[0, : self.dim]
         rows = {i for i, j in zip(self.constraints.i, self.constraints.j, strict=True)}
         if np.all(places < self.n_free) and rows.isdisjoint(places.tolist()):
-            connected = any(
-                isinstance(joint, Connect) and node in (joint.a, joint.b)
-                for joint in self.scene.joints
-            )
+            connected = any(joint.joins and node in joint.nodes for joint in self.scene.joints)
             raise InputError(
                 f"{node!r} is held by connections alone, and forces inside connections are not "
                 "given: ask for the reaction at a pin, a clamp or a rod"

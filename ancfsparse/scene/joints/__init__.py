@@ -1,0 +1,25 @@
+"""Joints: each lowers itself to coordinates that are fixed or shared, and to equations.
+
+A new joint is a file beside the others and a method of `Scene`; nothing else asks what kind it is.
+"""
+
+from ancfsparse.scene.joints.clamp import Clamp
+from ancfsparse.scene.joints.connect import Connect
+from ancfsparse.scene.joints.holds import Holds
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, check_node, check_point
+from ancfsparse.scene.joints.pin import Pin
+from ancfsparse.scene.joints.rod import SAME_PLACE, Rod
+
+__all__ = [
+    "LINEAR",
+    "SAME_PLACE",
+    "Builder",
+    "Clamp",
+    "Connect",
+    "Holds",
+    "Joint",
+    "Pin",
+    "Rod",
+    "check_node",
+    "check_point",
+]

@@ -1,0 +1,81 @@
+"""Clamps: the position and the rotation of a node are held."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint
+
+# A slope whose direction is within this of a coordinate axis can be clamped by numbering.
+ALIGNED = 1e-14
+
+
+@dataclass(frozen=True, eq=False)
+class Clamp(Joint):
+    """Hold the position and the rotation of a node.
+
+    Attributes
+    ----------
+    node : Node
+        The node held.
+    stretch : str
+        ``"free"`` leaves the slope of the axis its length, and with ``curvature="section"`` all
+        of it; ``"fixed"`` holds it too.  With ``curvature="axis"`` it is always held.
+    """
+
+    node: Node
+    stretch: str = "free"
+    name = "clamp"
+
+    def lower(self, builder: Builder) -> None:
+        """Fix the position and what the element knows of its section, row by row."""
+        kind = builder.kind(self.node)
+        first = self.node.beam.rows_of(self.node.index).start
+        for row, coordinates in enumerate(builder.rows(self.node), first):
+            if self.stretch == "fixed":
+                builder.fix(coordinates)
+            elif kind.is_cable:
+                self._hold_direction(builder, row, coordinates)
+            else:
+                held = [k for vector in ("r_", *kind.section) for k in kind.columns(vector)]
+                builder.fix(coordinates[held])
+
+    def _hold_direction(self, builder: Builder, row: int, coordinates: Coordinates) -> None:
+        """Fix the position and leave the slope its length.
+
+        A slope that is not along a coordinate axis is held by equations e.r_x = 0 across it.  It
+        counts by the way that it moves at the distance of an element: in metres.
+        """
+        body, dim = self.node.beam, self.node.beam.dim
+        position, slope = coordinates[:dim], coordinates[dim : 2 * dim]
+        builder.fix(position)
+        axes = body.axes_of(row)
+        along = along_axis(axes[0])
+        if along is not None:
+            builder.fix(np.delete(slope, along))
+            return
+        length = float(np.mean(body.lengths))
+        for k, across in enumerate(axes[1:]):
+            terms = [(length * across[d], slope[d], LINEAR) for d in range(dim)]
+            builder.equation(f"clamp at {self.node!r}, direction {k + 1}", 0.0, *terms)
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """The node."""
+        return (self.node,)
+
+    def describe(self, at: Callable[[Node], str]) -> str:
+        """Describe everything that its equations follow from."""
+        return f"clamp ({at(self.node)}), stretch {self.stretch}"
+
+
+def along_axis(slope: NDArray[np.float64]) -> int | None:
+    """Return the coordinate axis that a slope is parallel to, or None."""
+    direction = np.abs(slope)
+    axis = int(np.argmax(direction))
+    return axis if np.all(np.delete(direction, axis) <= ALIGNED) else None

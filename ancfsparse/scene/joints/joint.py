@@ -1,0 +1,152 @@
+"""What joints have in common, and what they are lowered to."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.scene.bodies import Node
+from ancfsparse.words import shown
+
+Vector = NDArray[np.float64]
+# Numbers that a builder has given to coordinates.
+Coordinates = NDArray[np.int32]
+
+# Stands for the second coordinate of a linear term.
+LINEAR = -1
+
+
+class Builder(Protocol):
+    """What joints are lowered to; coordinates are numbers that it gives out."""
+
+    def kind(self, node: Node) -> ElementKind:
+        """Return the element at a node, which knows the names of its coordinates."""
+        ...
+
+    def rows(self, node: Node) -> Coordinates:
+        """Return the coordinates of all rows of a node, (k, n_c): position first, then slopes."""
+        ...
+
+    def position(self, node: Node) -> Coordinates:
+        """Return the coordinates of the position of a node, (dim,)."""
+        ...
+
+    def fix(self, coordinates: Coordinates) -> None:
+        """Hold coordinates at their reference values; the force that takes is the reaction."""
+        ...
+
+    def share(self, one: Coordinates, other: Coordinates) -> None:
+        """Make coordinates one, pair by pair."""
+        ...
+
+    def equation(
+        self,
+        label: str,
+        offset: float,
+        *terms: tuple[float, int, int],
+        about: Sequence[float] = (),
+        size: float = 0.0,
+    ) -> None:
+        """Hold ``offset + sum of c (q_i - about) (q_j - about) = 0`` by a multiplier.
+
+        Parameters
+        ----------
+        label : str
+            What it holds, for messages.
+        offset : float
+            Constant [m].
+        *terms : (float, int, int)
+            Factor c [1 or 1/m] and two coordinates; ``j = LINEAR`` makes the term ``c q_i``.
+        about : sequence of float, optional
+            Of each term [m].
+        size : float, optional
+            Of what the offset was added up from [m].
+        """
+        ...
+
+
+class Joint(ABC):
+    """What a joint must know of itself.
+
+    Attributes
+    ----------
+    name : str
+        What it is called in messages.
+    """
+
+    name: ClassVar[str]
+
+    @abstractmethod
+    def lower(self, builder: Builder) -> None:
+        """Fix or share coordinates, or state equations."""
+
+    @property
+    @abstractmethod
+    def nodes(self) -> tuple[Node, ...]:
+        """Nodes that it holds."""
+
+    @abstractmethod
+    def describe(self, at: Callable[[Node], str]) -> str:
+        """Describe everything that its equations follow from, with nodes named by a function."""
+
+    @property
+    def joins(self) -> bool:
+        """Whether it makes its two nodes one point, instead of holding one beside the ground."""
+        return False
+
+    @property
+    def direction(self) -> Vector | None:
+        """The only direction in which it holds its node, a unit vector (dim,); None holds all."""
+        return None
+
+    @property
+    def has_multipliers(self) -> bool:
+        """Whether it surely makes equations."""
+        return False
+
+
+def check_point(what: str, node: object) -> Node:
+    """Return `node` if it is a point, at a node of the mesh or not.
+
+    Parameters
+    ----------
+    what : str
+        The load or result that needs it, for the message.
+    node : object
+        What was given.
+    """
+    if not isinstance(node, Node):
+        raise InputError(
+            f"{what} needs a point on a beam such as rod.start or rod.node(3), got {shown(node)}"
+        )
+    return node
+
+
+def check_node(what: str, node: object) -> Node:
+    """Return `node` if it is a node of the mesh.
+
+    Parameters
+    ----------
+    what : str
+        The joint or load that needs it, for the message.
+    node : object
+        What was given.
+
+    Returns
+    -------
+    Node
+        The node.
+    """
+    point = check_point(what, node)
+    if not point.is_node:
+        raise InputError(
+            f"{what} needs a node, but {point!r} lies inside element {point.index}: "
+            f"{point.beam.hint(point)}"
+        )
+    return point

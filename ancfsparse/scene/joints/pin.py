@@ -1,0 +1,50 @@
+"""Pins: the position of a node is held, its rotation is free."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint
+
+
+@dataclass(frozen=True, eq=False)
+class Pin(Joint):
+    """Hold the position of a node, leave its rotation free.
+
+    Attributes
+    ----------
+    node : Node
+        The node held.
+    as_constraint : bool
+        Hold it by equations with multipliers instead of by numbering.
+    """
+
+    node: Node
+    as_constraint: bool = False
+    name = "pin"
+
+    def lower(self, builder: Builder) -> None:
+        """Fix the position, or state an equation for each component."""
+        position = builder.position(self.node)
+        if not self.as_constraint:
+            builder.fix(position)
+            return
+        for d, (place, held) in enumerate(zip(position, self.node.position, strict=True)):
+            label = f"pin at {self.node!r}, component {d + 1}"
+            builder.equation(label, -held, (1.0, place, LINEAR))
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """The node."""
+        return (self.node,)
+
+    @property
+    def has_multipliers(self) -> bool:
+        """Whether it is made by equations."""
+        return self.as_constraint
+
+    def describe(self, at: Callable[[Node], str]) -> str:
+        """Describe everything that its equations follow from."""
+        return f"pin ({at(self.node)})" + " as constraint" * self.as_constraint

@@ -1,0 +1,130 @@
+"""What the joints of a scene are lowered to: coordinates held and shared, and equations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.scene import Body, Node, Scene
+from ancfsparse.scene.joints import LINEAR
+from ancfsparse.system.constraints import Constraints
+
+Places = NDArray[np.int32]
+
+
+class Lowering:
+    """The `Builder` that joints are given; it counts all coordinates, held and shared ones too.
+
+    Parameters
+    ----------
+    scene : Scene
+        The bodies and joints.
+    kinds : sequence of ElementKind
+        The element of each body.
+
+    Attributes
+    ----------
+    raw : list of (n_rows, n_c) int32 arrays
+        Per body the number of each coordinate of each row.
+    n_raw : int
+        How many there are.
+    """
+
+    def __init__(self, scene: Scene, kinds: Sequence[ElementKind]) -> None:
+        self.raw: list[Places] = []
+        self.n_raw = 0
+        self._dim = scene.dim
+        self._kinds = {id(body): kind for body, kind in zip(scene.beams, kinds, strict=True)}
+        self._index: dict[int, int] = {}
+        for body, kind in zip(scene.beams, kinds, strict=True):
+            self._index[id(body)] = len(self.raw)
+            self.raw.append(_counted(body, len(kind.node_coordinates), self.n_raw))
+            self.n_raw = int(self.raw[-1][-1, -1]) + 1
+        self._fixed: list[Places] = []
+        self._one: list[Places] = []
+        self._other: list[Places] = []
+        self._equations = Constraints()
+        for joint in scene.joints:
+            joint.lower(self)
+
+    def kind(self, node: Node) -> ElementKind:
+        """Return the element at a node."""
+        return self._kinds[id(node.beam)]
+
+    def rows(self, node: Node) -> Places:
+        """Return the coordinates of all rows of a node, (k, n_c)."""
+        return self.raw[self._index[id(node.beam)]][node.beam.rows_of(node.index)]
+
+    def position(self, node: Node) -> Places:
+        """Return the coordinates of the position of a node, (dim,)."""
+        return self.rows(node)[0, : self._dim]
+
+    def fix(self, coordinates: Places) -> None:
+        """Hold coordinates at their reference values."""
+        self._fixed.append(coordinates)
+
+    def share(self, one: Places, other: Places) -> None:
+        """Make coordinates one, pair by pair."""
+        self._one.append(one)
+        self._other.append(other)
+
+    def equation(
+        self,
+        label: str,
+        offset: float,
+        *terms: tuple[float, int, int],
+        about: Sequence[float] = (),
+        size: float = 0.0,
+    ) -> None:
+        """Hold an equation by a multiplier."""
+        self._equations.add(label, offset, *terms, about=about, size=size)
+
+    def owner(self) -> Places | None:
+        """Return for each coordinate the lowest one that shares its place; None where none do."""
+        if not self._one:
+            return None
+        import scipy.sparse as sp
+        from scipy.sparse.csgraph import connected_components
+
+        one, other = np.concatenate(self._one), np.concatenate(self._other)
+        pairs = (np.ones(len(one), dtype=bool), (one, other))
+        graph = sp.coo_array(pairs, shape=(self.n_raw, self.n_raw))
+        _, group = connected_components(graph, directed=False)
+        _, lowest = np.unique(group, return_index=True)
+        owner: Places = lowest.astype(np.int32)[group]
+        return owner
+
+    def held(self, owner: Places | None) -> NDArray[np.bool_]:
+        """Return which coordinates are held, (n_raw,), of shared ones the owner."""
+        out = np.zeros(self.n_raw, dtype=bool)
+        if self._fixed:
+            fixed = np.concatenate([each.ravel() for each in self._fixed])
+            out[fixed if owner is None else owner[fixed]] = True
+        return out
+
+    def constraints(self, final: Places) -> Constraints:
+        """Return the equations by the places that coordinates have found."""
+        out = self._equations
+        out.i = [int(final[i]) for i in out.i]
+        out.j = [LINEAR if j == LINEAR else int(final[j]) for j in out.j]
+        return out
+
+
+def _counted(body: Body, n_c: int, start: int) -> Places:
+    """Count the coordinates of a body from `start`, (n_rows, n_c), node by node."""
+    node, dim = body.row_nodes, body.dim
+    rows = np.arange(len(node), dtype=np.int32)
+    begins = rows.copy()  # the first row of the node that the row belongs to
+    begins[1:][node[1:] == node[:-1]] = 0
+    begins = np.maximum.accumulate(begins)
+    numbers = np.empty((len(node), n_c), dtype=np.int32)
+    numbers[:, 0] = start + dim * node + (n_c - dim) * begins
+    numbers[:, dim] = start + dim * (node + 1) + (n_c - dim) * rows
+    for k in range(1, dim):
+        numbers[:, k] = numbers[:, 0] + np.int32(k)
+    for k in range(1, n_c - dim):
+        numbers[:, dim + k] = numbers[:, dim] + np.int32(k)
+    return numbers
