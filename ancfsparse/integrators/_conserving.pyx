@@ -16,6 +16,9 @@ cdef extern from "vectors.h":
         ptrdiff_t) noexcept nogil
 
 
+cdef bint MEAN_FORCES = True
+
+
 cdef struct Scheme:
     double *before  # coordinates one step before the last accepted ones
     double *middle  # between q0 and q, where v is the velocity
@@ -51,6 +54,24 @@ cdef void set_load(Motion *self, const double *amplitudes) noexcept nogil:
     self.amplitudes = amplitudes
     for i in range(self.system.n_amplitudes):
         self.scheme.load[i] = 0.5 * (self.amplitudes0[i] + amplitudes[i])
+
+
+cdef void prescribe(Motion *self) noexcept nogil:
+    cdef ptrdiff_t n = self.drives.n, base = self.n_all - n, i
+    cdef const double *q = self.drives.row
+    cdef const double *v = q + n
+    for i in range(n):
+        self.q[base + i] = q[i]
+        self.scheme.middle[base + i] = 0.5 * (self.q0[base + i] + q[i])
+        self.a[base + i] = (v[i] - self.v0[base + i]) / self.dt
+    if self.system.damped:
+        for i in range(n):
+            self.v[base + i] = 0.5 * (self.v0[base + i] + v[i])
+
+
+cdef void take_prescribed(Motion *self) noexcept nogil:
+    cdef ptrdiff_t base = self.n_all - self.drives.n
+    memcpy(self.scheme.before + base, self.q0 + base, self.drives.n * sizeof(double))
 
 
 cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
@@ -113,6 +134,7 @@ cdef void evaluate(Motion *self) noexcept nogil:
     self.system.residual_between(
         self.system.context, self.q0, self.q, self.scheme.middle, self.v, self.a, self.lam,
         self.dead_load, self.scheme.load, self.r, self.phi)
+    lead(self)
 
 
 cdef void matrix(void *context, double *values) noexcept nogil:

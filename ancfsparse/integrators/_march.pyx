@@ -13,6 +13,9 @@ cdef struct Weights:
     double b_b, b_a, b_new
 
 
+cdef bint MEAN_FORCES = False
+
+
 cdef struct Scheme:
     Weights weights
     double *b0  # a0 itself where it is the true acceleration
@@ -114,6 +117,19 @@ cdef void set_load(Motion *self, const double *amplitudes) noexcept nogil:
     self.amplitudes = amplitudes
 
 
+cdef void prescribe(Motion *self) noexcept nogil:
+    cdef ptrdiff_t n = self.drives.n, base = self.n_all - n
+    cdef const double *row = self.drives.row
+    memcpy(self.q + base, row, n * sizeof(double))
+    memcpy(self.a + base, row + 2 * n, n * sizeof(double))
+    if self.system.damped:
+        memcpy(self.v + base, row + n, n * sizeof(double))
+
+
+cdef void take_prescribed(Motion *self) noexcept nogil:
+    pass
+
+
 cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef Motion *self = <Motion *>context
     cdef Weights w = self.scheme.weights  # of our own, so that no store can change it
@@ -180,6 +196,7 @@ cdef void evaluate(Motion *self) noexcept nogil:
     self.scheme.evaluated += 1
     self.system.residual(self.system.context, self.q, self.v, self.a, self.lam,
                          self.dead_load, self.amplitudes, self.r, self.phi)
+    lead(self)
 
 
 cdef void matrix(void *context, double *values) noexcept nogil:

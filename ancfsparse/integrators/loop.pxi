@@ -3,7 +3,9 @@
 Such a module brings the formulas of its integrator: before this text a struct ``Scheme`` of what it
 alone keeps, after it a class made of `TimeLoop` and the functions ``set_weights``, ``set_load``,
 ``restart_part``, ``coast``, ``correct_part``, ``evaluate``, ``matrix``, ``material``,
-``start_velocity``, ``solve_step`` and ``accept_part``.
+``start_velocity``, ``solve_step`` and ``accept_part``; ``prescribe`` and ``take_prescribed`` for
+coordinates that are functions of time, and ``MEAN_FORCES``, whether forces and multipliers are
+means over the step.
 
 The dynamic rows are multiplied by ``scale`` and the multipliers divided by it, so the matrix of a
 step, ``[M + scale K, phi_q^T; phi_q, 0]``, does not degrade as dt goes to zero.
@@ -33,10 +35,20 @@ include "../kernels/outcome.pxi"
 
 
 # Arrays that make the next steps, beside the state: the integrator's own acceleration, coordinates
-# one step before, and the course of the loads.
-REMEMBERED = ("b0", "before", "amplitudes0", "rate", "bend", "size", "past")
+# one step before, the course of the loads, and the forces of supports that move.
+REMEMBERED = ("b0", "before", "amplitudes0", "rate", "bend", "size", "past", "force0")
 
 cdef ptrdiff_t PIECE = 512  # of vectors that are passed over more than once
+
+
+cdef struct Drives:
+    # What follows functions of time, see drives.pxi.
+    ptrdiff_t n, n_equations
+    const double *row  # of the step under way: n places, velocities, accelerations, and all of s
+    double *force0  # of the prescribed coordinates on the system, after the last accepted step
+    double *force  # and after the step under way, once its work is known
+    double *lead0  # s after the last accepted step
+    double *speeds  # room for velocities
 
 
 cdef struct Motion:
@@ -67,6 +79,7 @@ cdef struct Motion:
     const double *s  # the correction under way, its factor, and the squares of each part
     double factor
     double *squares
+    Drives drives
     double *ways  # squares of the way of each part, kept up to date by a scheme that keeps energy
     ancf_equations *interface
     Scheme scheme
@@ -156,6 +169,28 @@ cdef class TimeLoop:
         if "b0" in self.arrays:
             self.arrays["b0"] += change_b
         self.arrays["v0"] += change_v
+
+    def drive(self, ptrdiff_t n, ptrdiff_t n_equations, start, force):
+        """Let the last coordinates and the last equations follow functions of time.
+
+        Rows of loads then go on with positions, velocities and accelerations of the coordinates,
+        and with what the equations are to have.
+
+        Parameters
+        ----------
+        n, n_equations : int
+            How many coordinates and equations.
+        start : (n_equations,) float
+            What the equations have at the start [m].
+        force : (n,) float
+            Of the coordinates on the system there [N].
+        """
+        cdef Drives *drives = &self.motion.drives
+        drives.n, drives.n_equations = n, n_equations
+        drives.force0 = kept(self.arrays, "force0", np.append(force, 0.0))
+        drives.force = kept(self.arrays, "force", np.append(force, 0.0))
+        drives.lead0 = kept(self.arrays, "lead0", np.append(start, 0.0))
+        drives.speeds = kept(self.arrays, "speeds", np.zeros(n + 1))
 
     def may_shorten(self):
         """Let steps that would gain energy be refused: shorter ones may not."""
@@ -372,16 +407,22 @@ cdef void residual(void *context, double *r) noexcept nogil:
 cdef void load(Motion *self, const double *amplitudes) noexcept nogil:
     """Set the loads of the next step, and find where they jump in it."""
     set_load(self, amplitudes)
+    if is_driven(self):
+        self.drives.row = amplitudes + self.system.n_amplitudes
+        prescribe(self)
     if self.system.n_amplitudes > 0:
         ancf_jumps_find(&self.jumps, self.amplitudes0, amplitudes, self.dt)
 
 
 cdef void accept(Motion *self) noexcept nogil:
+    if not self.ahead:
+        add_work(self)
     if self.system.n_amplitudes > 0:
-        if not self.ahead:
-            add_work(self)
         ancf_jumps_accept(&self.jumps, self.amplitudes0, self.amplitudes, self.dt)
         memcpy(self.amplitudes0, self.amplitudes, self.system.n_amplitudes * sizeof(double))
+    if is_driven(self):
+        take_prescribed(self)
+        accept_drives(self)
     in_parts(self.n_parts, accept_part, self)
     self.corrected = False
     memcpy(self.lam0, self.lam, self.m * sizeof(double))
@@ -398,10 +439,14 @@ cdef void remember(Motion *self,
 
 
 cdef void add_work(Motion *self) noexcept nogil:
-    """Add what the loads do in the step under way, and how much of that is unsure."""
+    """Add what loads and drives do in the step under way, and how much of that is unsure."""
     cdef const ancf_system *system = self.system
     cdef ancf_state x0, x1
     cdef double unsure
+    if is_driven(self):
+        self.watch.work += work_of_drives(self)
+    if system.n_amplitudes == 0:
+        return
     x0.q, x0.v, x0.amplitudes = self.q0, start_velocity(self), self.amplitudes0
     x1.q, x1.v, x1.amplitudes = self.q, self.v, self.amplitudes
     self.watch.work += system.load_work(system.context, &x0, &x1, self.r)
@@ -429,3 +474,6 @@ cdef bint look(Motion *self) noexcept nogil:
 
 cdef void measure(Motion *self) noexcept nogil:
     ancf_watch_measure(&self.watch, self.system, self.dead_load, self.q0, self.v0, self.r)
+
+
+include "drives.pxi"

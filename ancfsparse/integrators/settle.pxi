@@ -50,10 +50,11 @@ cdef bint see(Motion *self, bint strict) noexcept nogil:
 
     The new velocity stands in the place of the old one while it is looked at, which needs no room.
     """
-    if self.system.n_amplitudes > 0:
-        add_work(self)
+    add_work(self)
     self.factor = 1.0
     in_parts(self.n_parts, push_part, self)
+    if is_driven(self):
+        swap_speeds(self)
     ancf_watch_measure(&self.watch, self.system, self.dead_load, self.q, self.v0, self.r)
     self.scheme.refused = self.watch
     if strict:
@@ -64,6 +65,8 @@ cdef bint see(Motion *self, bint strict) noexcept nogil:
 cdef void unsee(Motion *self, const ancf_watch *before) noexcept nogil:
     self.factor = -1.0
     in_parts(self.n_parts, push_part, self)
+    if is_driven(self):
+        swap_speeds(self)
     self.watch = before[0]
 
 

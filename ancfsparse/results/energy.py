@@ -27,8 +27,10 @@ class Energy:
     potential : ndarray, shape (k,)
         Potential of gravity [J].
     work : ndarray, shape (k,)
-        Work of all applied forces but gravity since the first saved state [J]: their power,
-        summed by the trapezoidal rule over the saved states, so save often where loads change.
+        Work of drives and of all applied forces but gravity since the first saved state [J]: their
+        power, summed by the trapezoidal rule over the saved states, so save often where loads
+        change.  `EnergyMomentum` saves mean forces of the step before, so with it the work of
+        drives is half a step late.
     dissipated : ndarray, shape (k,)
         What damping took since the first saved state [J]: the power against its forces, summed
         like ``work``.
@@ -67,7 +69,7 @@ class Energy:
         )
 
 
-def energy_of(system: SolvedSystem, t: Array, q: Array, v: Array) -> Energy:
+def energy_of(system: SolvedSystem, t: Array, q: Array, v: Array, a: Array, lam: Array) -> Energy:
     """Evaluate the energy balance.
 
     Parameters
@@ -76,8 +78,10 @@ def energy_of(system: SolvedSystem, t: Array, q: Array, v: Array) -> Energy:
         The system the states belong to.
     t : ndarray, shape (k,)
         Times [s].
-    q, v : ndarray, shape (k, n)
+    q, v, a : ndarray, shape (k, n)
         Coordinates and their rates.
+    lam : ndarray, shape (k, m)
+        Multipliers.
 
     Returns
     -------
@@ -89,7 +93,11 @@ def energy_of(system: SolvedSystem, t: Array, q: Array, v: Array) -> Energy:
     parts = []
     for i in range(0, len(t), step):
         q_part, v_part = q[i : i + step], v[i : i + step]
-        power = system.power(q_part, v_part, t[i : i + step])
+        t_part = t[i : i + step]
+        power = system.power(q_part, v_part, t_part)
+        if system.is_driven:
+            a_part, lam_part = a[i : i + step], lam[i : i + step]
+            power = power + system.drive_power(q_part, v_part, a_part, lam_part, t_part)
         lost = system.dissipation(q_part, v_part)
         parts.append((*system.energies(q_part, v_part), power, lost))
     columns = (np.concatenate(part) for part in zip(*parts, strict=True))

@@ -59,6 +59,15 @@ class SolvedSystem(Protocol):
         """Give the power of all applied forces but gravity, (k,) [W]."""
         ...
 
+    @property
+    def is_driven(self) -> bool:
+        """Whether anything is prescribed over time."""
+        ...
+
+    def drive_power(self, q: Array, v: Array, a: Array, lam: Array, t: Array) -> Array:
+        """Give the power of what drives coordinates and equations, (k,) [W]."""
+        ...
+
     def dissipation(self, q: Array, v: Array) -> Array:
         """Give the power that damping takes, (k,) [W], never negative."""
         ...

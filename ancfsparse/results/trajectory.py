@@ -117,7 +117,7 @@ class Trajectory(Outputs):
     @cached_property
     def energy(self) -> Energy:
         """The energy balance, worked out when first asked for."""
-        return energy_of(self.system, self.t, self.q, self.v)
+        return energy_of(self.system, self.t, self.q, self.v, self.a, self.lam)
 
     def position(self, node: Node) -> Array:
         """Give the position of a point over time.

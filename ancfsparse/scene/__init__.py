@@ -12,7 +12,8 @@ from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh
 from ancfsparse.scene.scene import Scene, check_scene
 from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
-from ancfsparse.scene.signals import Pulse, Ramp, Signal, Sine, Table
+from ancfsparse.scene.signal import Signal
+from ancfsparse.scene.signals import Pulse, Ramp, Sine, Table
 
 __all__ = [
     "AnySection",

@@ -12,7 +12,7 @@ from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.contents import Contents
 from ancfsparse.scene.joints import Joint
 from ancfsparse.scene.loads import DistributedForce, Load, Value
-from ancfsparse.scene.signals import Signal
+from ancfsparse.scene.signal import Signal
 from ancfsparse.words import numbers
 
 # Longer descriptions are cut here and end in a checksum.

@@ -13,11 +13,13 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.contents import Contents
+from ancfsparse.scene.course import course_of
 from ancfsparse.scene.digest import digest
 from ancfsparse.scene.joints import (
     SAME_PLACE,
     Clamp,
     Connect,
+    Drive,
     Holds,
     Joint,
     Pin,
@@ -113,7 +115,56 @@ class Scene(Contents):
         check_choice("stretch of a clamp", stretch, ("free", "fixed"))
         return self._add(Clamp(self._mine("a clamp", check_node("a clamp", node)), stretch))
 
-    def rod(self, node: Node, anchor: ArrayLike) -> Rod:
+    def drive(
+        self,
+        node: Node,
+        position: ArrayLike | Callable[[float], ArrayLike],
+        *,
+        rate: Callable[[float], ArrayLike] | None = None,
+        second_rate: Callable[[float], ArrayLike] | None = None,
+        as_constraint: bool = False,
+    ) -> Drive:
+        """Move the position of a node as prescribed, leave its rotation free.
+
+        The force that takes is the reaction at the node; its work counts in the energy balance.
+
+        Parameters
+        ----------
+        node : Node
+            The node, for example ``rod.start``.
+        position : array_like of shape (dim,), or callable
+            Where it is [m], or a function of t [s] that returns it: a signal such as
+            ``Ramp((0.1, 0.0), 0.5, smooth=True) + (2.0, 0.0)`` or a function of your own, whose
+            second derivative must be continuous.  `simulate` starts where it is at the start, and
+            with its velocity; from another place `solve_static` leads there.
+        rate, second_rate : callable, optional
+            Velocity [m/s] and acceleration [m/s2] as functions of t.  Those of a signal are known;
+            for a function without them differences over six points a step apart stand for them,
+            whose errors are of fourth order in the step.
+        as_constraint : bool, optional
+            Move it by equations, whose multipliers are the reaction, instead of by prescribing its
+            coordinates.  The motion is the same.
+
+        Returns
+        -------
+        Drive
+            The joint.
+        """
+        own = self._mine("a drive", check_node("a drive", node))
+        check_flag("as_constraint of a drive", as_constraint)
+        subject = f"the position of the drive at {own!r}"
+        course = course_of(subject, self.dim, position, rate, second_rate)
+        return self._add(Drive(own, course, as_constraint))
+
+    def rod(
+        self,
+        node: Node,
+        anchor: ArrayLike,
+        *,
+        length: Callable[[float], float] | None = None,
+        rate: Callable[[float], float] | None = None,
+        second_rate: Callable[[float], float] | None = None,
+    ) -> Rod:
         """Tie a node to a fixed point with a rigid massless rod of their initial distance.
 
         Parameters
@@ -122,6 +173,12 @@ class Scene(Contents):
             The node held.
         anchor : array_like, shape (dim,)
             The fixed point [m], apart from the node.
+        length : callable, optional
+            The distance as a function of t [m], for example of a rope that a winch pulls in, given
+            as `drive` takes positions, with ``rate`` [m/s] and ``second_rate`` [m/s2].  By default
+            it stays.  The rod pushes as well as it pulls.
+        rate, second_rate : callable, optional
+            Its derivatives, as `drive` takes them.
 
         Returns
         -------
@@ -135,13 +192,16 @@ class Scene(Contents):
                 f"anchor of the rod at {node!r} lies beyond {FARTHEST:g} m, at {place(point)}: "
                 "give positions in metres"
             )
-        length = float(np.linalg.norm(node.position - point))
-        if length <= SAME_PLACE * node.beam.size:
+        distance = float(np.linalg.norm(node.position - point))
+        if distance <= SAME_PLACE * node.beam.size:
             raise InputError(
                 f"the rod at {node!r} would have zero length: its anchor {place(point)} is the "
                 "node itself; to hold the node there, use pin"
             )
-        return self._add(Rod(node, point, length))
+        course = None
+        if length is not None:
+            course = course_of(f"the length of the rod at {node!r}", 0, length, rate, second_rate)
+        return self._add(Rod(node, point, distance, course))
 
     def connect(self, a: Node, b: Node) -> Connect:
         """Join two nodes at one place, free to turn against each other.

@@ -2,13 +2,12 @@
 
 Each is called with a time t [s] and returns a value, or with an array (k,) of times and returns k
 of them.  A value is a number or a vector, in the unit of the load it is given to: N, N m or N/m.
-Loads at one place add up, so a sum of signals is given as several loads.
+``Ramp(...) + Sine(...)`` is their sum, ``Ramp(...) + (2.0, 0.0)`` one that begins elsewhere.
 """
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from hashlib import sha256
 
@@ -24,22 +23,10 @@ from ancfsparse.checks import (
     keep,
 )
 from ancfsparse.errors import InputError
+from ancfsparse.scene.signal import Shaped, Signal, Value, checked_value
 from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
-Value = float | tuple[float, ...]
-
-
-class Signal(ABC):
-    """A function of time that is evaluated for all times at once."""
-
-    @abstractmethod
-    def __call__(self, t: ArrayLike) -> Vector:
-        """Return the value at a time, or one in each row for an array of times (k,) [s]."""
-
-    def describe(self) -> str:
-        """Describe everything that its values follow from, for comparison with another one."""
-        return repr(self)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -131,23 +118,6 @@ class Table(Signal):
         return f"{self!r} {sha256(numbers.tobytes()).hexdigest()[:16]}"
 
 
-class Shaped(Signal):
-    """A value that is multiplied by a number which changes with time."""
-
-    @property
-    @abstractmethod
-    def largest(self) -> Value:
-        """The value where that number is 1."""
-
-    @abstractmethod
-    def factor(self, t: Vector) -> Vector:
-        """Return that number for every time."""
-
-    def __call__(self, t: ArrayLike) -> Vector:
-        """Return the value at a time, or one in each row for an array of times (k,) [s]."""
-        return np.multiply.outer(self.factor(np.asarray(t, dtype=float)), self.largest)
-
-
 @dataclass(frozen=True)
 class Ramp(Shaped):
     """Zero up to a start, then rising to a value which is held.
@@ -172,7 +142,7 @@ class Ramp(Shaped):
 
     def __post_init__(self) -> None:
         """Check every number and keep it in double precision."""
-        value = _value("value of a ramp", self.value)
+        value = checked_value("value of a ramp", self.value)
         start, end = _interval("a ramp", self.start, self.end)
         check_flag("smooth of a ramp", self.smooth)
         keep(self, value=value, start=start, end=end)
@@ -182,10 +152,22 @@ class Ramp(Shaped):
         """The value from `end` on."""
         return self.value
 
-    def factor(self, t: Vector) -> Vector:
-        """Return the share of the value that is reached."""
-        x = np.clip((t - self.start) / (self.end - self.start), 0.0, 1.0)
-        return x**3 * (10.0 + x * (6.0 * x - 15.0)) if self.smooth else x
+    @property
+    def smoothness(self) -> float:
+        """How many of its derivatives are continuous."""
+        return 2.0 if self.smooth else 0.0
+
+    def factor(self, t: Vector, order: int = 0) -> Vector:
+        """Return the share of the value that is reached, or a derivative of it [1/s, 1/s2]."""
+        length = self.end - self.start
+        x = np.clip((t - self.start) / length, 0.0, 1.0)
+        if not self.smooth:
+            return x if order == 0 else self._no_rate(order)
+        if order == 0:
+            return x**3 * (10.0 + x * (6.0 * x - 15.0))
+        if order == 1:
+            return 30.0 * (x * (1.0 - x)) ** 2 / length
+        return 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / length**2
 
 
 @dataclass(frozen=True)
@@ -210,7 +192,7 @@ class Sine(Shaped):
         """Check every number and keep it in double precision."""
         keep(
             self,
-            amplitude=_value("amplitude of a sine", self.amplitude),
+            amplitude=checked_value("amplitude of a sine", self.amplitude),
             frequency=check_positive("frequency of a sine", self.frequency, "Hz"),
             phase=check_finite("phase of a sine", self.phase, "rad"),
         )
@@ -220,9 +202,15 @@ class Sine(Shaped):
         """The amplitude."""
         return self.amplitude
 
-    def factor(self, t: Vector) -> Vector:
-        """Return the sine."""
-        return np.sin(2.0 * math.pi * self.frequency * t + self.phase)
+    @property
+    def smoothness(self) -> float:
+        """How many of its derivatives are continuous: all."""
+        return math.inf
+
+    def factor(self, t: Vector, order: int = 0) -> Vector:
+        """Return the sine, or a derivative of it [1/s, 1/s2]."""
+        omega = 2.0 * math.pi * self.frequency
+        return np.asarray(omega**order * np.sin(omega * t + self.phase + 0.5 * math.pi * order))
 
 
 @dataclass(frozen=True)
@@ -247,7 +235,7 @@ class Pulse(Shaped):
 
     def __post_init__(self) -> None:
         """Check every number and keep it in double precision."""
-        value = _value("value of a pulse", self.value)
+        value = checked_value("value of a pulse", self.value)
         start, end = _interval("a pulse", self.start, self.end)
         rise = check_finite("rise of a pulse", self.rise, "s")
         if not 0.0 <= rise <= 0.5 * (end - start):
@@ -262,23 +250,14 @@ class Pulse(Shaped):
         """The value between rise and fall."""
         return self.value
 
-    def factor(self, t: Vector) -> Vector:
+    def factor(self, t: Vector, order: int = 0) -> Vector:
         """Return the share of the value that acts."""
+        if order:
+            return self._no_rate(order)
         if self.rise == 0.0:
             return ((self.start <= t) & (t < self.end)).astype(float)
         near = np.minimum(t - self.start, self.end - t)
         return np.clip(near / self.rise, 0.0, 1.0)
-
-
-def _value(what: str, value: object) -> Value:
-    """Return a finite number or a tuple of up to three."""
-    needed = "a number, or two or three of them"
-    numbers = check_reals(what, value, needed)
-    if numbers.shape not in ((), (2,), (3,)):
-        raise InputError(f"{what} must be {needed}, got {shown(value)}")
-    if not np.isfinite(numbers).all():
-        raise InputError(f"{what} must be finite, got {shown(value)}")
-    return tuple(numbers.tolist()) if numbers.ndim else float(numbers)
 
 
 def _interval(what: str, start: object, end: object) -> tuple[float, float]:

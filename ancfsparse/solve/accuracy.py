@@ -251,6 +251,8 @@ def _ways(
 
 def _explicit(system: System) -> list[Explicit]:
     """Return the explicit integrators that take a scene, by ascending order."""
+    if system.prescribed:
+        return []
     if not system.n_multipliers and not system.damped:
         return [CentralDifference(), RungeKuttaNystrom(4), RungeKuttaNystrom(8)]
     return [DormandPrince()] if system.n_multipliers <= MOST_HELD else []

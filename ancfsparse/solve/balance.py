@@ -93,6 +93,7 @@ class Balance:
         self._on_factor = on_factor
         self._amplitudes = system.loads.amplitudes(np.zeros(1))[0]
         self._dead = system.dead_load
+        self._set_drives()
         self._rest = np.zeros(system.n_all)
         self.plain = not system.loads.moment_place and system.constraints.linear
         self.conservative = system.conservative
@@ -117,6 +118,20 @@ class Balance:
         largest *= self.stiffness(self.start, 0.0)[system.pattern.indptr[: system.n_free]]
         # Far above the rounding of forces, which only then need be looked at one by one.
         self._most_rounding = 64.0 * ROUNDING * EPSILON * self.size_of_forces(largest)
+
+    def _set_drives(self) -> None:
+        """Let drives begin in the reference shape; with the loads they come to where they are."""
+        system, prescribed = self.system, self.system.prescribed
+        first, led = system.n_all - prescribed.n, system.n_multipliers - prescribed.n_equations
+        self._still, self._held = system.q_ref[first:], np.zeros(0)
+        self._driven, self._followed = np.zeros(prescribed.n), np.zeros(0)
+        if not prescribed:
+            return
+        now = prescribed.at(0.0)
+        none, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
+        args = (none, none, lam, self._dead, self._amplitudes)
+        self._held = np.asarray(system.assembly.residual(system.q_ref, *args)[1])[led:]
+        self._driven, self._followed = now.q - self._still, now.s - self._held
 
     def _make_pattern(self) -> None:
         """Take the coordinates out of the pattern of the system, and add what springs couple."""
@@ -154,9 +169,14 @@ class Balance:
     def state(self, q: Vector, lam: Vector, load: float) -> State:
         """Return a state with what is unbalanced under a share of the loads."""
         self.stats.residual_evaluations += 1
+        if self._driven.any():
+            q = np.array(q)
+            q[len(q) - len(self._driven) :] = self._still + load * self._driven
         r, phi = self.system.assembly.residual(
             q, self._rest, self._rest, lam, load * self._dead, load * self._amplitudes
         )
+        followed = self._held + load * self._followed
+        phi[len(phi) - len(followed) :] -= followed
         return State(q, lam, np.asarray(r)[: self.system.n_free], np.asarray(phi))
 
     def moved(self, state: State, dx: Vector, dlam: Vector, load: float) -> State:

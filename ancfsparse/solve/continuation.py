@@ -49,6 +49,7 @@ def remember(
     b = memory.pop("b0", None)
     memory["run"] = {"integrator": repr(integrator), "dt": dt}
     memory["scene"] = system.scene.digest()
+    memory["contributions"] = system.assembly.memory
     if iteration is not None:
         memory["contraction"] = iteration.rate
     return system.state(t, q, v, a, lam, b=b, memory=memory)
@@ -73,11 +74,12 @@ def continues(
     return bool(np.all(np.abs(now - before) <= SAME_LOADS * np.max(np.abs(now), initial=0.0)))
 
 
-def recall(state: State, march: Any, iteration: Any = None) -> None:
+def recall(state: State, system: System, march: Any, iteration: Any = None) -> None:
     """Let a march go on with what the run before remembered."""
     memory = dict(state.memory)
     if state.b is not None:
         memory["b0"] = state.b
     march.recall(memory)
+    system.assembly.memory = np.asarray(memory["contributions"], dtype=float)
     if iteration is not None:
         iteration.rate = memory["contraction"]

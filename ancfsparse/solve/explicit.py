@@ -101,7 +101,7 @@ def prepare_explicit(
     march = make_explicit(system, dt, integrator, *state, mass, max_energy_gain, noise)
     check_held(system, march, integrator)
     if continues(start, system, integrator, dt):
-        recall(start, march)
+        recall(start, system, march)
     why = (
         f"{integrator!r}: forces evaluated {integrator.tableau.forces} times per step, dt is "
         f"{dt / limit:.3g} of the stable step {limit:.4g} s (fastest vibration {omega:.4g} rad/s), "

@@ -134,7 +134,7 @@ class FixedSteps:
         wanted = min(self._chunk, self._n_steps - begin, room)
         steps = np.arange(wanted, dtype=np.float64)[:, None] + begin
         times = self._clock.at(steps + self._nodes)
-        amplitudes, failure = self._system.loads.tabulate(times.ravel())
+        amplitudes, failure = self._system.inputs(times.ravel())
         wanted = len(amplitudes) // p
         self._before = begin, self._march.steps
         clock = time.perf_counter()

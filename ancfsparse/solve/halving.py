@@ -10,6 +10,7 @@ import numpy as np
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event
+from ancfsparse.solve.drives import inputs_at
 from ancfsparse.solve.judge import Judge
 from ancfsparse.solve.setup import CAUSES
 from ancfsparse.solve.times import Clock
@@ -91,7 +92,7 @@ class Halving:
                 self._iteration.step = step - 1
                 left -= 1
                 when = np.array([self._clock.at(step) - dt * left])
-                loads = self._system.loads.amplitudes(when)
+                loads = inputs_at(self._system, when)
                 clock = time.perf_counter()
                 _, code = self._march.advance(self._iteration, 1, loads, 2, 0, *unused)
                 self.seconds += time.perf_counter() - clock

@@ -46,7 +46,12 @@ def initial_acceleration(system: System, seed: Seed, v: Vector) -> tuple[Vector,
     with np.errstate(over="ignore", invalid="ignore"):
         force = -_forces(system, system.q0, v, np.zeros(system.n_multipliers), 0.0)
         rate = -system.constraints.curvature(v)
+        if system.prescribed:
+            now = system.prescribed.at(system.t0)
+            rate += led(system, now.a, now.s_second)
         a, lam = solve_held(system, seed, force, rate)
+        if system.prescribed.n:
+            a[-system.prescribed.n :] = now.a
     if np.isfinite(a).all() and np.isfinite(lam).all():
         return a, lam
     if np.isfinite(rate).all():
@@ -82,10 +87,14 @@ def initial_jerk(
     near = min(reach, SMALL_MOTION / max(_rate(system, v), SMALL_MOTION / reach))
     ahead, behind = (_forces(system, system.q0 + t * v, v + t * a, lam, 0.0) for t in (near, -near))
     rate = (ahead - behind) / (2.0 * near)
-    if system.loads.n_amplitudes:
+    if system.loads.n_amplitudes or system.prescribed.n:
         later, now = (_forces(system, system.q0, v, lam, t) for t in (dt, 0.0))
         rate += (later - now) / dt
-    return solve_held(system, seed, -rate, -_bending(system, v, a))[0]
+    bent = -_bending(system, v, a)
+    if system.prescribed:
+        first, last = (system.prescribed.at(system.t0 + t) for t in (0.0, dt))
+        bent += led(system, (last.a - first.a) / dt, (last.s_second - first.s_second) / dt)
+    return solve_held(system, seed, -rate, bent)[0]
 
 
 def _bending(system: System, v: Vector, a: Vector) -> Vector:
@@ -117,10 +126,67 @@ def start_load(system: System, later: float = 0.0) -> Vector:
 
 
 def _forces(system: System, q: Vector, v: Vector, lam: Vector, later: float) -> Vector:
-    """Return what must balance M a: internal and constraint forces less the loads, (n_all,) [N]."""
+    """Return what must balance M a: internal and constraint forces less the loads, (n_all,) [N].
+
+    Among the former is the inertia of what is prescribed.
+    """
     amplitudes = start_load(system, later)
     rest = np.zeros(system.n_all)
+    if system.prescribed.n:
+        rest[-system.prescribed.n :] = system.prescribed.at(system.t0 + later).a
     return np.asarray(system.assembly.residual(q, v, rest, lam, system.dead_load, amplitudes)[0])
+
+
+def led(system: System, driven: Vector, followed: Vector) -> Vector:
+    """Return what is left of rates for the free coordinates, by equation, (m,).
+
+    Parameters
+    ----------
+    system : System
+        At its initial state.
+    driven : (n,) float
+        Rates of the driven coordinates.
+    followed : (n_equations,) float
+        Rates that the led equations are to have.
+    """
+    rates = np.zeros(system.n_all)
+    rates[system.n_all - len(driven) :] = driven
+    out = np.asarray(-(gradient(system) @ rates))
+    out[system.n_multipliers - len(followed) :] += followed
+    return out
+
+
+def pulled_along(system: System, driven: Vector, stiffness: float, damping: float) -> Vector:
+    """Return the forces of stiffness and damping against rates of driven coordinates, (n_all,).
+
+    Parameters
+    ----------
+    system : System
+        At its initial state.
+    driven : (n_all,) float
+        The rates, zero but for driven coordinates.
+    stiffness, damping : float
+        Factors of both.
+    """
+    out = np.zeros(system.n_all)
+    if damping and system.damped:
+        out += damping * system.assembly.damping(system.q0, driven)
+    if stiffness:
+        shortest = min(float(body.lengths.min()) for body in system.scene.beams)
+        small = SMALL_MOTION * shortest / float(np.max(np.abs(driven)))
+        force = system.assembly.force
+        ahead, behind = (force(system.q0 + sign * small * driven) for sign in (1.0, -1.0))
+        out += stiffness / (2.0 * small) * (ahead - behind)
+    return out
+
+
+def followed_at_start(system: System) -> tuple[Vector, Vector]:
+    """Return what the equations are to have at the start, and its rate, (m,) [m, m/s]."""
+    values, rates = np.zeros(system.n_multipliers), np.zeros(system.n_multipliers)
+    if system.prescribed.n_equations:
+        now = system.prescribed.at(system.t0)
+        values[-len(now.s) :], rates[-len(now.s) :] = now.s, now.s_rate
+    return values, rates
 
 
 def gradient(system: System) -> Any:

@@ -16,6 +16,7 @@ from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.seeds import Fill, Seed, SparseSeed
 from ancfsparse.solve.choose import choose
 from ancfsparse.solve.continuation import continues, recall
+from ancfsparse.solve.drives import drive_march
 from ancfsparse.solve.judge import Judge
 from ancfsparse.solve.memory import NOTHING, Memory
 from ancfsparse.solve.seed import MOST_FILL, make_seed
@@ -67,7 +68,8 @@ def prepare(
     noise = 100.0 * EPSILON * judge.energy
     march = make_march(system, dt, integrator, start, max_energy_gain, noise)
     march.weigh(judge.mass, judge.total)
-    march.prepare(system.loads.amplitudes(np.array([system.t0 + dt])))
+    drive_march(system, march, a, start.lam)
+    march.prepare(system.inputs(np.array([system.t0 + dt]))[0])
     weights = np.concatenate([judge.mass, np.zeros(system.n_multipliers)])
     papers = tolerance == "paper" and isinstance(method, QuasiNewton) and method.memory == "full"
     by_differences = isinstance(method, QuasiNewton) and method.seed == "finite-difference"
@@ -87,7 +89,7 @@ def prepare(
     )
     divide(system, threads, march, iteration, inverse)
     if continues(state, system, integrator, dt):
-        recall(state, march, iteration)
+        recall(state, system, march, iteration)
     if by_differences:
         why += ", first inverse from finite differences"
     if groups is not None:

@@ -18,6 +18,7 @@ from ancfsparse.seeds import IncompleteSeed, Seed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.advice import for_steps
 from ancfsparse.solve.continuation import check_start
+from ancfsparse.solve.drives import start_drives
 from ancfsparse.solve.explicit import (
     check_alone,
     instability,
@@ -234,6 +235,7 @@ def simulate(
     )
     check_fits(needed)
     system = System(scene, state)
+    start_drives(system, state, clock.dt, t_end)
     check_energy(system)
     check_constraints(system, state)
     settings = {

@@ -81,6 +81,11 @@ def check_free(system: System, integrator: Explicit) -> None:
 
     Others take damping, and few multipliers.
     """
+    if system.prescribed:
+        raise InputError(
+            f"{integrator!r} cannot follow drives and lengths that change with time: take an "
+            "implicit integrator such as GeneralizedAlpha(0.9)"
+        )
     if integrator.takes_velocities:
         if system.n_multipliers > MOST_HELD:
             raise InputError(

@@ -11,10 +11,12 @@ from ancfsparse.integrators.march import Start
 from ancfsparse.seeds import Seed
 from ancfsparse.solve.continuation import continues
 from ancfsparse.solve.rates import (
+    followed_at_start,
     gradient,
     initial_acceleration,
     initial_jerk,
     out_of_range,
+    pulled_along,
     solve_held,
     start_load,
     worst_of,
@@ -72,6 +74,8 @@ def check_constraints(system: System, state: State | None = None) -> None:
     rest, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
     amplitudes = start_load(system)
     _, phi = system.assembly.residual(system.q0, system.v0, rest, lam, system.dead_load, amplitudes)
+    followed, rates = followed_at_start(system)
+    phi -= followed
     phi_q = system.constraints.jacobian(system.q0)
     moving = speeds(system.scene, system.places, system.v0)
     of_places, of_speeds = ROUNDING, ROUNDING
@@ -90,7 +94,7 @@ def check_constraints(system: System, state: State | None = None) -> None:
         ),
         (
             of_speeds,
-            *(phi_q @ system.v0, np.abs(phi_q) @ moving, "m/s", "velocities"),
+            *(phi_q @ system.v0 - rates, np.abs(phi_q) @ moving, "m/s", "velocities"),
             "give the body a velocity that the joint allows there",
         ),
     ):
@@ -178,8 +182,8 @@ def starting_state(
         # A stress that the mass does not carry: only a definite matrix makes a filter.
         seed.factor(system.assembly.material(1.0, scale, system.q0, damping_factor=damping))
     # 1 - (1 - S^-1 M)^2: of damping, the filter alone would make an error of first order.
-    once = resolved(system, seed, begin)
-    smooth = b = 2.0 * once - resolved(system, seed, once)
+    once = resolved(system, seed, begin, (scale, damping))
+    smooth = b = 2.0 * once - resolved(system, seed, once, (scale, damping))
     if jerk is not None and integrator.shift != 0.0:
         # Damping makes the rate larger than accelerations by its own rate, which no step limits:
         # the filter, cubed, leaves little of it beside what is left of the accelerations.
@@ -203,10 +207,12 @@ def put_on_constraints(system: System, seed: Seed) -> None:
     """
     none, lam, loads = np.zeros(system.n_all), np.zeros(system.n_multipliers), start_load(system)
     seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, loads))
+    followed, rates = followed_at_start(system)
     for _ in range(PLACED):
         phi = system.assembly.residual(system.q0, none, none, lam, system.dead_load, loads)[1]
-        system.q0 = system.q0 + solve_held(system, seed, none, -phi)[0]
-    system.v0 = system.v0 + solve_held(system, seed, none, -gradient(system) @ system.v0)[0]
+        system.q0 = system.q0 + solve_held(system, seed, none, followed - phi)[0]
+    off = rates - gradient(system) @ system.v0
+    system.v0 = system.v0 + solve_held(system, seed, none, off)[0]
 
 
 def lasting(system: System, seed: Seed, scale: float) -> Vector:
@@ -232,11 +238,13 @@ def lasting(system: System, seed: Seed, scale: float) -> Vector:
     seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, amplitudes, damping_factor=scale))
     v = left = system.v0
     for _ in range(3):
-        left = left - resolved(system, seed, left)
+        left = left - resolved(system, seed, left, (0.0, scale))
     return v - left
 
 
-def resolved(system: System, seed: Seed, rate: Vector) -> Vector:
+def resolved(
+    system: System, seed: Seed, rate: Vector, factors: tuple[float, float] = (0.0, 0.0)
+) -> Vector:
     """Return the part of accelerations, or of their rate, that a step can follow, (n_all,).
 
     ``S^-1 M``, S the matrix of the step, leaves slow modes alone and takes modes of dt omega >> 1
@@ -251,11 +259,21 @@ def resolved(system: System, seed: Seed, rate: Vector) -> Vector:
         With the factor of the matrix of a step.
     rate : (n_all,) float
         All of it.
+    factors : (float, float), optional
+        Of stiffness [s2] and damping [s] in that matrix, where there are drives: what they
+        prescribe stays, and what is stiff goes along.
     """
-    n = system.n_free
-    force = system.assembly.inertia(rate)[:n]
+    n, driven = system.n_free, system.n_all - system.prescribed.n
+    free = rate
+    if driven < system.n_all:
+        free = rate.copy()
+        free[driven:] = 0.0
+    force = system.assembly.inertia(free)[:n]
+    if rate[driven:].any():
+        force -= pulled_along(system, rate - free, *factors)[:n]
     if system.n_multipliers:
-        force = np.concatenate([force, gradient(system) @ rate])
+        force = np.concatenate([force, gradient(system) @ free])
     out = np.zeros(system.n_all)
     out[:n] = seed.solve(force)[:n]
+    out[driven:] = rate[driven:]
     return out

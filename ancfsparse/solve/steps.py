@@ -20,6 +20,7 @@ from ancfsparse.results import Event, RunStats
 from ancfsparse.seeds import Seed
 from ancfsparse.solve.advice import for_accuracy
 from ancfsparse.solve.breaks import Breaks
+from ancfsparse.solve.drives import inputs_at
 from ancfsparse.solve.passage import Passage
 from ancfsparse.solve.price import Price
 from ancfsparse.solve.setup import CAUSES, count, events, prepare, stopped
@@ -251,7 +252,7 @@ class Stepper:
             times[-1] = upto
         for table, start in zip(self._buffer, self.march.state, strict=True):
             table[0] = start
-        amplitudes = self.system.loads.amplitudes(np.clip(times[1:], begin, end))
+        amplitudes = inputs_at(self.system, np.clip(times[1:], begin, end))
         self.iteration.step, before = self.stats.steps, now - self.stats.steps * self.dt
         clock = time.perf_counter()
         taken, code = self.march.advance(self.iteration, wanted, amplitudes, 1, 0, *self._buffer)

@@ -67,7 +67,7 @@ class Waves:
             End of the motion [s].
         """
         n = system.n_free
-        if not 0 < n <= MOST:
+        if not 0 < n <= MOST or system.prescribed:
             return None
         first = system.loads.amplitudes(np.array([system.t0]))[0]
         omega, shapes, mass, decay = _vibrations(system, first)

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import LoadFailure
-from ancfsparse.scene import Load, Signal
+from ancfsparse.scene import Signal
+from ancfsparse.scene.loads import Applied
 
 Vector = NDArray[np.float64]
 
@@ -33,7 +34,7 @@ class Source:
         The load.
     """
 
-    def __init__(self, load: Load) -> None:
+    def __init__(self, load: Applied) -> None:
         self.load = load
         self.width = load.shape[0] if load.shape else 1
         self._takes_arrays = True

@@ -7,7 +7,7 @@ nearly all joints between them are of this form, and its second derivative is co
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -67,6 +67,18 @@ class Constraints:
         self.offset.append(float(offset))
         self.offset_size.append(max(size, abs(self.offset[-1])))
         self.labels.append(label)
+
+    def ordered(self, order: NDArray[np.intp]) -> Constraints:
+        """Return the same equations in another order."""
+        new = np.empty(len(order), dtype=int)
+        new[order] = np.arange(len(order))
+        return replace(
+            self,
+            row=[int(new[row]) for row in self.row],
+            offset=[self.offset[k] for k in order],
+            offset_size=[self.offset_size[k] for k in order],
+            labels=[self.labels[k] for k in order],
+        )
 
     @property
     def linear(self) -> bool:

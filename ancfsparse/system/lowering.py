@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, Node, Scene
-from ancfsparse.scene.joints import LINEAR
+from ancfsparse.scene.course import Course
+from ancfsparse.scene.joints import LINEAR, Led
 from ancfsparse.system.constraints import Constraints
 
 Places = NDArray[np.int32]
@@ -31,6 +32,8 @@ class Lowering:
         Per body the number of each coordinate of each row.
     n_raw : int
         How many there are.
+    courses : list of Course
+        What coordinates follow that are prescribed.
     """
 
     def __init__(self, scene: Scene, kinds: Sequence[ElementKind]) -> None:
@@ -44,6 +47,9 @@ class Lowering:
             self.raw.append(_counted(body, len(kind.node_coordinates), self.n_raw))
             self.n_raw = int(self.raw[-1][-1, -1]) + 1
         self._fixed: list[Places] = []
+        self._driven: list[Places] = []
+        self.courses: list[Course] = []
+        self._led: list[Led | None] = []
         self._one: list[Places] = []
         self._other: list[Places] = []
         self._equations = Constraints()
@@ -66,6 +72,11 @@ class Lowering:
         """Hold coordinates at their reference values."""
         self._fixed.append(coordinates)
 
+    def drive(self, coordinates: Places, course: Course) -> None:
+        """Let coordinates follow a prescribed motion, one component of it each."""
+        self._driven.append(coordinates)
+        self.courses.append(course)
+
     def share(self, one: Places, other: Places) -> None:
         """Make coordinates one, pair by pair."""
         self._one.append(one)
@@ -78,8 +89,10 @@ class Lowering:
         *terms: tuple[float, int, int],
         about: Sequence[float] = (),
         size: float = 0.0,
+        led: Led | None = None,
     ) -> None:
         """Hold an equation by a multiplier."""
+        self._led.append(led)
         self._equations.add(label, offset, *terms, about=about, size=size)
 
     def owner(self) -> Places | None:
@@ -105,9 +118,22 @@ class Lowering:
             out[fixed if owner is None else owner[fixed]] = True
         return out
 
+    def driven(self, owner: Places | None) -> Places:
+        """Return which coordinates follow `courses`, in their order; of shared ones the owner."""
+        if not self._driven:
+            return np.empty(0, dtype=np.int32)
+        driven = np.concatenate(self._driven)
+        return driven if owner is None else owner[driven]
+
+    @property
+    def led(self) -> list[Led]:
+        """What the last equations follow."""
+        return [led for led in self._led if led is not None]
+
     def constraints(self, final: Places) -> Constraints:
-        """Return the equations by the places that coordinates have found."""
-        out = self._equations
+        """Return the equations by the places of coordinates; those that are led come last."""
+        is_led = np.array([led is not None for led in self._led], dtype=bool)
+        out = self._equations.ordered(np.argsort(is_led, kind="stable"))
         out.i = [int(final[i]) for i in out.i]
         out.j = [LINEAR if j == LINEAR else int(final[j]) for j in out.j]
         return out

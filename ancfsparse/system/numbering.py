@@ -13,6 +13,7 @@ from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, Node, Scene
 from ancfsparse.system.constraints import Constraints
 from ancfsparse.system.lowering import Lowering
+from ancfsparse.system.prescribed import Prescribed
 from ancfsparse.system.state import SAME, State, carried_over
 
 # Share of the largest velocity by which two that must agree may differ: what is left of rounding.
@@ -34,6 +35,8 @@ class Numbering:
         node); position first, then the slope r_x.
     constraints : Constraints
         The equations of joints that numbering cannot make.
+    prescribed : Prescribed
+        What the last coordinates and the last equations follow.
     q_ref : (n_all,) float
         Stress-free coordinates [m, 1].
     q, v : (n_all,) float
@@ -44,6 +47,7 @@ class Numbering:
     n_all: int
     places: list[Places]
     constraints: Constraints
+    prescribed: Prescribed
     q_ref: NDArray[np.float64]
     q: NDArray[np.float64]
     v: NDArray[np.float64]
@@ -72,7 +76,9 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
     lowered = Lowering(scene, kinds)
     owner = lowered.owner()
     held = lowered.held(owner)
-    final, n_free, n_all = _ordered(owner, held)
+    driven = lowered.driven(owner)
+    final, n_free, n_all = _ordered(owner, held, driven)
+    n_still = n_all - len(driven)
     constraints = lowered.constraints(final)
     places, raw = [], lowered.raw
     while raw:  # one after the other, so that only one of them is there twice
@@ -84,28 +90,37 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
     q = q_ref
     if start is not None:
         q, v = carried_over(scene, start, places, q_ref)
-        _hold_in_place(scene, places, q, q_ref, n_free)
-        _hold_still(scene, places, v, n_free)
+        _hold_in_place(scene, places, q, q_ref, slice(n_free, n_still))
+        _hold_still(scene, places, v, slice(n_free, n_still))
     elif any(beam.velocity is not None for beam in scene.beams):
         v[:] = np.nan  # not known yet
         for beam, where in zip(scene.beams, places, strict=True):
             _set_moving(beam, where, v)
-        _hold_still(scene, places, v, n_free)
-    return Numbering(n_free, n_all, places, constraints, q_ref, q, v)
+        _hold_still(scene, places, v, slice(n_free, n_still))
+    prescribed = Prescribed(lowered.courses, lowered.led)
+    return Numbering(n_free, n_all, places, constraints, prescribed, q_ref, q, v)
 
 
-def _ordered(owner: Places | None, held: NDArray[np.bool_]) -> tuple[Places, int, int]:
-    """Return the place of every raw number, free ones first, and how many are free and there."""
+def _ordered(
+    owner: Places | None, held: NDArray[np.bool_], driven: Places
+) -> tuple[Places, int, int]:
+    """Return the place of every raw number, and how many are free and there.
+
+    Free ones come first, then held ones, and last those that are driven.
+    """
     free = ~held
+    free[driven] = False
     if owner is not None:
         own = owner == np.arange(len(owner), dtype=np.int32)
         free &= own
         held = held & own
     n_free, n_held = int(np.count_nonzero(free)), int(np.count_nonzero(held))
+    n_still = n_free + n_held
     final = np.cumsum(free, dtype=np.int32)
     final -= np.int32(1)
     final[held] = n_free + np.arange(n_held, dtype=np.int32)
-    return final if owner is None else final[owner], n_free, n_free + n_held
+    final[driven] = n_still + np.arange(len(driven), dtype=np.int32)
+    return final if owner is None else final[owner], n_free, n_still + len(driven)
 
 
 def _set_moving(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
@@ -142,18 +157,18 @@ def _hold_in_place(
     places: Sequence[Places],
     q: NDArray[np.float64],
     q_ref: NDArray[np.float64],
-    n_free: int,
+    held: slice,
 ) -> None:
     """Set held coordinates to where joints hold them, which is where they are but for rounding."""
-    apart = np.abs(q[n_free:] - q_ref[n_free:])
+    apart = np.abs(q[held] - q_ref[held])
     if len(apart) and np.max(apart) > SAME * np.max(np.abs(q)):
-        point, column = _found(scene, places, n_free + int(np.argmax(apart)))
+        point, column = _found(scene, places, held.start + int(np.argmax(apart)))
         what, unit = ("position", " m") if column < scene.dim else ("slope", "")
         raise InputError(
             f"start has the {what} of {point!r} {np.max(apart):.3g}{unit} from where a joint of "
             "this scene holds it: leave out the joint, or start from a state that it allows"
         )
-    q[n_free:] = q_ref[n_free:]
+    q[held] = q_ref[held]
 
 
 def _found(scene: Scene, places: Sequence[Places], place: int) -> tuple[Node, int]:
@@ -164,13 +179,13 @@ def _found(scene: Scene, places: Sequence[Places], place: int) -> tuple[Node, in
 
 
 def _hold_still(
-    scene: Scene, places: Sequence[Places], v: NDArray[np.float64], n_free: int
+    scene: Scene, places: Sequence[Places], v: NDArray[np.float64], still: slice
 ) -> None:
     """Set the velocity of held coordinates to zero, which it must be but for rounding."""
-    held = v[n_free:]
-    moving = np.flatnonzero(np.abs(held) > ROUNDING * speeds(scene, places, v)[n_free:])
+    held = v[still]
+    moving = np.flatnonzero(np.abs(held) > ROUNDING * speeds(scene, places, v)[still])
     if len(moving):
-        point, column = _found(scene, places, n_free + int(moving[0]))
+        point, column = _found(scene, places, still.start + int(moving[0]))
         what, unit = ("position", "m/s") if column < scene.dim else ("slope", "1/s")
         raise InputError(
             f"the initial velocity moves {len(moving)} held coordinate"

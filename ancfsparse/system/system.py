@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, LoadFailure
 from ancfsparse.kernels.catalog import ElementKind, element_kind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.scene import Body, Node, Scene, check_node, check_point, check_scene
@@ -55,6 +55,8 @@ class System:
         Lower triangle of the saddle point matrix.
     constraints : Constraints
         The equations with multipliers.
+    prescribed : Prescribed
+        What the last coordinates and the last equations follow over time.
     damped : bool
         Whether any force depends on velocities.
     contributions : list of Contribution
@@ -80,7 +82,7 @@ class System:
         self.t0 = 0.0 if start is None else float(start.t)
         self.q0, self.v0 = numbering.q, numbering.v
         self._index = {id(beam): k for k, beam in enumerate(scene.beams)}
-        self.constraints = numbering.constraints
+        self.constraints, self.prescribed = numbering.constraints, numbering.prescribed
         self.n_multipliers = len(self.constraints.offset)
         self.loads = loads_of(scene, self.n_all, self.point, self.frame, self.elements)
         self.contributions = contributions_of(self)
@@ -220,13 +222,49 @@ class System:
         elastic = np.array([self.assembly.strain_energy(row) for row in q])
         return kinetic, elastic, -(q @ self.gravity_load)
 
+    def inputs(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+        """Return all that changes with time, up to the first time at which a function fails.
+
+        Parameters
+        ----------
+        times : (k,) float
+            Times [s].
+
+        Returns
+        -------
+        table : (j, n_inputs) float
+            Amplitudes of the loads, then what is prescribed.
+        failure : LoadFailure or None
+            What happened at time j.
+        """
+        table, failure = self.loads.tabulate(times)
+        if self.prescribed:
+            more, failed = self.prescribed.tabulate(times[: len(table)])
+            table, failure = np.hstack([table[: len(more)], more]), failed or failure
+        return table, failure
+
     def power(self, q: Vector, v: Vector, t: Vector) -> Vector:
         """Return the power of the applied forces without gravity, shape (k,) [W]."""
         amplitudes = self.loads.amplitudes(t)
-        power = v @ self.loads.constant
+        power = np.asarray(v @ self.loads.constant)
         for each in self.contributions:
             power += each.power(q, v, amplitudes)
-        return np.asarray(power)
+        return power
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether anything is prescribed over time."""
+        return bool(self.prescribed)
+
+    def drive_power(self, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
+        """Return the power of what drives coordinates and equations, shape (k,) [W]."""
+        power, amplitudes = np.zeros(len(t)), self.loads.amplitudes(t)
+        velocities, rates = self.prescribed.rates(t)
+        driven, led = self.n_all - self.prescribed.n, lam.shape[1] - self.prescribed.n_equations
+        for k in range(len(t)):
+            r, _ = self.assembly.residual(q[k], v[k], a[k], lam[k], self.dead_load, amplitudes[k])
+            power[k] += r[driven:] @ velocities[k] - lam[k, led:] @ rates[k]
+        return power
 
     def dissipation(self, q: Vector, v: Vector) -> Vector:
         """Return the power that damping takes, shape (k,) [W], for states (k, n_all)."""

@@ -15,6 +15,7 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.nonlinear.iteration import Costs, Tolerance, make_inverse, make_iteration
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.start import starting_state
+from ancfsparse.system.prescribed import Prescribed
 
 _new_capsule = ct.pythonapi.PyCapsule_New
 _new_capsule.restype = ct.py_object
@@ -92,6 +93,8 @@ class Point:
         self.mass_diagonal = np.full(2, mass)
         self.pattern = SimpleNamespace(indptr=self.indptr, indices=self._row.astype(np.int32))
         self.assembly = self
+        self.prescribed = Prescribed([], [])
+        self.inputs = lambda times: (np.zeros((len(times), 0)), None)
         self.loads = SimpleNamespace(
             n_amplitudes=0, amplitudes=lambda times: np.zeros((len(times), 0))
         )

@@ -20,6 +20,8 @@ class ReversedBeam:
 
     drag = 0.0
 
+    is_driven = False
+
     def __init__(self, rod):
         self.rod = rod
         self.n = 4 * rod.n_nodes

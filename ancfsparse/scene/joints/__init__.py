@@ -5,8 +5,9 @@ A new joint is a file beside the others and a method of `Scene`; nothing else as
 
 from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.joints.connect import Connect
+from ancfsparse.scene.joints.drive import Drive
 from ancfsparse.scene.joints.holds import Holds
-from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, check_node, check_point
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Led, check_node, check_point
 from ancfsparse.scene.joints.pin import Pin
 from ancfsparse.scene.joints.rod import SAME_PLACE, Rod
 
@@ -16,8 +17,10 @@ __all__ = [
     "Builder",
     "Clamp",
     "Connect",
+    "Drive",
     "Holds",
     "Joint",
+    "Led",
     "Pin",
     "Rod",
     "check_node",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import ClassVar, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.course import Course
 from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
@@ -20,6 +21,24 @@ Coordinates = NDArray[np.int32]
 
 # Stands for the second coordinate of a linear term.
 LINEAR = -1
+
+
+class Led(NamedTuple):
+    """What an equation follows: ``g(q) = s(t)``.
+
+    Attributes
+    ----------
+    course : Course
+        A prescribed motion.
+    column : int
+        The component of it that counts.
+    scale : callable, optional
+        From its value and rates [m, m/s, m/s2], (k, 3), to s, s' and s''; by default they are it.
+    """
+
+    course: Course
+    column: int
+    scale: Callable[[Vector], Vector] | None = None
 
 
 class Builder(Protocol):
@@ -41,6 +60,10 @@ class Builder(Protocol):
         """Hold coordinates at their reference values; the force that takes is the reaction."""
         ...
 
+    def drive(self, coordinates: Coordinates, course: Course) -> None:
+        """Let coordinates follow a prescribed motion, one component of it each."""
+        ...
+
     def share(self, one: Coordinates, other: Coordinates) -> None:
         """Make coordinates one, pair by pair."""
         ...
@@ -52,6 +75,7 @@ class Builder(Protocol):
         *terms: tuple[float, int, int],
         about: Sequence[float] = (),
         size: float = 0.0,
+        led: Led | None = None,
     ) -> None:
         """Hold ``offset + sum of c (q_i - about) (q_j - about) = 0`` by a multiplier.
 
@@ -67,6 +91,8 @@ class Builder(Protocol):
             Of each term [m].
         size : float, optional
             Of what the offset was added up from [m].
+        led : Led, optional
+            A function of time that takes the place of the zero [m].
         """
         ...
 

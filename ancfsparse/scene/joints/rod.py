@@ -9,16 +9,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.joints.joint import Builder, Joint
+from ancfsparse.scene.course import Course
+from ancfsparse.scene.joints.joint import Builder, Joint, Led
 from ancfsparse.words import numbers
 
 # Share of a beam's length within which two nodes count as being at one place.
 SAME_PLACE = 1e-9
 
 
+@dataclass(frozen=True)
+class HalfSquare:
+    """``l^2 / (2 l_0)`` and its rates from those of a length.
+
+    Parameters
+    ----------
+    length : float
+        l_0 [m].
+    """
+
+    length: float
+
+    def __call__(self, course: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return value and rates (k, 3) [m, m/s, m/s2] from l, l' and l''."""
+        value, rate, second = course.T
+        columns = [0.5 * value**2, value * rate, rate**2 + value * second]
+        return np.stack(columns, axis=1) / self.length
+
+
 @dataclass(frozen=True, eq=False)
 class Rod(Joint):
-    """Keep the distance of a node from a fixed point, as a rigid massless rod does.
+    """Keep or prescribe the distance of a node from a fixed point, as a rigid massless rod does.
 
     Attributes
     ----------
@@ -28,20 +48,25 @@ class Rod(Joint):
         The fixed point [m], read-only.
     length : float
         The initial distance, kept [m].
+    course : Course, optional
+        The distance over time, where it is not kept.
     """
 
     node: Node
     anchor: NDArray[np.float64]
     length: float
+    course: Course | None = None
     name = "rod"
 
     def lower(self, builder: Builder) -> None:
-        """State (|r - p|^2 - l^2) / (2 l) = 0: in metres, with a gradient of length one."""
+        """State (|r - p|^2 - l(t)^2) / (2 l) = 0: in metres, with a gradient of length one."""
+        led = None if self.course is None else Led(self.course, 0, HalfSquare(self.length))
         builder.equation(
             f"rod at {self.node!r}",
-            -0.5 * self.length,
+            -0.5 * self.length if led is None else 0.0,
             *((0.5 / self.length, i, i) for i in builder.position(self.node)),
             about=self.anchor.tolist(),
+            led=led,
         )
 
     @property
@@ -61,4 +86,5 @@ class Rod(Joint):
 
     def describe(self, at: Callable[[Node], str]) -> str:
         """Describe everything that its equation follows from."""
-        return f"rod ({at(self.node)}) to {numbers(self.anchor)}"
+        length = "" if self.course is None else f", length {self.course.describe()}"
+        return f"rod ({at(self.node)}) to {numbers(self.anchor)}{length}"

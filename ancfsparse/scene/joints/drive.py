@@ -1,0 +1,55 @@
+"""Drives: supports that move as prescribed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.course import Course
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Led
+
+
+@dataclass(frozen=True, eq=False)
+class Drive(Joint):
+    """Prescribe the position of a node, leave its rotation free.
+
+    Attributes
+    ----------
+    node : Node
+        The node moved.
+    course : Course
+        Its position over time.
+    as_constraint : bool
+        Move it by equations with multipliers instead of by numbering.
+    """
+
+    node: Node
+    course: Course
+    as_constraint: bool = False
+    name = "drive"
+
+    def lower(self, builder: Builder) -> None:
+        """Prescribe the position, or what an equation for each component has."""
+        position = builder.position(self.node)
+        if not self.as_constraint:
+            builder.drive(position, self.course)
+            return
+        for d, place in enumerate(position):
+            label = f"drive at {self.node!r}, component {d + 1}"
+            builder.equation(label, 0.0, (1.0, place, LINEAR), led=Led(self.course, d))
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """The node."""
+        return (self.node,)
+
+    @property
+    def has_multipliers(self) -> bool:
+        """Whether it is made by equations."""
+        return self.as_constraint
+
+    def describe(self, at: Callable[[Node], str]) -> str:
+        """Describe everything that its equations follow from."""
+        kind = "drive as constraint" if self.as_constraint else "drive"
+        return f"{kind} ({at(self.node)}) along {self.course.describe()}"

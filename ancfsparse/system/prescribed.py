@@ -1,0 +1,187 @@
+"""What drives prescribe over time: coordinates with their rates, and what equations follow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import LoadFailure
+from ancfsparse.scene.course import Course
+from ancfsparse.scene.joints import Led
+from ancfsparse.system.amplitudes import Source
+
+Vector = NDArray[np.float64]
+
+# Points of a difference for the rates of a function that come without them, and the place of the
+# time itself among them.
+POINTS, MIDDLE = 6, 2
+
+
+class Motion(NamedTuple):
+    """What is prescribed at a time.
+
+    Attributes
+    ----------
+    q, v, a : (n,) float
+        Places of the driven coordinates [m], velocities, accelerations.
+    s, s_rate, s_second : (n_equations,) float
+        What the led equations have [m], and its rates.
+    """
+
+    q: Vector
+    v: Vector
+    a: Vector
+    s: Vector
+    s_rate: Vector
+    s_second: Vector
+
+
+class Prescribed:
+    """The motions that a scene prescribes.
+
+    Parameters
+    ----------
+    courses : sequence of Course
+        What the last coordinates follow.
+    led : sequence of Led
+        What the last equations follow.
+
+    Attributes
+    ----------
+    n, n_equations : int
+        Coordinates and equations.
+    """
+
+    def __init__(self, courses: Sequence[Course], led: Sequence[Led]) -> None:
+        self._courses = [_Table(course) for course in courses]
+        tables = {id(each.course): _Table(each.course) for each in led}
+        self._led = [(tables[id(each.course)], each) for each in led]
+        self._tables = [*self._courses, *tables.values()]
+        self.n = sum(table.width for table in self._courses)
+        self.n_equations = len(led)
+
+    def __bool__(self) -> bool:
+        """Whether anything is prescribed."""
+        return self.n + self.n_equations > 0
+
+    def resolve(self, step: float, begin: float, end: float) -> None:
+        """Set the distance of the points of differences and the times they lie between [s]."""
+        for table in self._tables:
+            table.step = min(step, (end - begin) / (POINTS - 1))
+            table.begin, table.end = begin, end
+
+    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+        """Return what is prescribed up to the first time at which a function fails, and how.
+
+        Parameters
+        ----------
+        times : (k,) float
+            Times [s].
+
+        Returns
+        -------
+        table : (j, 3 n + n_equations) float
+            Places, velocities, accelerations; what equations have.
+        failure : LoadFailure or None
+            What happened at time j.
+        """
+        courses, led, failure = self._evaluate(times)
+        parts = [courses[:, k] for k in range(3)] + [led[:, 0]]
+        return np.concatenate(parts, axis=1), failure
+
+    def at(self, time: float) -> Motion:
+        """Return what is prescribed at a time [s].
+
+        Raises
+        ------
+        LoadFailure
+            If a function fails.
+        """
+        courses, led, failure = self._evaluate(np.array([time]))
+        if failure is not None:
+            raise failure
+        return Motion(*courses[0], *led[0])
+
+    def rates(self, times: Vector) -> tuple[Vector, Vector]:
+        """Return velocities (k, n) and rates of equations (k, n_equations) [m/s]."""
+        courses, led, failure = self._evaluate(times)
+        if failure is not None:
+            raise failure
+        return courses[:, 1], led[:, 1]
+
+    def fastest(self, times: Vector) -> float:
+        """Return the largest velocity of a coordinate at some times (k,) [m/s].
+
+        It is looked for up to the first time at which a function fails.
+        """
+        return float(np.max(np.abs(self._evaluate(times)[0][:, 1]), initial=0.0))
+
+    def _evaluate(self, times: Vector) -> tuple[Vector, Vector, LoadFailure | None]:
+        """Return values and rates of coordinates (j, 3, n) and equations (j, 3, n_equations)."""
+        rows, failure = len(times), None
+        found: dict[int, Vector] = {}
+        for table in self._tables:
+            found[id(table)], failed = table.tabulate(times[:rows])
+            rows, failure = len(found[id(table)]), failed or failure
+        courses = [np.empty((rows, 3, 0)), *(found[id(each)][:rows] for each in self._courses)]
+        led = np.empty((rows, 3, self.n_equations))
+        for k, (table, each) in enumerate(self._led):
+            course = found[id(table)][:rows, :, each.column]
+            led[:, :, k] = course if each.scale is None else each.scale(course)
+        return np.concatenate(courses, axis=2), led, failure
+
+
+class _Table:
+    """A prescribed motion and its rates at many times."""
+
+    def __init__(self, course: Course) -> None:
+        self._places = Source(course.places)
+        given = (course.rates, course.second_rates)
+        self._rates = [Source(each) for each in given if each is not None]
+        self.width = self._places.width
+        self.step = self.begin = self.end = 0.0
+
+    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+        """Return value and rates (j, 3, width), up to the first time at which a function fails."""
+        if not self._rates:
+            return self._by_differences(times)
+        rows, failure, columns = len(times), None, []
+        for source in (self._places, *self._rates):
+            column, failed = source.tabulate(times[:rows])
+            rows, failure = len(column), failed or failure
+            columns.append(column)
+        return np.stack([column[:rows] for column in columns], axis=1), failure
+
+    def _by_differences(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+        """Differentiate the polynomial through points around each time, none beyond the run."""
+        if self.step == 0.0:  # no run is known: places alone
+            values, failure = self._places.tabulate(times)
+            return np.stack([values, 0.0 * values, 0.0 * values], axis=1), failure
+        before = np.floor((times - self.begin) / self.step + 1e-6)
+        after = np.floor((self.end - times) / self.step + 1e-6)
+        low = np.clip(POINTS - 1 - after, 0, POINTS - 1)
+        middle = np.clip(np.minimum(np.maximum(MIDDLE, low), before), 0, POINTS - 1).astype(int)
+        points = times[:, None] + self.step * (np.arange(POINTS) - middle[:, None])
+        points = np.clip(points, self.begin, self.end)
+        points[np.arange(len(times)), middle] = times
+        values, failure = self._places.tabulate(points.ravel())
+        rows = len(values) // POINTS
+        values = values[: rows * POINTS].reshape(rows, POINTS, self.width)
+        weights = np.stack([_weights(k) for k in range(POINTS)])[middle[:rows]]
+        centre = values[np.arange(rows), middle[:rows]]
+        apart = values - centre[:, None]  # so that weights are not rounded beside the whole
+        rates = np.einsum("kop,kpw->kow", weights, apart)
+        rates /= np.array([self.step, self.step**2])[None, :, None]
+        return np.concatenate([centre[:, None], rates], axis=1), failure
+
+
+@cache
+def _weights(middle: int) -> Vector:
+    """Return weights of equally spaced points for two derivatives at one of them, (2, POINTS)."""
+    powers = np.vander(np.arange(POINTS) - float(middle), POINTS, increasing=True)
+    inverse = np.linalg.inv(powers)
+    return np.stack([inverse[1], 2.0 * inverse[2]])
