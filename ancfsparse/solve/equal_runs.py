@@ -24,7 +24,7 @@ LEAST_SCALE, UNLIKE = 0.3, 0.3
 # What iterations leave of velocities adds up as the root of the steps beyond so many.
 FEW = 300.0
 # How many times as many steps a run takes that gains energy or cannot be solved.
-MORE = 3.0
+MORE = 2.0
 
 
 class EqualRuns(ImplicitRuns):
@@ -64,7 +64,7 @@ class EqualRuns(ImplicitRuns):
         try:
             states = stepper.run()
         except (EnergyGain, StepFailure) as stop:
-            self._restart(stop, stepper)
+            self._count_attempt(stop, stepper)
             self.failure = stop if self._attempts == MOST_ATTEMPTS else None
             self._plan, self._begin = replace(self._plan, fewest=MORE * n), None
             return

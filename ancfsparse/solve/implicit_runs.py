@@ -188,13 +188,17 @@ class ImplicitRuns:
 
     def _restart(self, stop: StepFailure, stepper: Stepper) -> None:
         """Let the first run be one of shorter steps, or give up."""
-        self._attempts += 1
+        self._count_attempt(stop, stepper)
         if self._attempts == MOST_ATTEMPTS or (not isinstance(stop, EnergyGain) and not self._runs):
             self.failure = stop
-        cause = CAUSES[Outcome.GAINED_ENERGY] if isinstance(stop, EnergyGain) else "failed"
-        stepper.note([Event(stop.step, stop.time, "shorter steps", cause, math.nan)])
         self._local /= SHORTER
         self._runs, self._mixed = [], None
+
+    def _count_attempt(self, stop: StepFailure, stepper: Stepper) -> None:
+        """Count a run that did not complete, and list why."""
+        self._attempts += 1
+        cause = CAUSES[Outcome.GAINED_ENERGY] if isinstance(stop, EnergyGain) else "failed"
+        stepper.note([Event(stop.step, stop.time, "shorter steps", cause, math.nan)])
 
     def _stepper(self, **options: object) -> Stepper:
         local = self._local

@@ -43,7 +43,7 @@ class StepPlan:
     length : float
         Its time [s].
     fewest : float
-        Steps that follow the loads.
+        Steps of a run at least: they follow the loads, and can be solved.
     """
 
     waves: Waves
@@ -128,9 +128,9 @@ class StepPlan:
 
     def _following(self, last: float, does: Callable[[float], bool]) -> tuple[float, float]:
         """Return the next of runs that end with the first that does, and their cost in steps."""
-        n = self._fewest_that(does, CLOSER * last)
+        n = self._fewest_that(does, max(CLOSER * last, self.fewest))
         total = n + BESIDE
-        while n > FURTHEST * last:
+        while n > FURTHEST * max(last, self.fewest):
             n /= FURTHEST
             total += n + BESIDE
         return n, total

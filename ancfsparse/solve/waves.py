@@ -20,12 +20,15 @@ from ancfsparse.integrators.nystrom import Tableau
 from ancfsparse.solve.breaks import Breaks
 from ancfsparse.solve.content import phase_lost
 from ancfsparse.solve.stability import mass_matrix, on_free, whole
+from ancfsparse.solve.states import States
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
 
 # Free coordinates up to which all vibrations are found: some milliseconds, and dense matrices.
 MOST = 300
+# The same where a run is analysed; and shares of its time at which it is.
+MOST_DURING, SAMPLES = 150, (0.25, 0.75)
 # What moves as a whole has no frequency, but for rounding: over the highest one.
 AT_REST = 1e-7
 ROUNDING = 1e-12  # of amplitudes, over the size of the scene
@@ -70,9 +73,8 @@ class Waves:
         if not 0 < n <= MOST or system.prescribed:
             return None
         first = system.loads.amplitudes(np.array([system.t0]))[0]
-        omega, shapes, mass, decay = _vibrations(system, first)
-        nodes = np.unique(np.concatenate([p[:, : system.dim].ravel() for p in system.places]))
-        size = np.abs(shapes[nodes[nodes < n]]).max(axis=0, initial=0.0)
+        none = np.zeros(system.n_multipliers)
+        omega, shapes, mass, decay = _vibrations(system, system.q0, none, first)
         speeds = shapes.T @ (mass @ system.v0[:n])
         pushes = [(system.t0, speeds, -shapes.T @ _force(system, system.v0, first))]
         for low, high in zip(breaks.before, breaks.after, strict=True):
@@ -82,18 +84,50 @@ class Waves:
             pushes.append((high, np.zeros_like(speeds), -shapes.T @ jump))
         if _pushed_later(system, breaks, shapes, pushes, omega):
             return None
-        moving = (omega > AT_REST * omega.max(initial=0.0)) & (decay < 2.0 * omega)
-        omega, size, decay = omega[moving], size[moving], decay[moving]
-        lasting = np.full_like(omega, np.inf)
-        np.divide(2.0, decay, out=lasting, where=decay > 0.0)
+        moving, lasting = _lasting(omega, decay)
         amplitudes, times = [], []
         for begin, speed, rate in pushes:
-            amplitudes.append(size * np.hypot(speed[moving] / omega, rate[moving] / omega**2))
-            times.append(np.minimum(t_end - begin, lasting))
+            amplitudes.append(_sizes(system, shapes, omega, speed, rate)[moving])
+            times.append(np.minimum(t_end - begin, lasting[moving]))
+        omega = omega[moving]
         amplitude, time = np.concatenate(amplitudes), np.concatenate(times)
         if amplitude.sum() <= ROUNDING * np.max(np.abs(system.q0)):
             return None
         return cls(amplitude, np.tile(omega, len(pushes)), time)
+
+    @classmethod
+    def during(cls, system: System, states: States) -> Waves | None:
+        """Find the vibrations of a run, with those that others have set off.
+
+        Amplitudes are means over some times, each of the scene linearized about its shape then.
+
+        Parameters
+        ----------
+        system : System
+            What moves.
+        states : States
+            Of the run.
+
+        Returns
+        -------
+        Waves or None
+            None if there are too many vibrations, or none.
+        """
+        n, length = system.n_free, float(states.t[-1] - states.t[0])
+        if not 0 < n <= MOST_DURING:
+            return None
+        found: list[tuple[Vector, Vector, Vector]] = []
+        for share in SAMPLES:
+            k = round(share * (len(states.t) - 1))
+            load = system.loads.amplitudes(states.t[k : k + 1])[0]
+            lam = np.asarray(states.lam[k])
+            omega, shapes, mass, decay = _vibrations(system, states.q[k], lam, load)
+            speed, rate = (shapes.T @ (mass @ x[k, :n]) for x in (states.v, states.a))
+            moving, lasting = _lasting(omega, decay)
+            size = _sizes(system, shapes, omega, speed, rate)[moving] / len(SAMPLES)
+            found.append((size, omega[moving], np.minimum(length, lasting[moving])))
+        amplitude, omega, time = (np.concatenate(each) for each in zip(*found, strict=True))
+        return cls(amplitude, omega, time) if amplitude.any() else None
 
     def lost(self, tableau: Tableau, h: float) -> Vector:
         """Return the share of each, from 0 to 1, that an explicit method loses in steps h."""
@@ -142,11 +176,29 @@ def _table_of(tableau: Tableau) -> _Table:
     return _Table(np.log(z), np.log(lost), tableau.order, tableau.interval)
 
 
-def _vibrations(system: System, amplitudes: Vector) -> tuple[Vector, Vector, Vector, Vector]:
+def _lasting(omega: Vector, decay: Vector) -> tuple[NDArray[np.bool_], Vector]:
+    """Return which modes vibrate, and the times in which they decay [s]."""
+    moving = (omega > AT_REST * omega.max(initial=0.0)) & (decay < 2.0 * omega)
+    lasting = np.full_like(omega, np.inf)
+    np.divide(2.0, decay, out=lasting, where=decay > 0.0)
+    return moving, lasting
+
+
+def _sizes(system: System, shapes: Vector, omega: Vector, speed: Vector, rate: Vector) -> Vector:
+    """Return the largest motion of a node in each mode [m]; of no use where a mode is at rest."""
+    nodes = np.unique(np.concatenate([p[:, : system.dim].ravel() for p in system.places]))
+    size = np.abs(shapes[nodes[nodes < system.n_free]]).max(axis=0, initial=0.0)
+    slowest = np.maximum(omega, np.finfo(float).tiny ** 0.25)
+    return np.asarray(size * np.hypot(speed / slowest, rate / slowest**2))
+
+
+def _vibrations(
+    system: System, q: Vector, lam: Vector, amplitudes: Vector
+) -> tuple[Vector, Vector, Vector, Vector]:
     """Return frequencies, shapes of unit modal mass, the mass matrix, and rates of decay."""
     import scipy.linalg
 
-    n, q, lam = system.n_free, system.q0, np.zeros(system.n_multipliers)
+    n = system.n_free
 
     def dense(values: Vector) -> Vector:
         return np.asarray(whole(on_free(system, values)).toarray())

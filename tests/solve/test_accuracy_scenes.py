@@ -43,3 +43,14 @@ def test_waves_that_both_runs_dissipate_are_counted():
     exact, _ = reference(case)
     run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=1e-6)
     assert distance(positions(run.system, run.q), exact) <= 1e-6
+
+
+def test_a_run_that_completed_counts_where_the_next_one_fails():
+    # A run of 41 steps completes, and one of 82 does not: the first is compared with 164 steps.
+    case = make(44)
+    exact, _ = reference(case)
+    run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=1e-3)
+    assert distance(positions(run.system, run.q), exact) <= 1e-3
+    assert [event.rung for event in run.stats.events] == ["shorter steps"]
+    assert run.stats.runs == 3
+    assert run.stats.residual_evaluations < 800

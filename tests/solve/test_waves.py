@@ -1,13 +1,17 @@
 """Errors predicted from the vibrations of a scene, against those of runs."""
 
+import math
+
 import numpy as np
 import pytest
 
 import ancfsparse as ancf
 from ancfsparse.solve.breaks import Breaks
+from ancfsparse.solve.states import States
 from ancfsparse.solve.step_plan import BESIDE, SAFETY, StepPlan
 from ancfsparse.solve.waves import MOST, Waves
 from ancfsparse.system import System
+from tests.solve.accuracy_scenes import SAVED, distance, make, positions, reference
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 T_END = 0.2
@@ -165,3 +169,23 @@ def test_plans_end_with_the_accuracy(accuracy):
         assert len(runs) < 8
     assert spent == pytest.approx(total, rel=0.1)
     assert plan.plain(runs[-1] / 1.2) > SAFETY * accuracy or len(runs) > 2
+
+
+def test_vibrations_that_others_set_off_are_found_in_a_run():
+    case = make(0)
+    system = System(case.scene)
+    start = Waves.of(system, Breaks(system.loads, case.t_end), case.t_end)
+    exact, _ = reference(case)
+    method = ancf.RungeKuttaNystrom(4)
+    limit = ancf.stable_step(case.scene, method)
+    runs = []
+    for finer in (2.0, 4.0):
+        every = math.ceil(case.t_end / limit * finer / SAVED)
+        dt = case.t_end / SAVED / every
+        run = ancf.simulate(case.scene, case.t_end, dt, save_every=every, integrator=method)
+        runs.append((run, dt, distance(positions(system, run.q), exact)))
+    first = runs[0][0]
+    during = Waves.during(system, States(first.t, first.q, first.v, first.a, first.lam))
+    for _, dt, error in runs:
+        assert start.error(method.tableau, dt) < 0.3 * error
+        assert 0.5 * error < during.error(method.tableau, dt) < 4.0 * error
