@@ -174,7 +174,7 @@ def test_plans_end_with_the_accuracy(accuracy):
 def test_vibrations_that_others_set_off_are_found_in_a_run():
     case = make(0)
     system = System(case.scene)
-    start = Waves.of(system, Breaks(system.loads, case.t_end), case.t_end)
+    start = Waves.of(system, Breaks(system.loads, 0.0, case.t_end), case.t_end)
     exact, _ = reference(case)
     method = ancf.RungeKuttaNystrom(4)
     limit = ancf.stable_step(case.scene, method)
