@@ -31,7 +31,7 @@ cdef class Iteration:
                   bint by_correction, int max_iterations, double force_tolerance,
                   double constraint_tolerance, double correction_tolerance, double noise,
                   double cost_iteration, double cost_rotation, double cost_seed,
-                  double patience, bint sure=False, double share=INFINITY,
+                  double patience, bint sparing=False, bint sure=False, double share=INFINITY,
                   double work=INFINITY, double floor=0.0):
         cdef Loop *loop = &self.loop
         cdef double[:, ::1] vectors
@@ -47,7 +47,7 @@ cdef class Iteration:
         loop.rotating, loop.compares_frames = rotating, compares_frames
         loop.n, loop.parts = loop.equations.n, 1
         loop.newton, loop.learns, loop.carry, loop.polishes = newton, learns, carry, polishes
-        loop.economical = economical
+        loop.economical, loop.sparing = economical, sparing
         loop.by_correction, loop.max_iterations, loop.sure = by_correction, max_iterations, sure
         loop.share, loop.work, loop.floor = share, work, floor
         loop.force_tolerance, loop.constraint_tolerance = force_tolerance, constraint_tolerance

@@ -5,6 +5,7 @@ from libc.math cimport NAN, fmin, isfinite
 cdef double GROWTH = 1e4  # residual beside the predictor's: past this an attempt is given up
 cdef double STALE = 1.2  # a contraction that was not measured again is trusted less in each step
 cdef double TRUST = 0.1  # what a correction whose residual is not looked at surely leaves of it
+cdef double SLUGGISH = 0.2  # a contraction of the residual from which pairs save more than they cost
 cdef double SHAKY = 10.0  # times the bound: what rounding may leave where corrections are rounding
 
 
@@ -53,9 +54,9 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
     cdef double *swap
     cdef ptrdiff_t n = self.n
     cdef int it, halvings
-    cdef bint done, small, closer, learns = not newton and self.learns
+    cdef bint done, small, closer, learns = not newton and self.learns, always = not self.sparing
     # Whether the residual is looked at after every correction, or what it will be is foreseen.
-    cdef bint looks = (learns or damped or self.sure or n > eq.n_coordinates
+    cdef bint looks = ((learns and always) or damped or self.sure or n > eq.n_coordinates
                        or not self.by_correction)
     cdef double size, last_size = 0.0, norm, last_norm = 0.0, norm_new, start, bound = 0.0, allowed, left
     cdef double theta, last_theta = 0.0, remaining, progress
@@ -124,9 +125,6 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         if norm_new > GROWTH * start and it > 0 and not damped:
             return DIVERGED
         self.contraction = theta
-        if learns:
-            scaled(self.parts, self.s, -1.0, z, n)
-            combined(self.parts, self.y, 1.0, self.r_new, -1.0, self.r, n)
         swap = self.r
         self.r = self.r_new
         self.r_new = swap
@@ -150,7 +148,10 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                 last_theta = theta
                 continue
         last_theta = theta
-        if learns:
+        # Where it is sparing of pairs, conjugate gradients and sweeps that contract well have none.
+        if learns and (always or (theta > SLUGGISH and self.extra == 0.0)):
+            scaled(self.parts, self.s, -1.0, z, n)
+            combined(self.parts, self.y, 1.0, self.r, -1.0, self.r_new, n)
             learn(self, self.r)
         else:
             multiply(self, self.r)

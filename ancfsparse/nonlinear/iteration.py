@@ -199,6 +199,7 @@ def make_iteration(
     costs: Costs,
     frame: Any = None,
     reach: NDArray[np.float64] | float = 1e-6,
+    sparing: bool = False,
 ) -> Any:
     """Build the compiled loop; a finite-difference seed is taken at the present iterate.
 
@@ -212,6 +213,8 @@ def make_iteration(
         Rotations of the body, needed unless `methods.seed_frame_of` says fixed.
     reach : float or (n,) float, optional
         By how much unknowns are moved for a finite-difference seed, see `finite_difference`.
+    sparing : bool, optional
+        Whether pairs are taken only where corrections by sweeps contract slowly.
 
     Raises
     ------
@@ -221,6 +224,7 @@ def make_iteration(
     seed_frame = seed_frame_of(method)
     full = isinstance(method, QuasiNewton) and method.memory == "full"
     carry = full or (isinstance(method, QuasiNewton) and method.carry)
+    learns = isinstance(method, QuasiNewton)
     davidon = isinstance(method, QuasiNewton) and method.update == "davidon"
     loop = compiled("iteration").Iteration(
         equations,
@@ -230,7 +234,8 @@ def make_iteration(
         rotating=seed_frame == "rotating",
         compares_frames=seed_frame == "auto",
         newton=isinstance(method, Newton),
-        learns=isinstance(method, QuasiNewton),
+        learns=learns,
+        sparing=sparing,
         carry=carry,
         polishes=not davidon,
         economical=not full and not isinstance(method, Newton),
@@ -244,7 +249,7 @@ def make_iteration(
         cost_iteration=costs.iteration,
         cost_rotation=costs.rotation,
         cost_seed=costs.seed,
-        patience=WAITING_WITH_PAIRS if isinstance(method, QuasiNewton) else WAITING,
+        patience=WAITING_WITH_PAIRS if learns and not sparing else WAITING,
         sure=tolerance.sure,
         share=tolerance.share,
         work=tolerance.work,

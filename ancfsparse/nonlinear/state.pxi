@@ -57,7 +57,7 @@ cdef struct Loop:
     const ancf_inverse *inverse
     const ancf_frame *frame  # NULL if seeds do not turn
     ptrdiff_t n, parts
-    bint newton, learns, carry, polishes, economical, by_correction, sure
+    bint newton, learns, sparing, carry, polishes, economical, by_correction, sure
     int max_iterations
     double force_tolerance, constraint_tolerance, correction_tolerance, noise
     double share, work, floor

@@ -14,6 +14,8 @@ DENSE_AHEAD = 1.2
 # Seeds that turn with the body keep nine vectors more.  On long chains, whose factor is not much
 # larger and whose sweeps are cheap, that is memory for little; on nets the factor is far larger.
 FRAME_UP_TO, FRAME_FROM_FLOPS = 20_000, 100
+# Pairs on incomplete seeds; more of them save no more.
+SPARING_PAIRS = 2
 
 
 def choose(asked: Method | str, seed: Seed, straight: bool) -> tuple[Method, str]:
@@ -23,7 +25,8 @@ def choose(asked: Method | str, seed: Seed, straight: bool) -> tuple[Method, str
     curvature, which constraints whose gradient turns do not give; Davidon's does not.  Everywhere
     else modified Newton is taken: corrections by a sweep are so cheap that saving some by secant
     pairs loses on chains and on nets in smooth motion, and changes nothing on nets in rough motion
-    (``ancfsparse study memory``).
+    (``ancfsparse study memory``).  Incomplete seeds leave more to corrections, and where those
+    contract slowly two pairs of BFGS save up to a third of them.
 
     Parameters
     ----------
@@ -44,10 +47,14 @@ def choose(asked: Method | str, seed: Seed, straight: bool) -> tuple[Method, str
     counts = (
         f"{n} unknowns, {n * n} numbers in a dense inverse, {solve_flops} operations in a sweep"
     )
-    if n * n <= DENSE_AHEAD * solve_flops and not incomplete:
+    turns = n <= FRAME_UP_TO or solve_flops > FRAME_FROM_FLOPS * n
+    frame = "auto" if turns else "fixed"
+    if incomplete:
+        method = QuasiNewton("bfgs", memory=SPARING_PAIRS, seed_frame=frame)
+        return method, f"{describe(method)} where sweeps contract slowly, on {sort} seed: {counts}"
+    if n * n <= DENSE_AHEAD * solve_flops:
         method = QuasiNewton("bfgs" if straight else "davidon", memory="full")
         turning = "no constraint turns" if straight else "constraints turn with the motion"
         return method, f"{describe(method)}: {counts}, {turning}"
-    turns = n <= FRAME_UP_TO or solve_flops > FRAME_FROM_FLOPS * n
-    method = ModifiedNewton(seed_frame="auto" if turns else "fixed")
+    method = ModifiedNewton(seed_frame=frame)
     return method, f"{describe(method)} on {sort} seed: {counts}"

@@ -17,6 +17,7 @@ from ancfsparse.nonlinear import Method, QuasiNewton
 from ancfsparse.scene import Beam, Mesh, Scene
 from ancfsparse.seeds import DeflatedSeed, Seed, SparseSeed
 from ancfsparse.seeds.sparse import BLOCK_ENTRY
+from ancfsparse.solve.choose import SPARING_PAIRS
 from ancfsparse.solve.fill import counted_fill
 
 # Vectors over all coordinates that a run keeps: loads, last and present state, residuals, one saved
@@ -135,6 +136,8 @@ def estimate(
         return replace(needed, factor=8.0 * coordinates**2)
     pairs = int(solver.memory) if isinstance(solver, QuasiNewton) else 0
     extra = 8.0 * PAIR * pairs * coordinates
+    if incomplete and isinstance(solver, str):
+        extra = 8.0 * PAIR * SPARING_PAIRS * coordinates
     if incomplete and not _has_multipliers(scene) and _cycles(scene) > 0.1 * n_nodes:
         factor, most = incomplete_entry * entries, _cube(entries, n_nodes)
         return replace(needed, factor=factor + extra, exact=most + extra)

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from ancfsparse.errors import EnergyGain, Parameter, Sentence, StepFailure
 from ancfsparse.integrators import EnergyMomentum, Implicit
 from ancfsparse.integrators.march import make_march
-from ancfsparse.nonlinear import Method, Outcome, QuasiNewton, Rung, seed_frame_of
+from ancfsparse.nonlinear import Method, ModifiedNewton, Outcome, QuasiNewton, Rung, seed_frame_of
 from ancfsparse.nonlinear.iteration import EPSILON, Costs, make_inverse, make_iteration, turned
 from ancfsparse.results import Event, RunStats, Trajectory
-from ancfsparse.seeds import Fill, Seed, SparseSeed
+from ancfsparse.seeds import Fill, IncompleteSeed, Seed, SparseSeed
 from ancfsparse.solve.choose import choose
 from ancfsparse.solve.continuation import continues, recall
 from ancfsparse.solve.drives import drive_march
@@ -61,6 +61,7 @@ def prepare(
     pattern = system.pattern
     seed, groups = make_seed(system, kind, solver, threads, needed)
     method, why = choose(solver, seed, straight=system.constraints.linear)
+    sparing = isinstance(seed, IncompleteSeed) and isinstance(solver, str)
     scale = integrator.scale * dt**2
     regularize(system, scale)
     start, a = starting_state(system, seed, integrator, dt, state)
@@ -86,6 +87,7 @@ def prepare(
         costs(system, integrator, seed, frame),
         frame,
         difference_steps(system) if by_differences else SMALL,
+        sparing=sparing,
     )
     divide(system, threads, march, iteration, inverse)
     if continues(state, system, integrator, dt):
@@ -99,10 +101,11 @@ def prepare(
 
     def take_exact() -> Seed:
         exact = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
-        inverse = make_inverse(method, exact, weights, judge.norm, judge.smallest_change(dt))
+        own = ModifiedNewton(seed_frame=seed_frame_of(method)) if sparing else method
+        inverse = make_inverse(own, exact, weights, judge.norm, judge.smallest_change(dt))
         inverse.set_threads(threads)
         cost = costs(system, integrator, exact, frame)
-        inverse = turned(inverse, method, frame)
+        inverse = turned(inverse, own, frame)
         iteration.take_seed(exact, inverse, True, cost.iteration, cost.seed)
         return exact
 

@@ -114,10 +114,13 @@ def _pattern(scene):
 
 def test_the_estimate_is_near_what_an_incomplete_factor_takes():
     system = System(lattice(12).scene)
-    told = memory.estimate(system.scene, 1, 0, False, "auto", incomplete=True)
+    told = memory.estimate(system.scene, 1, 0, False, ancf.ModifiedNewton(), incomplete=True)
     made, _ = seed.make_seed(system, "incomplete", "auto", 1, memory.NOTHING)
     assert made.own.nbytes <= 1.05 * told.factor
     assert told.factor <= 1.5 * made.own.nbytes
+    # What learns on it keeps two pairs of two terms of two vectors beside.
+    learning = memory.estimate(system.scene, 1, 0, False, "auto", incomplete=True)
+    assert learning.factor - told.factor == pytest.approx(8 * 8 * system.n_free, rel=0.01)
 
 
 def test_long_steps_go_back_to_exact_seeds_where_those_cost_less():
@@ -159,3 +162,19 @@ def test_rough_steps_of_steel_are_solved_on_incomplete_seeds():
 def test_runs_repeat_bit_for_bit():
     runs = [ancf.simulate(lattice(5, **STEEL).scene, 1.25, 0.05) for _ in range(2)]
     assert np.array_equal(runs[0].q, runs[1].q)
+
+
+@pytest.mark.parametrize(
+    ("motion", "dt", "most"), [("rest", 1e-3, 0.8), ("smooth", 1e-3, 0.9), ("rest", 2e-4, 1.0)]
+)
+def test_pairs_are_taken_where_sweeps_contract_slowly(motion, dt, most):
+    def work(**options):
+        stats = ancf.simulate(lattice(8, motion, **STEEL).scene, 30 * dt, dt, **options).stats
+        return stats.residual_evaluations + stats.sweeps + stats.products, stats
+
+    pairs, stats = work(seed="incomplete")
+    chord, _ = work(seed="incomplete", solver=ancf.ModifiedNewton())
+    assert "quasi-Newton (bfgs, 2 pairs) where sweeps contract slowly" in stats.solver
+    if most == 1.0:
+        assert pairs == chord  # nothing is learnt where little is left to learn
+    assert pairs <= most * chord
