@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.results.opening import DAMAGE, damaged
 from ancfsparse.results.source import Array, SolvedSystem
-from ancfsparse.scene import Body, Node
-from ancfsparse.scene.joints import Clamp, Pin, Rod
+from ancfsparse.scene import Body
 
 if TYPE_CHECKING:
     import h5py
@@ -156,21 +155,10 @@ def outline_of(system: SolvedSystem, of: Body | None = None) -> Outline:
     bodies = list(system.scene.beams) if of is None else [of]
     supports = []
     for joint in system.scene.joints:
-        if not isinstance(joint, (Pin, Clamp, Rod)) or of not in (None, joint.node.beam):
+        node, mark = joint.nodes[0], joint.mark
+        if mark is None or of not in (None, node.beam):
             continue
-        other = np.zeros(system.scene.dim)
-        if isinstance(joint, Rod):
-            other = joint.anchor
-        elif isinstance(joint, Clamp):
-            other = _out_of_the_wall(joint.node)
-        places = system.point(joint.node)[0][:, 0].astype(np.int32)
-        supports.append(Support(type(joint).__name__.lower(), places, other))
+        other = np.zeros(system.scene.dim) if mark.other is None else mark.other
+        places = system.point(node)[0][:, 0].astype(np.int32)
+        supports.append(Support(mark.kind, places, other))
     return Outline(system.scene.gravity, [part_of(system, body) for body in bodies], supports)
-
-
-def _out_of_the_wall(node: Node) -> Array:
-    """Return the direction in which a beam leaves the wall it is clamped to."""
-    body = node.beam
-    row = body.rows_of(node.index).start
-    slope = np.asarray(body.vectors[min(row, len(body.vectors) - 1), 0])
-    return slope if (body.ends[:, 0] == row).any() else -slope

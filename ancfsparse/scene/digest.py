@@ -53,7 +53,7 @@ def digest(scene: Contents, joints: list[Joint], loads: list[Load]) -> dict[str,
 
     parts = {"gravity": numbers(scene.gravity)}
     for body in scene.beams:
-        for name, value in parts_of(body).items():
+        for name, value in _of(body).items():
             parts[f"{name} of {number[id(body)]}"] = value
     parts["joints"] = "; ".join(joint.describe(at) for joint in joints)
     parts["loads"] = "; ".join(map(load, loads))
@@ -72,8 +72,7 @@ def difference(there: Mapping[str, str], here: Mapping[str, str]) -> str | None:
     return None
 
 
-def parts_of(body: Body) -> dict[str, str]:
-    """Describe element, section, material and mesh of a body, by these names."""
+def _of(body: Body) -> dict[str, str]:
     links = np.concatenate([body.row_nodes, body.ends.ravel()]).astype("<i4")
     return {
         "element": " ".join([body.element, *body.options.values()]),

@@ -140,7 +140,7 @@ class Scene(Contents):
         rate, second_rate : callable, optional
             Velocity [m/s] and acceleration [m/s2] as functions of t.  Those of a signal are known;
             for a function without them differences over six points a step apart stand for them,
-            whose errors are of fourth order in the step.
+            whose errors are of fourth order in the step; runs to an accuracy need them.
         as_constraint : bool, optional
             Move it by equations, whose multipliers are the reaction, instead of by prescribing its
             coordinates.  The motion is the same.

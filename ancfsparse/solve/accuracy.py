@@ -97,6 +97,12 @@ def check_accuracy(
             integrator=integrator,
             implicit=Parameter("integrator", "GeneralizedAlpha(rho_inf)", joint=""),
         )
+    if system.prescribed.differences:
+        raise InputError(
+            f"accuracy={accuracy:g} needs the rates of what moves as prescribed, and "
+            f"{system.prescribed.differences} has none: give rate and second_rate, or a smooth "
+            "Ramp or Sine"
+        )
     if isinstance(integrator, EnergyMomentum):
         raise InputError(
             "{accuracy} changes steps by an error estimate, which {integrator!r} does not make: "

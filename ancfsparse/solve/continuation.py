@@ -48,7 +48,7 @@ def remember(
     memory = dict(march.memory)
     b = memory.pop("b0", None)
     memory["run"] = {"integrator": repr(integrator), "dt": dt}
-    memory["scene"] = system.scene.digest()
+    memory["scene"] = system.description
     memory["contributions"] = system.assembly.memory
     if iteration is not None:
         memory["contraction"] = iteration.rate
@@ -66,7 +66,7 @@ def continues(
         return False
     if not state.layout.numbers_like(system.layout):
         return False
-    if difference(state.memory["scene"], system.scene.digest()) is not None:
+    if difference(state.memory["scene"], system.description) is not None:
         return False
     # A load that is a function of time may be another function by now.
     now = system.loads.amplitudes(np.array([system.t0]))[0]

@@ -176,7 +176,7 @@ class Record:
             self._kept = Kept(self._rows, n, m, self._places)
             yield self._kept
         else:
-            scene = self._system.scene.digest()
+            scene = self._system.description
             with Writer(self._output, n, m, self._places, self._settings, scene) as writer:
                 if self._places is None:
                     writer.add_outline(outline_of(self._system))

@@ -68,6 +68,11 @@ class Prescribed:
         """Whether anything is prescribed."""
         return self.n + self.n_equations > 0
 
+    @property
+    def differences(self) -> str:
+        """Name of a motion whose rates are differences, empty if there is none."""
+        return next((table.name for table in self._tables if not table.has_rates), "")
+
     def resolve(self, step: float, begin: float, end: float) -> None:
         """Set the distance of the points of differences and the times they lie between [s]."""
         for table in self._tables:
@@ -142,12 +147,13 @@ class _Table:
         self._places = Source(course.places)
         given = (course.rates, course.second_rates)
         self._rates = [Source(each) for each in given if each is not None]
+        self.name, self.has_rates = course.places.what, bool(self._rates)
         self.width = self._places.width
         self.step = self.begin = self.end = 0.0
 
     def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
         """Return value and rates (j, 3, width), up to the first time at which a function fails."""
-        if not self._rates:
+        if not self.has_rates:
             return self._by_differences(times)
         rows, failure, columns = len(times), None, []
         for source in (self._places, *self._rates):

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Body, Node, Scene
-from ancfsparse.scene.digest import parts_of
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int32]
@@ -39,18 +38,19 @@ class Layout(NamedTuple):
     places: Sequence[Places]
     q_ref: Vector
 
-    @classmethod
-    def of(cls, scene: Scene, places: Sequence[Places], q_ref: Vector) -> Layout:
-        """Return the layout of a numbered scene."""
-        parts = [parts_of(body) for body in scene.beams]
-        bodies = tuple(", ".join(part[name] for name in MEANING) for part in parts)
-        return cls(bodies, places, q_ref)
-
     def numbers_like(self, other: Layout) -> bool:
         """Whether all coordinates have the same places."""
         return self is other or (
             self.bodies == other.bodies and all(map(np.array_equal, self.places, other.places))
         )
+
+
+def meanings(description: Mapping[str, str]) -> tuple[str, ...]:
+    """Return what the coordinates of each body are, from `Scene.digest`."""
+    n = sum(name.startswith(f"{MEANING[0]} of ") for name in description)
+    return tuple(
+        ", ".join(description[f"{name} of body {k}"] for name in MEANING) for k in range(n)
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,8 +111,7 @@ def check_state(scene: Scene, state: State) -> None:
                 f"them number {wrong[0]}: take an earlier state, such as that of a run which ended "
                 "before"
             )
-    here = Layout.of(scene, [], state.layout.q_ref).bodies
-    there = state.layout.bodies
+    here, there = meanings(scene.digest()), state.layout.bodies
     if len(here) != len(there):
         raise InputError(
             f"start is a state of {len(there)} bodies, and this scene has {len(here)}: take a "

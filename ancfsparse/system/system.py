@@ -17,7 +17,7 @@ from ancfsparse.system.contributions import contributions_of
 from ancfsparse.system.loads import loads_of
 from ancfsparse.system.numbering import Places, number
 from ancfsparse.system.pattern import build
-from ancfsparse.system.state import Layout, State, check_state
+from ancfsparse.system.state import Layout, State, check_state, meanings
 
 Vector = NDArray[np.float64]
 
@@ -110,7 +110,12 @@ class System:
     @cached_property
     def layout(self) -> Layout:
         """What the coordinates are."""
-        return Layout.of(self.scene, self.places, self.q_ref)
+        return Layout(meanings(self.description), self.places, self.q_ref)
+
+    @cached_property
+    def description(self) -> dict[str, str]:
+        """What the scene was when it was first asked for, as `Scene.digest` describes it."""
+        return self.scene.digest()
 
     def state(
         self,

@@ -66,6 +66,14 @@ def forced(value):
     return ancf.simulate(scene, 0.01, 1e-3)
 
 
+def driven(position):
+    """Run with a support of whose motion nothing is known."""
+    scene, rod = scene_of()
+    function = position if callable(position) else lambda t: position if t else (0, 0)
+    scene.drive(rod.start, function)
+    return ancf.simulate(scene, 0.01, 1e-3)
+
+
 def calls():
     """Give all callables, made anew, since some of them change their scene."""
     mpl.use("Agg")
@@ -106,6 +114,7 @@ def calls():
         Call("pin", scene.pin, {"node": rod.start}),
         Call("clamp", scene.clamp, {"node": rod.node(1)}),
         Call("rod", scene.rod, {"node": rod.node(2), "anchor": (0.5, 1)}),
+        Call("drive", scene.drive, {"node": rod.node(3), "position": (1, 0)}),
         Call("connect", scene.connect, {"a": rod.end, "b": other.start}),
         Call("point_force", scene.point_force, {"node": rod.end, "value": (1, 0)}),
         Call("point_moment", scene.point_moment, {"node": rod.end, "value": 1.0}),
@@ -121,6 +130,9 @@ def calls():
         Call("simulate explicitly", ancf.simulate,
              march | {"dt": 1e-6, "t_end": 1e-4, "integrator": ancf.RungeKuttaNystrom()}),
         Call("simulate with a load", forced, {"value": (1, 0)}),
+        Call("simulate with a drive", driven, {"position": (0, 0)}),
+        Call("simulate from a state", ancf.simulate,
+             march | {"t_end": 0.02, "start": run.last}),
         Call("solve_static", ancf.solve_static, {"scene": moving}),
         Call("stable_step", ancf.stable_step,
              {"scene": moving, "integrator": ancf.CentralDifference()}),

@@ -270,6 +270,12 @@ def test_an_accuracy_holds_with_a_drive():
     assert np.linalg.norm(apart) < 1.2e-4
 
 
+def test_an_accuracy_needs_rates():
+    scene, _ = pendulum(lambda t: tuple(MOVE(t)))
+    with pytest.raises(ancf.InputError, match=r"needs the rates .* the position of the drive at"):
+        ancf.simulate(scene, 0.6, accuracy=1e-4)
+
+
 def refused(match, motion=MOVE, **options):
     """Assert that a sentence refuses a drive, or a run with it."""
     with pytest.raises(ancf.InputError, match=match):

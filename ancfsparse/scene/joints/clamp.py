@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Mark
 
 # A slope whose direction is within this of a coordinate axis can be clamped by numbering.
 ALIGNED = 1e-14
@@ -68,6 +68,14 @@ class Clamp(Joint):
     def nodes(self) -> tuple[Node, ...]:
         """The node."""
         return (self.node,)
+
+    @property
+    def mark(self) -> Mark:
+        """How pictures show it."""
+        body = self.node.beam
+        row = body.rows_of(self.node.index).start
+        slope = np.asarray(body.vectors[min(row, len(body.vectors) - 1), 0])
+        return Mark("clamp", slope if (body.ends[:, 0] == row).any() else -slope)
 
     def describe(self, at: Callable[[Node], str]) -> str:
         """Describe everything that its equations follow from."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import Course
-from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Led
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Led, Mark
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +43,11 @@ class Drive(Joint):
     def nodes(self) -> tuple[Node, ...]:
         """The node."""
         return (self.node,)
+
+    @property
+    def mark(self) -> Mark:
+        """How pictures show it."""
+        return Mark("pin")
 
     @property
     def has_multipliers(self) -> bool:

@@ -97,6 +97,21 @@ class Builder(Protocol):
         ...
 
 
+class Mark(NamedTuple):
+    """How pictures show a joint.
+
+    Attributes
+    ----------
+    kind : str
+        ``"pin"``, ``"clamp"`` or ``"rod"``.
+    other : (dim,) float, optional
+        The anchor of a rod [m]; the direction in which a beam leaves the wall it is clamped to.
+    """
+
+    kind: str
+    other: Vector | None = None
+
+
 class Joint(ABC):
     """What a joint must know of itself.
 
@@ -125,6 +140,11 @@ class Joint(ABC):
     def joins(self) -> bool:
         """Whether it makes its two nodes one point, instead of holding one beside the ground."""
         return False
+
+    @property
+    def mark(self) -> Mark | None:
+        """How pictures show it at its first node; None if they do not."""
+        return None
 
     @property
     def direction(self) -> Vector | None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Mark
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +39,11 @@ class Pin(Joint):
     def nodes(self) -> tuple[Node, ...]:
         """The node."""
         return (self.node,)
+
+    @property
+    def mark(self) -> Mark:
+        """How pictures show it."""
+        return Mark("pin")
 
     @property
     def has_multipliers(self) -> bool:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import Course
-from ancfsparse.scene.joints.joint import Builder, Joint, Led
+from ancfsparse.scene.joints.joint import Builder, Joint, Led, Mark
 from ancfsparse.words import numbers
 
 # Share of a beam's length within which two nodes count as being at one place.
@@ -73,6 +73,11 @@ class Rod(Joint):
     def nodes(self) -> tuple[Node, ...]:
         """The node."""
         return (self.node,)
+
+    @property
+    def mark(self) -> Mark:
+        """How pictures show it."""
+        return Mark("rod", self.anchor)
 
     @property
     def direction(self) -> NDArray[np.float64]:
