@@ -1,7 +1,10 @@
 """The tool that changes code in wrong ways: what it counts as caught; it puts files back."""
 
 import importlib.util
+import signal
+import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -78,3 +81,20 @@ def test_the_list_is_read(mutants):
     listed = mutants.read()
     assert len(listed) >= 40
     assert all((TOOLS.parent / each.file).is_file() for each in listed)
+
+
+def test_a_run_that_is_ended_puts_the_file_back(tmp_path):
+    code = "def slow():\n    return 60\n"
+    (tmp_path / "code.py").write_text(code)
+    (tmp_path / "test_code.py").write_text("import time\n\ndef test_slow():\n    time.sleep(60)\n")
+    entry = ENTRY.format(old="60", new="61", tests="test_code.py", more="")
+    (tmp_path / "list.toml").write_text(entry)
+    paths = ["--list", str(tmp_path / "list.toml"), "--root", str(tmp_path)]
+    with subprocess.Popen([sys.executable, str(TOOLS / "mutants.py"), *paths]) as run:
+        until = time.monotonic() + 60.0
+        while (tmp_path / "code.py").read_text() == code and time.monotonic() < until:
+            time.sleep(0.05)
+        assert (tmp_path / "code.py").read_text() != code
+        run.terminate()
+    assert run.returncode == 128 + signal.SIGTERM
+    assert (tmp_path / "code.py").read_text() == code

@@ -9,6 +9,7 @@ Compiled modules are rebuilt for each mutant, which takes most of the time: half
 from __future__ import annotations
 
 import argparse
+import signal
 import subprocess
 import sys
 import tomllib
@@ -97,6 +98,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         each for each in read(options.list)
         if not options.part or any(part in each.file for part in options.part)
     ]  # fmt: skip
+    for each in (signal.SIGINT, signal.SIGTERM):  # so that the file is put back
+        signal.signal(each, lambda number, frame: sys.exit(128 + number))
     counts: Counter[str] = Counter()
     for mutant in mutants:
         found = verdict(mutant, options.root)
