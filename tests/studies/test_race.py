@@ -24,6 +24,7 @@ from ancfsparse.studies.common.race import (
     Task,
     fastest,
     front,
+    in_turn,
     race,
 )
 
@@ -151,3 +152,16 @@ def test_pages_are_filled_between_their_markers(tmp_path):
     with pytest.raises(ValueError, match="no place for y"):
         fill_page(page, "y", "new", chart)
     assert page.read_text(encoding="utf-8") == text
+
+
+def test_entrants_run_in_turn_until_they_need_not_go_on():
+    order = []
+
+    def run(entrant):
+        order.append(entrant)
+        return len(order)
+
+    found = in_turn("ab", run, 3, goes_on=lambda entrant, kept: entrant == "a" or len(kept) < 2)
+    assert "".join(order) == "ababa"
+    assert found == [[1, 3, 5], [2, 4]]
+    assert in_turn("ab", run, 0) == [[], []]

@@ -49,10 +49,7 @@ OURS_CURVE = [point(OURS, 0.01, 1e-3), point(OURS, 0.03, 1e-5), point(OURS, 0.1,
 
 def test_orders_are_those_of_the_methods():
     dts = (1e-3, 5e-4, 2.5e-4, 1.25e-4)
-    rows = [
-        Integrator(name, lambda made=made: made, dts, ("BFGS",))
-        for name, (made, _) in ORDERS.items()
-    ]
+    rows = [Integrator(name, dts, ("BFGS",), scheme=made) for name, (made, _) in ORDERS.items()]
     result = work_precision((MODEL,), 4, 0.4, rounds=1, integrators=rows)
     assert len(result.points) == len(rows) * len(dts)
     orders = result.orders()
@@ -63,7 +60,7 @@ def test_orders_are_those_of_the_methods():
 
 def test_explicit_steps_are_shares_of_the_stable_step_and_have_the_order_of_the_method():
     shares = (1.1, 0.9, 0.6, 0.4)
-    row = Integrator("RKN", lambda: RungeKuttaNystrom(4), (), (), shares=shares)
+    row = Integrator("RKN", (), (), shares=shares, scheme=RungeKuttaNystrom(4))
     result = work_precision((MODEL,), 4, 0.4, rounds=1, integrators=[row])
     refused, *done = result.points
     assert refused.note.startswith("above the stable step")
@@ -74,7 +71,7 @@ def test_explicit_steps_are_shares_of_the_stable_step_and_have_the_order_of_the_
 
 
 def test_a_step_that_fails_stays_on_the_chart():
-    row = Integrator("Newmark(0)", lambda: Newmark(0.0), (5e-2, 1e-2, 4e-3), ("BFGS",))
+    row = Integrator("Newmark(0)", (5e-2, 1e-2, 4e-3), ("BFGS",))
     reference = march(MODEL, 10, 2.0, 1e-3)
     tasks = entrants(MODEL, 10, 2.0, [row])
     result = study(*race(tasks, lambda task: reference, 1, tqdm(disable=True)))
@@ -159,10 +156,10 @@ def test_record_and_page_hold_failures_and_verdicts():
 
 
 def test_solvers_of_a_row_are_those_of_both_lists():
-    row = Integrator("Newmark(0)", lambda: Newmark(0.0), (1e-3, 3e-4), ("BFGS", "Newton"))
+    row = Integrator("Newmark(0)", (1e-3, 3e-4), ("BFGS", "Newton"))
     names = [t.name for t in entrants(MODEL, 4, 2.0, [row], ("Newton", "Davidon"))]
     assert names == ["Newmark(0), Newton"]  # and 3e-4 s does not meet the instants
-    explicit = Integrator("Explicit", lambda: None, (1e-3,), ())
+    explicit = Integrator("Explicit", (1e-3,), ())
     assert [t.solver for t in entrants(MODEL, 4, 2.0, [explicit])] == [""]
 
 

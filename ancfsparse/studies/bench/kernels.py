@@ -6,11 +6,10 @@ import subprocess
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from tqdm import tqdm
-
 from ancfsparse.dispatch import available_instruction_sets, instruction_set
 from ancfsparse.kernels.benchmark import Timing, kernel_table, speed_ratios
 from ancfsparse.kernels.catalog import REFERENCES, module_names
+from ancfsparse.studies.common.progress import bar as progress_bar
 from ancfsparse.studies.common.target import Target
 
 CLOSED, GAUSS = "thick_axis_consistent", "thick_axis_consistent_gauss"
@@ -79,7 +78,7 @@ def bench_kernels(progress: bool = False) -> KernelBench:
     """
     names = (*module_names(), *REFERENCES)
     timings = []
-    with tqdm(names, unit="element", disable=None if progress else True, leave=False) as bar:
+    with progress_bar(names, "element", progress) as bar:
         for name in bar:
             bar.set_description(name)
             timings += kernel_table([name])

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import statistics
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from ancfsparse.dispatch import instruction_set
 from ancfsparse.problems import Problem, pendulum
 from ancfsparse.studies.common import paper
+from ancfsparse.studies.common.progress import bar as progress_bar
+from ancfsparse.studies.common.race import in_turn
 from ancfsparse.studies.common.target import Target
-from ancfsparse.studies.peers.exudyn import SETTINGS, load, run_exudyn
+from ancfsparse.studies.peers.exudyn import SETTINGS, Setting, load, run_exudyn
 from ancfsparse.studies.table1.cells import ROWS, march, median_of
 
 # Tips are compared this often [s].
@@ -146,7 +147,7 @@ def bench_paper(t_end: float = paper.T_END, repeats: int = 9, progress: bool = F
         name: pendulum(n_elements=paper.ELEMENTS, dim=2, **how) for name, how in OURS.items()
     }
     total = repeats * (len(OURS) + len(SETTINGS)) + len(paper.SECONDS) * len(paper.QUASI_NEWTON)
-    with tqdm(total=total, unit="run", disable=None if progress else True, leave=False) as bar:
+    with progress_bar(total, "run", progress) as bar:
         contestants = _race(problems, t_end, repeats, bar)
         speed_ups = _against_paper(t_end, bar)
     biot = next(each for each in contestants if each.name == "Thin biot, Davidon")
@@ -164,25 +165,27 @@ def bench_paper(t_end: float = paper.T_END, repeats: int = 9, progress: bool = F
 
 
 def _race(problems: dict[str, Problem], t_end: float, repeats: int, bar: Any) -> list[Contestant]:
-    """Run all contestants in turn, so that a busy moment of the machine hits them alike."""
-    found: dict[str, Contestant] = {}
+    """Run all contestants in turn."""
     mesh = next(iter(problems.values()))
 
-    def note(name: str, seconds: float, iterations: float, tip: NDArray[np.float64]) -> None:
-        found.setdefault(name, Contestant(name, [], iterations, tip)).seconds.append(seconds)
-        bar.update()
+    def ours(name: str) -> Contestant:
+        run = march(problems[name], "Davidon", t_end, paper.DT, round(INTERVAL / paper.DT))
+        tip = run.position(problems[name].rod.end)[1:]
+        return Contestant(name, [run.stats.march_seconds], run.stats.iterations_per_step, tip)
 
-    for _ in range(repeats):
-        for name, problem in problems.items():
-            bar.set_description(name)
-            run = march(problem, "Davidon", t_end, paper.DT, round(INTERVAL / paper.DT))
-            tip = run.position(problem.rod.end)[1:]
-            note(name, run.stats.march_seconds, run.stats.iterations_per_step, tip)
-        for setting in SETTINGS:
-            bar.set_description(setting.name)
-            peer = run_exudyn(mesh, setting, t_end, paper.DT, INTERVAL)
-            note(setting.name, peer.seconds, peer.iterations_per_step, peer.tip)
-    return list(found.values())
+    def theirs(setting: Setting) -> Contestant:
+        peer = run_exudyn(mesh, setting, t_end, paper.DT, INTERVAL)
+        return Contestant(setting.name, [peer.seconds], peer.iterations_per_step, peer.tip)
+
+    def run(entrant: str | Setting) -> Contestant:
+        bar.set_description(entrant if isinstance(entrant, str) else entrant.name)
+        return ours(entrant) if isinstance(entrant, str) else theirs(entrant)
+
+    entrants: list[str | Setting] = [*problems, *SETTINGS]
+    return [
+        replace(runs[0], seconds=[seconds for each in runs for seconds in each.seconds])
+        for runs in in_turn(entrants, run, repeats, bar)
+    ]
 
 
 def _against_paper(t_end: float, bar: Any) -> dict[tuple[str, str], float]:

@@ -5,32 +5,21 @@ A new integrator is one line in `INTEGRATORS`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from ancfsparse.errors import EnergyGain, Instability, StepFailure
-from ancfsparse.integrators import (
-    HHT,
-    CentralDifference,
-    GeneralizedAlpha,
-    Newmark,
-    RungeKuttaNystrom,
-)
-from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.solve import simulate, stable_step
+from ancfsparse.studies.common import methods
+from ancfsparse.studies.common.methods import chosen
 from ancfsparse.studies.common.models import INSTANTS, MODELS, meets_instants, step_up_to
 from ancfsparse.studies.common.race import OURS, FailedError, Sample, Task
 
 # Every one a whole part of half a second, so that the instants are met.
 DTS = (2e-2, 1e-2, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5, 3.125e-5)
 
-SOLVERS: dict[str, Method | str] = {
-    "Davidon": QuasiNewton("davidon"),
-    "BFGS": QuasiNewton("bfgs"),
-    "modified Newton": ModifiedNewton(),
-    "Newton": Newton(),
-}
+SOLVERS = chosen(methods.SOLVERS, "Davidon", "BFGS", "modified Newton", "Newton")
 """How the equations of an implicit step are solved."""
 
 
@@ -41,9 +30,7 @@ class Integrator:
     Attributes
     ----------
     name : str
-        For tables and charts.
-    make : callable
-        Returns what `simulate` takes as ``integrator``.
+        For tables and charts, and for the table of `methods`.
     dts : tuple of float
         Time steps [s], largest first; those that do not meet the instants are left out.
     shares : tuple of float
@@ -52,19 +39,27 @@ class Integrator:
         Keys of `SOLVERS`; empty for an explicit method, which has no equations to solve.
     colour : str
         Its colour in charts.
+    scheme : Implicit or Explicit, optional
+        One that is not in the table.
     """
 
     name: str
-    make: Callable[[], Any]
     dts: tuple[float, ...] = DTS
     solvers: tuple[str, ...] = tuple(SOLVERS)
     colour: str = "#0072b2"
     shares: tuple[float, ...] = ()
+    scheme: Implicit | Explicit | None = None
+
+    @property
+    def integrator(self) -> Implicit | Explicit:
+        """What `simulate` takes."""
+        return methods.INTEGRATORS[self.name] if self.scheme is None else self.scheme
 
     def steps(self, model: str, elements: int, t_end: float) -> list[float]:
         """Return the steps to run on a mesh [s], all of which meet the instants."""
-        if self.shares:
-            limit = stable_step(MODELS[model].problem(elements).scene, self.make())
+        integrator = self.integrator if self.shares else None
+        if isinstance(integrator, Explicit):
+            limit = stable_step(MODELS[model].problem(elements).scene, integrator)
             return [step_up_to(share * limit, t_end) for share in self.shares]
         return [dt for dt in self.dts if meets_instants(dt, t_end)]
 
@@ -75,15 +70,13 @@ FEW = ("BFGS", "modified Newton")
 SHARES = (1.05, 0.98, 0.7, 0.5, 0.35, 0.25)
 
 INTEGRATORS = (
-    Integrator("Newmark(0)", lambda: Newmark(0.0)),
-    Integrator("Newmark(0.05)", lambda: Newmark(0.05), solvers=FEW, colour="#56b4e9"),
-    Integrator("HHT(0.05)", lambda: HHT(0.05), solvers=FEW, colour="#5c4fc4"),
-    Integrator(
-        "GeneralizedAlpha(0.9)", lambda: GeneralizedAlpha(0.9), solvers=FEW, colour="#000000"
-    ),
-    Integrator("CentralDifference", CentralDifference, (), (), "#b22222", SHARES),
-    Integrator("RungeKuttaNystrom(4)", lambda: RungeKuttaNystrom(4), (), (), "#6b8e23", SHARES),
-    Integrator("RungeKuttaNystrom(8)", lambda: RungeKuttaNystrom(8), (), (), "#2f4f4f", SHARES[:3]),
+    Integrator("Newmark(0)"),
+    Integrator("Newmark(0.05)", solvers=FEW, colour="#56b4e9"),
+    Integrator("HHT(0.05)", solvers=FEW, colour="#5c4fc4"),
+    Integrator("GeneralizedAlpha(0.9)", solvers=FEW, colour="#000000"),
+    Integrator("CentralDifference", (), (), "#b22222", SHARES),
+    Integrator("RungeKuttaNystrom(4)", (), (), "#6b8e23", SHARES),
+    Integrator("RungeKuttaNystrom(8)", (), (), "#2f4f4f", SHARES[:3]),
 )
 """Ours; adding one is one line."""
 
@@ -122,7 +115,7 @@ def task(
     model: str,
     elements: int,
     t_end: float,
-    integrator: Integrator,
+    row: Integrator,
     dt: float,
     solver: str,
     tolerance: str | float = "default",
@@ -131,15 +124,15 @@ def task(
     scene, rod = MODELS[model].problem(elements)
 
     def run() -> Sample:
-        made = integrator.make()
-        if integrator.shares and dt > (limit := stable_step(scene, made)):
+        scheme = row.integrator
+        if isinstance(scheme, Explicit) and dt > (limit := stable_step(scene, scheme)):
             raise FailedError(f"above the stable step, {limit:.2g} s")
         try:
             path = simulate(
                 scene,
                 t_end,
                 dt,
-                integrator=made,
+                integrator=scheme,
                 solver=SOLVERS.get(solver, "auto"),
                 tolerance=tolerance,
                 save_every=round(t_end / INSTANTS / dt),
@@ -161,4 +154,4 @@ def task(
         }
         return Sample(stats.march_seconds, path.position(rod.end)[1:], counts)
 
-    return Task(OURS, integrator.name, solver, model, elements, "dt", dt, run)
+    return Task(OURS, row.name, solver, model, elements, "dt", dt, run)

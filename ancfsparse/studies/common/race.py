@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from tqdm import tqdm
 
@@ -20,6 +20,9 @@ MOST = 0.8
 
 # A tip that is off by more than half the rod is no result [m].
 LOST = 1.0
+
+Entrant = TypeVar("Entrant")
+Kept = TypeVar("Kept")
 
 OURS = "ancfsparse"
 """Name of our program in tables and charts."""
@@ -136,6 +139,43 @@ class Point:
         return {key: None if value != value else value for key, value in record.items()}
 
 
+def in_turn(
+    entrants: Sequence[Entrant],
+    run: Callable[[Entrant], Kept],
+    rounds: int,
+    bar: tqdm[Any] | None = None,
+    goes_on: Callable[[Entrant, list[Kept]], bool] = lambda entrant, found: True,
+) -> list[list[Kept]]:
+    """Run all in turn, round after round, so that a busy moment of the machine hits them alike.
+
+    Parameters
+    ----------
+    entrants : sequence
+        What is run.
+    run : callable
+        Runs one and returns what is kept of it.
+    rounds : int
+        How often.
+    bar : tqdm, optional
+        Called for every run that is over or left out.
+    goes_on : callable, optional
+        Whether one is run again, with what was kept of its runs.
+
+    Returns
+    -------
+    list of list
+        What was kept, for each entrant in order.
+    """
+    found: list[list[Kept]] = [[] for _ in entrants]
+    for _ in range(rounds):
+        for entrant, samples in zip(entrants, found, strict=True):
+            if not samples or goes_on(entrant, samples):
+                samples.append(run(entrant))
+            if bar is not None:
+                bar.update()
+    return found
+
+
 def race(
     tasks: Sequence[Task],
     reference: Callable[[Task], Tips],
@@ -143,7 +183,7 @@ def race(
     bar: tqdm[Any],
     long: float = LONG,
 ) -> list[Point]:
-    """Run all tasks in turn, round after round, so that a busy moment hits them alike.
+    """Run all tasks in turn; the time of each is its best.
 
     Parameters
     ----------
@@ -163,20 +203,21 @@ def race(
     list of Point
         One for each task, in order, failures included.
     """
-    points: dict[int, Point] = {}
-    for _ in range(rounds):
-        for number, task in enumerate(tasks):
-            known = points.get(number)
-            if known is None:
-                bar.set_description(f"{task.name}, {task.knob} = {task.value:g}")
-                points[number] = _first(task, reference(task))
-            elif known.finished and known.seconds < long:
-                points[number] = replace(known, seconds=min(known.seconds, timed(task).seconds))
-            bar.update()
-    return [points[number] for number in range(len(tasks))]
+
+    def run(task: Task) -> Point:
+        bar.set_description(f"{task.name}, {task.knob} = {task.value:g}")
+        return _point(task, reference(task))
+
+    def goes_on(task: Task, points: list[Point]) -> bool:
+        return points[-1].finished and min(p.seconds for p in points) < long
+
+    return [
+        replace(points[0], seconds=min(p.seconds for p in points))
+        for points in in_turn(tasks, run, rounds, bar, goes_on)
+    ]
 
 
-def _first(task: Task, reference: Tips) -> Point:
+def _point(task: Task, reference: Tips) -> Point:
     try:
         sample = timed(task)
     except FailedError as failure:

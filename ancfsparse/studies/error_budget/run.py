@@ -9,15 +9,13 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from tqdm import tqdm
-
 from ancfsparse.checks import check_choice
-from ancfsparse.integrators import Newmark
 from ancfsparse.studies.common import paper
 from ancfsparse.studies.common.entrants import Integrator, task
-from ancfsparse.studies.common.environment import environment
 from ancfsparse.studies.common.models import MODELS, Tips, distance, meets_instants, step_up_to
+from ancfsparse.studies.common.progress import bar as progress_bar
 from ancfsparse.studies.common.references import Reference, converged, extrapolate, march
+from ancfsparse.studies.peers.environment import environment
 
 PARTS = ("mesh", "time step", "solver", "model")
 
@@ -34,7 +32,7 @@ DEFAULT = "default"
 SOLVER = "BFGS"
 """The solver whose tolerance is varied."""
 
-TRAPEZOIDAL = Integrator("Newmark(0)", lambda: Newmark(0.0))
+TRAPEZOIDAL = Integrator("Newmark(0)")
 
 # Finest mesh of the references in space, and largest step there [s].
 FINE, FINE_DT = 160, 5e-4
@@ -167,7 +165,7 @@ def error_budget(
     parts: list[Part] = []
     references: dict[str, Reference] = {}
     total = len(models) * 4
-    with tqdm(total=total, unit="part", disable=None if progress else True, leave=False) as bar:
+    with progress_bar(total, "part", progress) as bar:
         for model in models:
             bar.set_description(f"{model}, converged")
             references[model] = converged(model, fine, t_end, step_up_to(FINE_DT, t_end))

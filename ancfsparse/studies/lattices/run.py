@@ -11,13 +11,12 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from tqdm import tqdm
-
 from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.problems import lattice, net, octet
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
-from ancfsparse.studies.scaling.worker import peak_memory
+from ancfsparse.studies.common.process import peak_memory
+from ancfsparse.studies.common.progress import bar as progress_bar
 
 LATTICES, NETS = (10, 16, 22, 30, 46, 64), (30, 60, 100, 200)
 OCTETS = {4: 10, 8: 16, 11: 22, 15: 30, 23: 46, 32: 64}
@@ -168,7 +167,7 @@ def lattices(
         if seed == "incomplete" or _exact_too(scene[0], scene[1], largest_exact)
     ]
     rows = []
-    with tqdm(jobs, unit="run", disable=None if progress else True, leave=False) as bar:
+    with progress_bar(jobs, "run", progress) as bar:
         for job in bar:
             bar.set_description(f"{job.title}, {job.size}, {job.seed}")
             rows.append(Row(job, in_process(job)))

@@ -6,17 +6,18 @@ from dataclasses import asdict, dataclass, field
 from statistics import median
 from typing import Any
 
-from tqdm import tqdm
-
 from ancfsparse.dispatch import instruction_set
 from ancfsparse.integrators import Newmark
 from ancfsparse.nonlinear import Method, ModifiedNewton, QuasiNewton
 from ancfsparse.nonlinear.iteration import Costs
 from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.problems import chain, net
+from ancfsparse.results import RunStats
 from ancfsparse.scene import Scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve import simulate
+from ancfsparse.studies.common.progress import bar as progress_bar
+from ancfsparse.studies.common.race import in_turn
 from ancfsparse.system import System
 
 DT = 5e-4
@@ -191,7 +192,7 @@ def memory(
     methods = _methods()
     runs = []
     total = rounds * len(scenes) * len(methods)
-    with tqdm(total=total, unit="run", disable=None if progress else True, leave=False) as bar:
+    with progress_bar(total, "run", progress) as bar:
         for name, scene in scenes.items():
             bar.set_description(name)
             runs += _race(name, scene, methods, steps, rounds, bar)
@@ -224,27 +225,34 @@ def _race(
     system = System(scene)
     seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
     costs = Costs.of(system.operations("residual"), system.operations("tangent"), seed)
-    runs: dict[Method, Run] = {}
-    for _ in range(rounds):
-        for method in methods:
-            stats = simulate(
-                scene, steps * DT, DT, integrator=Newmark(0.0), solver=method, save_every=steps
-            ).stats
-            if method not in runs:
-                quasi = method if isinstance(method, QuasiNewton) else None
-                runs[method] = Run(
-                    name,
-                    quasi.update if quasi else "chord",
-                    int(quasi.memory) if quasi else 0,
-                    quasi.carry if quasi else False,
-                    stats.iterations_per_step,
-                    stats.factorizations,
-                    stats.recoveries,
-                    stats.skipped_pairs,
-                    model_cost(
-                        costs, seed.n, steps, stats.iterations, stats.factorizations, method
-                    ),
-                )
-            runs[method].rounds.append(stats.march_seconds)
-            bar.update()
-    return list(runs.values())
+
+    def cost_of(stats: RunStats, method: Method) -> float:
+        counts = stats.iterations, stats.factorizations
+        return model_cost(costs, seed.n, steps, *counts, method)
+
+    def run(method: Method) -> RunStats:
+        return simulate(
+            scene, steps * DT, DT, integrator=Newmark(0.0), solver=method, save_every=steps
+        ).stats
+
+    return [
+        _summed_up(name, method, all_stats, cost_of(all_stats[0], method))
+        for method, all_stats in zip(methods, in_turn(methods, run, rounds, bar), strict=True)
+    ]
+
+
+def _summed_up(name: str, method: Method, all_stats: list[RunStats], cost: float) -> Run:
+    stats = all_stats[0]
+    quasi = method if isinstance(method, QuasiNewton) else None
+    return Run(
+        name,
+        quasi.update if quasi else "chord",
+        int(quasi.memory) if quasi else 0,
+        quasi.carry if quasi else False,
+        stats.iterations_per_step,
+        stats.factorizations,
+        stats.recoveries,
+        stats.skipped_pairs,
+        cost,
+        [each.march_seconds for each in all_stats],
+    )

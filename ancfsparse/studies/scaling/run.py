@@ -7,8 +7,8 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import Any
 
-from tqdm import tqdm
-
+from ancfsparse.studies.common.progress import bar as progress_bar
+from ancfsparse.studies.common.race import in_turn
 from ancfsparse.studies.peers.exudyn import load
 from ancfsparse.studies.peers.exudyn_scene import SETTINGS as PEERS
 from ancfsparse.studies.scaling.roofline import roofline
@@ -78,7 +78,7 @@ def scaling(
     before: dict[tuple[tuple[str, str], str], Row] = {}
     rows: list[Row] = []
     table: dict[tuple[str, str, int], dict[str, Any]] = {}
-    with tqdm(plan, unit="scene", disable=None if progress else True, leave=False) as bar:
+    with progress_bar(plan, "scene", progress) as bar:
         for job in bar:
             bar.set_description(f"{job.case} {job.size}, {job.motion}")
             here = {"scene": TITLES[job.case, job.motion], "size": job.size}
@@ -157,12 +157,17 @@ def enough(seconds: float, rounds: int) -> int:
 
 def _race(rows: list[Row], rounds: int, limit: float) -> None:
     """Run all rows in turn, each in its own process; those that are short once more, and more."""
+
+    def run(entrant: tuple[Row, Worker]) -> None:
+        row, worker = entrant
+        row.record = worker.run(row.job, limit)
+        if not row.note:
+            row.seconds.append(row.record["seconds"])
+
+    def goes_on(entrant: tuple[Row, Worker], runs: list[None]) -> bool:
+        row, done = entrant[0], len(runs)
+        return not row.note and (done < rounds or done < enough(row.fastest, rounds))
+
     with ExitStack() as stack:
-        workers = [stack.enter_context(Worker()) for _ in rows]
-        for done in range(MORE * rounds):
-            for row, worker in zip(rows, workers, strict=True):
-                if row.note or (done >= rounds and done >= enough(row.fastest, rounds)):
-                    continue
-                row.record = worker.run(row.job, limit)
-                if not row.note:
-                    row.seconds.append(row.record["seconds"])
+        entrants = [(row, stack.enter_context(Worker())) for row in rows]
+        in_turn(entrants, run, MORE * rounds, goes_on=goes_on)

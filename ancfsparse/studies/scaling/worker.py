@@ -13,29 +13,29 @@ import subprocess
 import sys
 import time
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from statistics import median
 from types import TracebackType
 from typing import Any, Self, cast
 
 from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.integrators import Newmark
-from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.nonlinear import Method
 from ancfsparse.problems import chain, net
 from ancfsparse.results import RunStats
 from ancfsparse.scene import Beam, Scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve import simulate
+from ancfsparse.studies.common import methods
+from ancfsparse.studies.common.methods import chosen
+from ancfsparse.studies.common.process import peak_memory
 from ancfsparse.studies.peers.exudyn_scene import SETTINGS as PEERS
 from ancfsparse.studies.peers.exudyn_scene import march_exudyn
 from ancfsparse.system import System
 
 SOLVERS: dict[str, Method | str] = {
-    "auto": "auto",
-    "Newton": Newton(),
-    "modified Newton": ModifiedNewton(),
-    "Broyden, 10 pairs": QuasiNewton("broyden", memory=10),
-    "Davidon, dense": QuasiNewton("davidon", memory="full"),
+    **chosen(methods.SOLVERS, "auto", "Newton", "modified Newton"),
+    "Broyden, 10 pairs": methods.SOLVERS["broyden, 10 pairs"],
+    "Davidon, dense": methods.SOLVERS["davidon, full"],
 }
 """Ours; the last is the paper's, a full matrix."""
 
@@ -155,21 +155,6 @@ def counts(scene: Scene) -> dict[str, Any]:
         "factor_flops": seed.factor_flops,
         "ordering": seed.ordering,
     }
-
-
-def peak_memory() -> int:
-    """Return the largest resident memory of this process so far [bytes].
-
-    ``ru_maxrss`` would do, but for a child process Linux starts it at what the parent had.
-    """
-    status = Path("/proc/self/status")
-    if status.exists():
-        for line in status.read_text(encoding="utf-8").splitlines():
-            if line.startswith("VmHWM:"):
-                return 1024 * int(line.split()[1])
-    import resource
-
-    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 class Worker:

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import EnergyGain, StepFailure
-from ancfsparse.integrators import HHT, EnergyMomentum, GeneralizedAlpha, Newmark
-from ancfsparse.integrators.implicit import Implicit
-from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
+from ancfsparse.studies.common import methods
+from ancfsparse.studies.common.methods import chosen
 from ancfsparse.studies.common.paper import QUASI_NEWTON
 from ancfsparse.studies.stability.scenes import SCENES, Case
 
@@ -26,26 +25,15 @@ FINISHED, RECOVERED, GAINED, FAILED = "finished", "recovered", "gained energy", 
 OUTCOMES = (FINISHED, RECOVERED, GAINED, FAILED)
 """Without help; with steps that a rung of the ladder saved; stopped by the watch; stopped."""
 
-INTEGRATORS: dict[str, Implicit] = {
-    "Newmark(0)": Newmark(0.0),
-    "Newmark(0.05)": Newmark(0.05),
-    "HHT(0.05)": HHT(0.05),
-    "HHT(0.3)": HHT(0.3),
-    "GeneralizedAlpha(0.9)": GeneralizedAlpha(0.9),
-    "GeneralizedAlpha(0.8)": GeneralizedAlpha(0.8),
-    "GeneralizedAlpha(0.5)": GeneralizedAlpha(0.5),
-    "EnergyMomentum": EnergyMomentum(),
-}
+INTEGRATORS = methods.IMPLICIT
 """By their names in tables."""
 
-PAIRS = 10
-SOLVERS: dict[str, Method | str] = {
-    "Newton": Newton(),
-    "auto": "auto",
-    "modified Newton": ModifiedNewton(),
-    **{f"{u}, full": QuasiNewton(u, "full") for u in QUASI_NEWTON.values()},
-    **{f"{u}, {PAIRS} pairs": QuasiNewton(u, PAIRS) for u in QUASI_NEWTON.values()},
-}
+SOLVERS = chosen(
+    methods.SOLVERS,
+    *("Newton", "auto", "modified Newton"),
+    *(f"{update}, full" for update in QUASI_NEWTON.values()),
+    *(f"{update}, {methods.PAIRS} pairs" for update in QUASI_NEWTON.values()),
+)
 """By their names in tables."""
 
 

@@ -13,11 +13,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from ancfsparse.checks import check_choice, check_positive
 from ancfsparse.errors import InputError
-from ancfsparse.studies.common.environment import environment
+from ancfsparse.studies.common.progress import bar as progress_bar
+from ancfsparse.studies.peers.environment import environment
 from ancfsparse.studies.stability.cells import (
     FAILED,
     GAINED,
@@ -179,10 +178,7 @@ def stability(
     for what, values, unit in (("stiffness", stiffnesses, "Pa"), ("step", steps, "s")):
         for value in values:
             check_positive(what, value, unit)
-    wanted = tqdm(
-        places(scenes, stiffnesses, steps), unit="run", disable=None if progress else True,
-        leave=False,
-    )  # fmt: skip
+    wanted = progress_bar(places(scenes, stiffnesses, steps), "run", progress)
     runs = [run_at(place) for place in wanted]
     settings = {
         "t_end_s": T_END,

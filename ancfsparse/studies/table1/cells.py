@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import StepFailure
 from ancfsparse.integrators import Newmark
-from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.nonlinear import Method
 from ancfsparse.problems import Problem, pendulum
 from ancfsparse.results import Trajectory
 from ancfsparse.results.source import combine
@@ -22,6 +22,8 @@ from ancfsparse.solve import simulate
 from ancfsparse.solve.times import count_steps
 from ancfsparse.studies.common import paper
 from ancfsparse.studies.common.first_order import FirstOrder, OdeRun, OutOfTimeError, integrate
+from ancfsparse.studies.common.methods import SOLVERS
+from ancfsparse.studies.common.race import in_turn
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -37,10 +39,10 @@ INSTANTS = 400
 # A cell is not run again once its runs have taken so long [s].
 LONG_ENOUGH = 1.0
 
-METHODS: dict[str, Method] = {
-    **{name: QuasiNewton(update, memory="full") for name, update in paper.QUASI_NEWTON.items()},
-    "Newton": Newton(),
-    "Modified Newton": ModifiedNewton(),
+METHODS: dict[str, Method | str] = {
+    **{name: SOLVERS[f"{update}, full"] for name, update in paper.QUASI_NEWTON.items()},
+    "Newton": SOLVERS["Newton"],
+    "Modified Newton": SOLVERS["modified Newton"],
 }
 """Our methods by column."""
 
@@ -288,9 +290,11 @@ def median_of(once: Callable[[], tuple[float, Any]], runs: int) -> tuple[float, 
     runs : int
         How often, if it is fast.
     """
-    seconds: list[float] = []
     begin = time.perf_counter()
-    while not seconds or (len(seconds) < runs and time.perf_counter() - begin < LONG_ENOUGH):
-        taken, result = once()
-        seconds.append(taken)
-    return statistics.median(seconds), len(seconds), result
+    (found,) = in_turn(
+        [once],
+        lambda each: each(),
+        runs,
+        goes_on=lambda *_: time.perf_counter() - begin < LONG_ENOUGH,
+    )
+    return statistics.median(seconds for seconds, _ in found), len(found), found[-1][1]

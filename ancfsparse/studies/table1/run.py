@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import scipy
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.dispatch import instruction_set
 from ancfsparse.problems import Problem
 from ancfsparse.results import Trajectory
 from ancfsparse.studies.common import paper
+from ancfsparse.studies.common.progress import bar as progress_bar
 from ancfsparse.studies.table1.cells import COLUMNS, ROWS, Bench, Cell, march
 
 Vector = NDArray[np.float64]
@@ -129,12 +129,7 @@ def table1(
     cells: dict[tuple[str, str], Cell] = {}
     references: dict[str, Vector] = {}
     matches: dict[tuple[str, str], Match] = {}
-    with tqdm(
-        total=len(rows) * (len(COLUMNS) + 2),
-        unit="cell",
-        disable=None if progress else True,
-        leave=False,
-    ) as bar:
+    with progress_bar(len(rows) * (len(COLUMNS) + 2), "cell", progress) as bar:
 
         def at(time: float) -> None:
             bar.set_postfix_str(f"t = {time:.2f} s of {t_end:g} s", refresh=False)

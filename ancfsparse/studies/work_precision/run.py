@@ -13,16 +13,15 @@ from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from tqdm import tqdm
-
 from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.studies.common import paper
 from ancfsparse.studies.common.entrants import INTEGRATORS, SOLVERS, Integrator, entrants
-from ancfsparse.studies.common.environment import environment
 from ancfsparse.studies.common.models import INSTANTS, MODELS, step_up_to
+from ancfsparse.studies.common.progress import bar as progress_bar
 from ancfsparse.studies.common.race import OURS, Point, Task, fastest, race
 from ancfsparse.studies.common.references import Reference, converged_in_time
 from ancfsparse.studies.common.target import Target
+from ancfsparse.studies.peers.environment import environment
 from ancfsparse.studies.peers.tasks import EXUDYN_MODEL, missing, peers
 
 LEVELS = (*(a * 10.0**-k for k in range(2, 9) for a in (1.0, 0.3)), 1e-9)
@@ -199,7 +198,7 @@ def work_precision(
         if with_peers and model == EXUDYN_MODEL:
             tasks += peers(model, elements, t_end, cap)
     total = len(models) + rounds * len(tasks)
-    with tqdm(total=total, unit="run", disable=None if progress else True, leave=False) as bar:
+    with progress_bar(total, "run", progress) as bar:
         references = {}
         for model in models:
             bar.set_description(f"{model}, reference")
