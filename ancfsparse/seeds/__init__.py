@@ -3,6 +3,7 @@
 from ancfsparse.seeds.deflated import DeflatedSeed
 from ancfsparse.seeds.groups import Fill, Groups
 from ancfsparse.seeds.incomplete import IncompleteSeed
+from ancfsparse.seeds.modes import Slides
 from ancfsparse.seeds.sparse import SparseSeed, fill_of
 
 Seed = SparseSeed | IncompleteSeed
@@ -13,6 +14,7 @@ __all__ = [
     "Groups",
     "IncompleteSeed",
     "Seed",
+    "Slides",
     "SparseSeed",
     "fill_of",
 ]

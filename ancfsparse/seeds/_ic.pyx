@@ -3,7 +3,7 @@
 
 ``ic.h`` says what is kept; this file lays out the arrays.
 """
-from cpython.pycapsule cimport PyCapsule_New
+from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.stdint cimport int32_t, int64_t
 
 import numpy as np
@@ -12,6 +12,20 @@ import numpy as np
 include "../kernels/solver_abi.pxi"
 
 cdef extern from "ic.h":
+    ctypedef struct Ways "ic_modes":
+        ptrdiff_t n, n_ways, n_terms, n_values
+        ptrdiff_t first[3]
+        const int32_t *triple
+        const int32_t *mode
+        const float *direction
+        float *way
+        const int32_t *block
+        const int32_t *row
+        const int32_t *column
+        const int32_t *place
+        double *values
+        double *sums
+        const ancf_seed *factor
     ctypedef struct Factor "ic":
         ptrdiff_t n, n_triples, n_blocks
         ptrdiff_t first[4]
@@ -29,10 +43,13 @@ cdef extern from "ic.h":
         float *r
         float *z
         float *p
+        float *w
+        Ways modes
+        int slides
         int mode
         double share
         int64_t sweeps, products
-        double extra, per_sweep, per_round
+        double extra, per_sweep, per_round, per_slide
     const int BLOCK "IC_BLOCK"
     const int TRIPLE "IC_TRIPLE"
     const int PLAIN "IC_PLAIN"
@@ -73,6 +90,7 @@ cdef class Ic:
     cdef ancf_seed interface
     cdef Factor data
     cdef dict arrays
+    cdef object coarse
     cdef readonly object capsule
 
     def __cinit__(self, const int64_t[::1] indptr, const int32_t[::1] indices,
@@ -97,7 +115,7 @@ cdef class Ic:
             "place": places(indptr, indices, unknown, start, row, first),
             "scale": np.ones(data.n), "blocks": np.zeros(BLOCK * (data.n_blocks + image) + PAST),
             "column": np.zeros(FRONTS * (BLOCK * data.longest + PAST)),
-            "vectors": np.zeros((4, TRIPLE * (data.n_triples + width)), dtype=np.float32),
+            "vectors": np.zeros((5, TRIPLE * (data.n_triples + width)), dtype=np.float32),
         }
         place, scale, blocks, column = a["place"], a["scale"], a["blocks"], a["column"]
         vectors = a["vectors"]
@@ -105,9 +123,10 @@ cdef class Ic:
         data.start, data.row, data.place_of_entry = &start[0], &row[0], &place[0]
         data.scale, data.blocks, data.column = &scale[0], &blocks[0], &column[0]
         data.x, data.r = &vectors[0, 0], &vectors[1, 0]
-        data.z, data.p = &vectors[2, 0], &vectors[3, 0]
+        data.z, data.p, data.w = &vectors[2, 0], &vectors[3, 0], &vectors[4, 0]
         data.per_sweep = 2.0 * indices.shape[0]
         data.per_round = 2.0 * data.per_sweep + 10.0 * data.n
+        data.per_slide = data.per_sweep + 6.0 * data.n
         self.interface.context, self.interface.n = data, data.n
         self.interface.factor, self.interface.solve = factor, solve
         self.interface.mend, self.interface.refine = mend, refine
@@ -134,6 +153,40 @@ cdef class Ic:
     def plain(self):
         """Whether a solve is one sweep."""
         return self.data.mode == PLAIN
+
+    def take_modes(self, modes):
+        """Take modes that conjugate gradients may use, a `modes.Coarse`, before the first factor."""
+        cdef Ways *own = &self.data.modes
+        cdef const int32_t[::1] triple = modes.triple, mode = modes.mode
+        cdef const int32_t[::1] block = modes.block, row = modes.row, column = modes.column
+        cdef const int32_t[::1] place = modes.place
+        cdef const float[:, ::1] direction = modes.direction
+        cdef float[:, ::1] way = np.zeros((len(modes.mode), TRIPLE), dtype=np.float32)
+        cdef double[::1] values = np.zeros(len(modes.factor._pattern[1]))
+        cdef double[::1] sums = np.zeros(FRONTS * modes.factor.n)
+        self.arrays |= {"way": np.asarray(way), "values": np.asarray(values),
+                        "sums": np.asarray(sums), "triple": modes.triple, "mode": modes.mode,
+                        "direction": modes.direction, "block": modes.block, "left": modes.row,
+                        "right": modes.column, "place of term": modes.place}
+        self.coarse = modes.factor.own
+        own.n, own.n_ways, own.n_terms = modes.factor.n, mode.shape[0], block.shape[0]
+        own.n_values = values.shape[0]
+        second = int(np.searchsorted(modes.triple, self.data.first[1]))
+        own.first[0], own.first[1], own.first[2] = 0, second, own.n_ways
+        own.triple, own.mode, own.direction = &triple[0], &mode[0], &direction[0, 0]
+        own.block, own.row, own.column, own.place = &block[0], &row[0], &column[0], &place[0]
+        own.way, own.values, own.sums = &way[0, 0], &values[0], &sums[0]
+        own.factor = <const ancf_seed *>PyCapsule_GetPointer(self.coarse.capsule, "ancf_seed")
+
+    @property
+    def coarse_values(self):
+        """Entries of the coarse matrix, of the last factor that used the modes."""
+        return self.arrays["values"].copy()
+
+    @property
+    def slides(self):
+        """Whether conjugate gradients use the modes with this factor."""
+        return bool(self.data.slides)
 
     def set_threads(self, ptrdiff_t threads):
         """Set the number of threads, of which two find work."""

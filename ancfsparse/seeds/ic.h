@@ -27,6 +27,7 @@
 
 #include "parallel.h"
 #include "quad.h"
+#include "solver_abi.h"
 
 /* Numbers of a block, and of a triple of unknowns; numbers of four that are read past the last block. */
 enum { IC_BLOCK = 9, IC_TRIPLE = 4, IC_PAST = 4 };
@@ -38,6 +39,18 @@ enum { IC_FRONTS = 2, IC_MIDDLE = 2 };
 
 /* How a solve goes: one sweep; or conjugate gradients, whose first count says which of both is next. */
 enum { IC_PROBE, IC_PLAIN, IC_INNER };
+
+/* Modes along which cables slide, see ic_coarse.h: the way of each triple in its mode. */
+typedef struct {
+    ptrdiff_t n, n_ways, n_terms, n_values;
+    ptrdiff_t first[IC_FRONTS + 1]; /* way of each front, the middle with the second, and the end */
+    const int32_t *triple, *mode;   /* of each way, by triples */
+    const float *direction;         /* three numbers of each way */
+    float *way;                     /* four, scaled as the matrix is */
+    const int32_t *block, *row, *column, *place; /* terms of E: blocks between two ways, and where */
+    double *values, *sums;          /* of E; of each mode and front */
+    const ancf_seed *factor;        /* of E; NULL where there are no modes */
+} ic_modes;
 
 typedef struct {
     ptrdiff_t n, n_triples, n_blocks; /* blocks: those on the diagonal, then those below it */
@@ -52,13 +65,16 @@ typedef struct {
     double *scale;                 /* of each unknown */
     double *blocks;                /* and then the image of those of the middle */
     double *column;                /* room for the longest one of each front */
-    float *x, *r, *z, *p;          /* vectors over the triples and the image of the middle */
+    float *x, *r, *z, *p, *w;      /* vectors over the triples and the image of the middle */
+    ic_modes modes;
+    int use, slides;               /* of modes: in the run, and with this factor */
     ptrdiff_t n_threads;
     int mode;
     double share;                 /* of the residual that conjugate gradients may leave */
     int64_t sweeps, products;     /* since construction */
     double extra;                 /* operations of solves so far beyond one sweep for each */
     double per_sweep, per_round;  /* operations */
+    double per_slide;
     /* What the fronts are working on. */
     const double *values, *from;
     double *into;

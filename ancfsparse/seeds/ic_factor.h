@@ -2,7 +2,7 @@
 #ifndef ANCF_IC_FACTOR_H
 #define ANCF_IC_FACTOR_H
 
-#include "ic.h"
+#include "ic_coarse.h"
 
 /* What is first added to the diagonal where elimination breaks down, and how often that is doubled. */
 #define IC_SHIFT 1e-3
@@ -210,6 +210,7 @@ static void ic_spoil(const ic *self)
 static ptrdiff_t ic_factor_shifted(ic *self, const double *values, double shift)
 {
     self->values = values, self->shift = shift;
+    self->slides = 0;
     memset(self->bad, 0, sizeof(self->bad));
     ic_on_fronts(self, ic_find_scale);
     ic_on_fronts(self, ic_clear);
@@ -227,6 +228,7 @@ static ptrdiff_t ic_factor_shifted(ic *self, const double *values, double shift)
     ic_round(self);
     ic_on_fronts(self, ic_spread_singles);
     ic_on_fronts(self, ic_mirror);
+    self->slides = self->use == IC_KEPT && ic_find_modes(self);
     return 0;
 }
 

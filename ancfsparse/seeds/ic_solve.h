@@ -2,181 +2,21 @@
 #ifndef ANCF_IC_SOLVE_H
 #define ANCF_IC_SOLVE_H
 
-#include "ic.h"
+#include "ic_coarse.h"
+#include "ic_sweeps.h"
 
 /* Up to so many sweeps of a first solve one for each correction is enough. */
 enum { IC_FEW = 3, IC_MOST_ROUNDS = 200 };
+/* Rounds from which modes are tried, which must save one of three. */
+enum { IC_MANY = 6 };
 /* Unknowns that tell the size of a residual. */
 enum { IC_SAMPLE = 256 };
 
-IC_INLINE short_quad ic_get(const float *p) { return *(const short_quad *)p; }
-IC_INLINE void ic_put(float *p, short_quad v) { *(short_quad *)p = v; }
-
-/* Clear the fourth number, which a column of a block leaves to the next one. */
-IC_INLINE short_quad ic_three(short_quad v)
+/* From z, which is r, what a sweep and the modes make of it; the sum of r z */
+static double ic_precondition(ic *self)
 {
-    return (short_quad)((ic_mask)v & (ic_mask){-1, -1, -1, 0});
-}
-
-IC_INLINE void ic_columns(short_quad *out, const float *block)
-{
-    for (int c = 0; c < 3; ++c)
-        out[c] = ic_get(block + 3 * c);
-}
-
-IC_INLINE short_quad ic_times(const short_quad *block, short_quad x)
-{
-    return block[0] * x[0] + block[1] * x[1] + block[2] * x[2];
-}
-
-/* (sum of a, sum of b, sum of c, 0); the fourth numbers are zero */
-IC_INLINE short_quad ic_sums(short_quad a, short_quad b, short_quad c)
-{
-    typedef int32_t order __attribute__((vector_size(16)));
-    const short_quad zero = {0};
-    short_quad ab = __builtin_shuffle(a, b, (order){0, 4, 2, 6}) +
-                    __builtin_shuffle(a, b, (order){1, 5, 3, 7});
-    short_quad c0 = __builtin_shuffle(c, zero, (order){0, 4, 2, 6}) +
-                    __builtin_shuffle(c, zero, (order){1, 5, 3, 7});
-    return __builtin_shuffle(ab, c0, (order){0, 1, 4, 5}) +
-           __builtin_shuffle(ab, c0, (order){2, 3, 6, 7});
-}
-
-IC_INLINE quad ic_products(short_quad a, short_quad b)
-{
-    return quad_of_singles((const float *)&a) * quad_of_singles((const float *)&b);
-}
-
-/* x <- (I + N)^-1 x */
-static void ic_forward(void *context, ptrdiff_t front)
-{
-    const ic *self = context;
-    float *x = self->to;
-    ptrdiff_t j = self->first[front], end = self->first[front + 1];
-    const int32_t *start = self->start, *row = self->row;
-    const float *block = ic_factor_singles(self) + IC_BLOCK * (self->n_triples + start[j]);
-    for (; j < end; ++j) {
-        short_quad here = ic_get(x + IC_TRIPLE * j), n[3];
-        for (ptrdiff_t b = start[j]; b < start[j + 1]; ++b, block += IC_BLOCK) {
-            float *there = x + IC_TRIPLE * (ptrdiff_t)row[b];
-            ic_columns(n, block);
-            ic_put(there, ic_get(there) - ic_three(ic_times(n, here)));
-        }
-    }
-}
-
-/* x <- (I + N)^-T D^-1 x; the sum of r x, if there is an r */
-static void ic_backward(void *context, ptrdiff_t front)
-{
-    ic *self = context;
-    const float *factor = ic_factor_singles(self), *r = self->of;
-    float *x = self->to;
-    ptrdiff_t first = self->first[front], j = self->first[front + 1];
-    const int32_t *start = self->start, *row = self->row;
-    const float *block = factor + IC_BLOCK * (self->n_triples + start[j]);
-    quad sum = {0};
-    while (--j >= first) {
-        short_quad total[3] = {{0}, {0}, {0}}, n[3], d[3], here;
-        for (ptrdiff_t b = start[j + 1] - 1; b >= start[j]; --b) {
-            short_quad there = ic_get(x + IC_TRIPLE * (ptrdiff_t)row[b]);
-            block -= IC_BLOCK;
-            ic_columns(n, block);
-            for (int c = 0; c < 3; ++c)
-                total[c] += n[c] * there;
-        }
-        ic_columns(d, factor + IC_BLOCK * j);
-        here = ic_three(ic_times(d, ic_get(x + IC_TRIPLE * j))) -
-               ic_sums(total[0], total[1], total[2]);
-        ic_put(x + IC_TRIPLE * j, here);
-        if (r != NULL)
-            sum += ic_products(here, ic_get(r + IC_TRIPLE * j));
-    }
-    self->sum[front] = quad_sum(sum);
-}
-
-/* The image of the middle: cleared, added to the middle, or set to it. */
-static void ic_clear_image(const ic *self, float *x)
-{
-    memset(x + IC_TRIPLE * self->n_triples, 0, IC_TRIPLE * ic_width(self) * sizeof(float));
-}
-
-static void ic_add_image(const ic *self, float *x)
-{
-    const float *image = x + IC_TRIPLE * self->n_triples;
-    float *middle = x + IC_TRIPLE * self->first[IC_MIDDLE];
-    for (ptrdiff_t k = 0; k < IC_TRIPLE * ic_width(self); ++k)
-        middle[k] += image[k];
-}
-
-static void ic_set_image(const ic *self, float *x)
-{
-    memcpy(x + IC_TRIPLE * self->n_triples, x + IC_TRIPLE * self->first[IC_MIDDLE],
-           IC_TRIPLE * ic_width(self) * sizeof(float));
-}
-
-static double ic_sum(const ic *self)
-{
-    return self->sum[0] + self->sum[1] + self->sum[IC_MIDDLE];
-}
-
-/* x <- (I + N)^-T D^-1 (I + N)^-1 x; the sum of r x, r being the old one. */
-static double ic_sweep(ic *self, const float *r, float *x)
-{
-    self->of = r, self->to = x;
-    ic_clear_image(self, x);
-    ic_on_fronts(self, ic_forward);
-    ic_add_image(self, x);
-    ic_forward(self, IC_MIDDLE);
-    ic_backward(self, IC_MIDDLE);
-    ic_set_image(self, x);
-    ic_on_fronts(self, ic_backward);
-    ++self->sweeps;
-    return ic_sum(self);
-}
-
-/* y += A x, of a front or the middle; x.y */
-static void ic_multiply(void *context, ptrdiff_t front)
-{
-    ic *self = context;
-    const float *matrix = ic_matrix_singles(self), *x = self->of;
-    float *y = self->to;
-    ptrdiff_t j = self->first[front], end = self->first[front + 1];
-    const int32_t *start = self->start, *row = self->row;
-    const float *block = matrix + IC_BLOCK * (self->n_triples + start[j]);
-    quad sum = {0};
-    if (front != IC_MIDDLE)
-        memset(y + IC_TRIPLE * j, 0, IC_TRIPLE * (end - j) * sizeof(float));
-    for (; j < end; ++j) {
-        short_quad here = ic_get(x + IC_TRIPLE * j), a[3], total[3] = {{0}, {0}, {0}}, out;
-        for (ptrdiff_t b = start[j]; b < start[j + 1]; ++b, block += IC_BLOCK) {
-            float *to = y + IC_TRIPLE * (ptrdiff_t)row[b];
-            short_quad there = ic_get(x + IC_TRIPLE * (ptrdiff_t)row[b]);
-            ic_columns(a, block);
-            ic_put(to, ic_get(to) + ic_three(ic_times(a, here)));
-            for (int c = 0; c < 3; ++c)
-                total[c] += a[c] * there;
-        }
-        ic_columns(a, matrix + IC_BLOCK * j);
-        out = ic_get(y + IC_TRIPLE * j) + ic_three(ic_times(a, here)) +
-              ic_sums(total[0], total[1], total[2]);
-        ic_put(y + IC_TRIPLE * j, out);
-        sum += ic_products(here, out);
-    }
-    self->sum[front] = quad_sum(sum);
-}
-
-/* y = A x; x.y */
-static double ic_product(ic *self, float *x, float *y)
-{
-    ptrdiff_t middle = self->first[IC_MIDDLE];
-    self->of = x, self->to = y;
-    ic_set_image(self, x);
-    memset(y + IC_TRIPLE * middle, 0, 2 * IC_TRIPLE * ic_width(self) * sizeof(float));
-    ic_on_fronts(self, ic_multiply);
-    ic_add_image(self, y);
-    ic_multiply(self, IC_MIDDLE);
-    ++self->products;
-    return ic_sum(self);
+    double sum = ic_sweep(self, self->r, self->z);
+    return self->slides ? ic_slide_after(self) : sum;
 }
 
 /* x += weight p, r -= weight z, z = r */
@@ -212,27 +52,30 @@ static ptrdiff_t ic_conjugate(ic *self, double share, ptrdiff_t most)
     double zr, first, last;
     ptrdiff_t k = 0;
     memset(self->x, 0, bytes);
+    first = self->slides ? ic_slide_first(self) : 0.0;
     memcpy(self->z, self->r, bytes);
-    zr = first = ic_sweep(self, self->r, self->z);
+    zr = ic_precondition(self);
+    first += zr;
     memcpy(self->p, self->z, bytes);
     while (k < most) {
         double curvature = ic_product(self, self->p, self->z);
         if (!(curvature > 0.0)) { /* a NaN ends here too */
             if (k == 0)
-                memcpy(self->x, self->p, bytes);
+                for (ptrdiff_t i = 0; i < IC_TRIPLE * self->n_triples; i += 4)
+                    ic_put(self->x + i, ic_get(self->x + i) + ic_get(self->p + i));
             break;
         }
         ++k;
         self->weight = zr / curvature;
         ic_on_fronts(self, ic_step);
         last = zr;
-        zr = ic_sweep(self, self->r, self->z);
+        zr = ic_precondition(self);
         if (!(zr > share * share * first))
             break;
         self->weight = zr / last;
         ic_on_fronts(self, ic_turn);
     }
-    self->extra += k * self->per_round;
+    self->extra += k * self->per_round + (self->slides ? (k + 2) * self->per_slide : 0.0);
     return k;
 }
 
@@ -288,6 +131,19 @@ static void ic_scatter(ic *self, double *out, int power)
     ic_on_fronts(self, ic_scatter_front);
 }
 
+/* Solve again for the same right-hand side with the modes, which are kept if that takes fewer rounds. */
+static void ic_try_modes(ic *self, const double *r, ptrdiff_t rounds)
+{
+    self->use = IC_LEFT;
+    if (!ic_find_modes(self))
+        return;
+    self->slides = 1;
+    ic_gather(self, r, self->r);
+    if (3 * ic_conjugate(self, self->share, IC_MOST_ROUNDS) <= 2 * rounds)
+        self->use = IC_KEPT;
+    self->slides = self->use == IC_KEPT;
+}
+
 static void ic_solve(void *context, const double *r, double *x)
 {
     ic *self = context;
@@ -297,7 +153,9 @@ static void ic_solve(void *context, const double *r, double *x)
     } else {
         ptrdiff_t rounds = ic_conjugate(self, self->share, IC_MOST_ROUNDS);
         if (self->mode == IC_PROBE)
-            self->mode = rounds + 1 <= IC_FEW ? IC_PLAIN : IC_INNER;
+            self->mode = rounds + 1 <= IC_FEW && !self->slides ? IC_PLAIN : IC_INNER;
+        if (self->use == IC_UNTRIED && self->modes.factor != NULL && rounds >= IC_MANY)
+            ic_try_modes(self, r, rounds);
     }
     ic_scatter(self, x, power);
 }

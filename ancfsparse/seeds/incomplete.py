@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 from ancfsparse.seeds.groups import Groups
+from ancfsparse.seeds.modes import Coarse, Slides
 from ancfsparse.seeds.sparse import Indices
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-# Bytes of a block: nine numbers in double precision, and its row; and of three unknowns: four
+# Bytes of a block: nine numbers in double precision, and its row; and of three unknowns: five
 # vectors in single precision, their scale, and where they are.
-BLOCK_BYTES, TRIPLE_BYTES = 76, 104
+BLOCK_BYTES, TRIPLE_BYTES = 76, 120
 # What a solution from Python may leave of its right-hand side; by how much each round of conjugate
 # gradients in single precision brings it down, how many iterations that may take, and rounds.
 REST, SHARE, MOST, ROUNDS = 1e-13, 1e-5, 2000, 12
@@ -27,6 +28,11 @@ REST, SHARE, MOST, ROUNDS = 1e-13, 1e-5, 2000, 12
 MOST_BLOCKS = (2**31 - 1) // 9
 # Operations for each entry: a factorisation takes as long as seven sweeps.
 FACTOR_FLOPS = 45
+
+
+# Entries of the factor of the coarse matrix for each of the matrix: in lattices .01, but cables
+# that cross at other than right angles fill it in.
+MOST_COARSE = 0.1
 
 
 class IncompleteSeed:
@@ -49,6 +55,8 @@ class IncompleteSeed:
         they are eliminated in the order given.
     threads : int, optional
         Most threads, of which two find work; digits do not depend on it.
+    slides : Slides, optional
+        Modes that conjugate gradients use where counts say that they pay.
 
     Attributes
     ----------
@@ -67,7 +75,14 @@ class IncompleteSeed:
 
     error: BaseException | None = None
 
-    def __init__(self, indptr: Indices, indices: Indices, groups: Groups, threads: int = 1) -> None:
+    def __init__(
+        self,
+        indptr: Indices,
+        indices: Indices,
+        groups: Groups,
+        threads: int = 1,
+        slides: Slides | None = None,
+    ) -> None:
         self.n = self.n_positive = len(indptr) - 1
         self._pattern = np.asarray(indptr, dtype=np.int64), np.asarray(indices, dtype=np.int32)
         self.nnz = len(indices) - self.n
@@ -83,6 +98,10 @@ class IncompleteSeed:
                 f"an incomplete factor has at most {MOST_BLOCKS:,} blocks, and this one would have "
                 f"{blocks:,}: try fewer elements"
             )
+        self._coarse: Coarse | None = None
+        if slides is not None and len(slides.mode):
+            coarse = Coarse.of(slides, self._unknown, start, row)
+            self._coarse = coarse if coarse.factor.nnz <= MOST_COARSE * self.nnz else None
         # The second front counts the rows of the middle from the end on, see ic.h.
         _, second, middle, end = self._first
         beside = row[start[second] : start[middle]]
@@ -90,6 +109,7 @@ class IncompleteSeed:
         self._start, self._row = start.astype(np.int32), row
         self.threads = min(threads, 1 + (second < middle))
         self.nbytes = float(BLOCK_BYTES * blocks + TRIPLE_BYTES * triples + 4 * len(indices))
+        self.nbytes += 0.0 if self._coarse is None else self._coarse.nbytes
 
     @property
     def own(self) -> Any:
@@ -99,6 +119,8 @@ class IncompleteSeed:
                 *self._pattern, self._unknown, self._start, self._row, self._first
             )
             self._own.set_threads(self.threads)
+            if self._coarse is not None:
+                self._own.take_modes(self._coarse)
         return self._own
 
     @property

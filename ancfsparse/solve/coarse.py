@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.scene import Mesh
+from ancfsparse.seeds import Slides
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ Numbers = NDArray[np.integer[Any]]
 # Nodes of a box at most, and boxes; large scenes have larger boxes, so that the matrix of the modes
 # stays small.
 IN_BOX, BOXES = 64, 64
+# Elements that a wave must run through in a step: lattices ask for modes at 100, and not at 26.
+REACH = 40.0
 
 
 class CoarseModes:
@@ -91,6 +94,32 @@ class CoarseModes:
                 entries.append((self._nodes[:, k], first + j + 1, apart[:, j]))
                 entries.append((self._slopes[:, k], first_of_slope + j + 1, tilts[:, j]))
         return self._columns(entries, width * len(count))
+
+
+def slides_of(system: System, dt: float = np.inf) -> Slides | None:
+    """Return the points of all cables that can slide along themselves, and directions at the start.
+
+    A cable that is held at a point cannot.  Where waves run through a few elements in a step of
+    ``dt`` [s], sliding is not needed, and the result is None.
+    """
+    speeds = [np.sqrt(b.material.youngs_modulus / b.material.density) for b in system.scene.beams]
+    if (
+        dt * max(c / b.lengths.min() for c, b in zip(speeds, system.scene.beams, strict=True))
+        < REACH
+    ):
+        return None
+    dim, places = system.dim, system.places
+    at = np.concatenate([table[:, :dim] for table in places])
+    tangent = system.q0[np.concatenate([table[:, dim : 2 * dim] for table in places])]
+    line = _lines(system)
+    held = np.zeros(int(line.max()) + 1, dtype=bool)
+    held[line[(at >= system.n_free).any(axis=1)]] = True
+    number, free = np.cumsum(~held, dtype=np.int32) - np.int32(1), ~held[line]
+    unknown = np.full((int(free.sum()), 3), -1, dtype=np.int32)
+    direction = np.zeros(unknown.shape, dtype=np.float32)
+    unknown[:, :dim] = at[free]
+    direction[:, :dim] = (tangent / np.linalg.norm(tangent, axis=1, keepdims=True))[free]
+    return Slides(unknown, number[line[free]], direction)
 
 
 def _lines(system: System) -> Numbers:

@@ -9,7 +9,7 @@ from ancfsparse.nonlinear import Method, QuasiNewton
 from ancfsparse.scene import Mesh
 from ancfsparse.seeds import DeflatedSeed, Groups, IncompleteSeed, Seed, SparseSeed
 from ancfsparse.seeds.sparse import OWN_ENTRY, Indices
-from ancfsparse.solve.coarse import CoarseModes
+from ancfsparse.solve.coarse import CoarseModes, slides_of
 from ancfsparse.solve.memory import Memory, check_factor
 from ancfsparse.system import System
 from ancfsparse.system.vectors import vectors_of
@@ -48,7 +48,12 @@ def check_seed(kind: str, solver: Method | str, accuracy: float | None) -> str:
 
 
 def make_seed(
-    system: System, kind: str, solver: Method | str, threads: int, needed: Memory
+    system: System,
+    kind: str,
+    solver: Method | str,
+    threads: int,
+    needed: Memory,
+    dt: float = 0.0,
 ) -> tuple[Seed, Groups | None]:
     """Make the seed of a run, ordered but not yet factored.
 
@@ -68,6 +73,8 @@ def make_seed(
         Most threads for the factor.
     needed : Memory
         What else the run takes.
+    dt : float, optional
+        Time step [s]: for long ones an incomplete seed gets modes in which cables slide.
 
     Returns
     -------
@@ -91,7 +98,7 @@ def make_seed(
     if kind == "incomplete" or (kind == "auto" and _may_fill_in(system, solver)):
         groups = Groups.of(indptr, indices, *vectors_of(system.places, system.dim, system.n_free))
         if kind == "incomplete" or _fills_in(groups, solver, needed):
-            incomplete = IncompleteSeed(indptr, indices, groups, threads)
+            incomplete = IncompleteSeed(indptr, indices, groups, threads, slides_of(system, dt))
             check_factor(needed, incomplete)
             return incomplete, None if kind == "incomplete" else groups
         del groups

@@ -59,7 +59,7 @@ def prepare(
     of the same integrator and step has come to, it goes on as if there were no end between them.
     """
     pattern = system.pattern
-    seed, groups = make_seed(system, kind, solver, threads, needed)
+    seed, groups = make_seed(system, kind, solver, threads, needed, dt)
     method, why = choose(solver, seed, straight=system.constraints.linear)
     sparing = isinstance(seed, IncompleteSeed) and isinstance(solver, str)
     scale = integrator.scale * dt**2
