@@ -12,11 +12,12 @@ from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError, LoadFailure
 from ancfsparse.kernels.catalog import ElementKind, element_kind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
-from ancfsparse.scene import Body, Node, Scene, check_node, check_point, check_scene
+from ancfsparse.scene import Body, Node, Scene, check_point, check_scene
 from ancfsparse.system.contributions import contributions_of
 from ancfsparse.system.loads import loads_of
 from ancfsparse.system.numbering import Places, number
 from ancfsparse.system.pattern import build
+from ancfsparse.system.reactions import drive_power, reaction
 from ancfsparse.system.state import Layout, State, check_state, meanings
 
 Vector = NDArray[np.float64]
@@ -57,6 +58,8 @@ class System:
         The equations with multipliers.
     prescribed : Prescribed
         What the last coordinates and the last equations follow over time.
+    description : dict of str to str
+        What the scene was when this was made, as `Scene.digest` describes it.
     damped : bool
         Whether any force depends on velocities.
     contributions : list of Contribution
@@ -69,7 +72,7 @@ class System:
         check_scene(scene)
         if not scene.beams:
             raise InputError("the scene has no beam: add one with scene.add_beam or scene.add_mesh")
-        self.scene = scene
+        self.scene, self.description = scene, scene.digest()
         self.dim = scene.dim
         self.kinds = [element_kind(b.element, scene.dim, **b.options) for b in scene.beams]
         if start is not None:
@@ -111,11 +114,6 @@ class System:
     def layout(self) -> Layout:
         """What the coordinates are."""
         return Layout(meanings(self.description), self.places, self.q_ref)
-
-    @cached_property
-    def description(self) -> dict[str, str]:
-        """What the scene was when it was first asked for, as `Scene.digest` describes it."""
-        return self.scene.digest()
 
     def state(
         self,
@@ -263,13 +261,7 @@ class System:
 
     def drive_power(self, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
         """Return the power of what drives coordinates and equations, shape (k,) [W]."""
-        power, amplitudes = np.zeros(len(t)), self.loads.amplitudes(t)
-        velocities, rates = self.prescribed.rates(t)
-        driven, led = self.n_all - self.prescribed.n, lam.shape[1] - self.prescribed.n_equations
-        for k in range(len(t)):
-            r, _ = self.assembly.residual(q[k], v[k], a[k], lam[k], self.dead_load, amplitudes[k])
-            power[k] += r[driven:] @ velocities[k] - lam[k, led:] @ rates[k]
-        return power
+        return drive_power(self, q, v, a, lam, t)
 
     def dissipation(self, q: Vector, v: Vector) -> Vector:
         """Return the power that damping takes, shape (k,) [W], for states (k, n_all)."""
@@ -291,24 +283,7 @@ class System:
         InputError
             If no joint to the ground holds the node, or it is none.
         """
-        places = self.rows(check_node("a reaction", node))[0, : self.dim]
-        rows = {i for i, j in zip(self.constraints.i, self.constraints.j, strict=True)}
-        if np.all(places < self.n_free) and rows.isdisjoint(places.tolist()):
-            connected = any(joint.joins and node in joint.nodes for joint in self.scene.joints)
-            raise InputError(
-                f"{node!r} is held by connections alone, and forces inside connections are not "
-                "given: ask for the reaction at a pin, a clamp or a rod"
-                if connected
-                else f"no joint holds {node!r}, so it has no reaction"
-            )
-        amplitudes = self.loads.amplitudes(t)
-        out = np.empty((len(t), self.dim))
-        for k in range(len(t)):
-            r, _ = self.assembly.residual(q[k], v[k], a[k], lam[k], self.dead_load, amplitudes[k])
-            held = -(self.constraints.jacobian(q[k]).T @ lam[k])
-            # The residual counts the force of the multipliers as part of the balance.
-            out[k] = np.where(places < self.n_free, held[places], (r + held)[places])
-        return out
+        return reaction(self, node, q, v, a, lam, t)
 
     def energy_scale(self, q: Vector) -> float:
         """Return the size of the terms that cancel in the strain energy [J]: max |K_ii| q_i^2."""

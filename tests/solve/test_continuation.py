@@ -274,3 +274,11 @@ def test_a_failed_run_can_be_tried_again_from_its_last_state():
     run = ancf.simulate(calm, 0.4, 1e-3, start=last)
     assert run.t[0] == pytest.approx(0.2, abs=1e-12)
     assert run.energy.drift < 1e-2
+
+
+def test_a_scene_that_has_grown_since_is_refused():
+    scene, rod = cable()
+    rest = ancf.solve_static(scene)
+    scene.add_beam("thin", (5, 0), (6, 0), 4, ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4e3))
+    assert "start is a state of 1 bodies, and this scene has 2" in refusal(scene, rest)
+    assert rest.position(rod.end)[0] == 2.0
