@@ -50,22 +50,18 @@ def hanging(as_constraint=False):
 def test_a_hanging_cable_follows_its_support_as_in_exudyn(as_constraint):
     known = tomllib.loads(REFERENCES.read_text(encoding="utf-8"))
     scene, rod = hanging(as_constraint)
-    rest, middle = ancf.solve_static(scene), rod.at(1.1)
-    tolerance = known["rest"]["tolerance"]
-    np.testing.assert_allclose(rest.position(middle), known["rest"]["middle"], atol=tolerance)
-    pull = rest.reaction(rod.end)
-    np.testing.assert_allclose(pull, known["rest"]["pull"], atol=20.0 * tolerance)
-    run = ancf.simulate(scene, 1.0, 5e-4, start=rest)
-    for time in ("0.25", "0.5", "1.0"):
-        row = int(np.argmin(np.abs(run.t - float(time))))
-        place = known["motion"][time]
-        tolerance = known["motion"]["tolerance"]
-        np.testing.assert_allclose(run.position(middle)[row], place, atol=tolerance)
-        if time in known["pull"]:
-            force = known["pull"][time]
-            allowed = known["pull"]["tolerance"] * np.linalg.norm(force)
-            assert np.linalg.norm(run.reaction(rod.end)[row] - force) < allowed
-    assert run.energy.drift < 1e-4
+    rest, middle = ancf.solve_static(scene, tolerance=1e-12), rod.node(8)
+    at_rest, pull = known["rest"], known["pull"]
+    np.testing.assert_allclose(rest.position(middle), at_rest["middle"], atol=at_rest["tolerance"])
+    np.testing.assert_allclose(rest.reaction(rod.end), pull["rest"], atol=pull["tolerance"])
+    motion, runs = known["motion"], []
+    for dt in (2e-4, 1e-4):
+        options = {"integrator": ancf.GeneralizedAlpha(0.95), "solver": NEWTON, "start": rest}
+        run = ancf.simulate(scene, 1.0, dt, save_every=round(0.25 / dt), **options)
+        runs.append(run.position(middle)[1:])
+    extrapolated = (4.0 * runs[1] - runs[0]) / 3.0
+    expected = [motion[time] for time in ("0.25", "0.5", "0.75", "1.0")]
+    np.testing.assert_allclose(extrapolated, expected, atol=motion["tolerance"])
 
 
 @pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.EnergyMomentum()])
