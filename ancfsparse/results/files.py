@@ -15,7 +15,7 @@ from ancfsparse.results.opening import damaged, file_name, opened, text_of
 from ancfsparse.results.outline import Outline
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
-from ancfsparse.results.tables import LAST, Chosen, Stored, StoredState, whole
+from ancfsparse.results.tables import LAST, REFERENCE, Chosen, Stored, StoredState, whole
 from ancfsparse.results.trajectory import Trajectory
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.scene.digest import difference
@@ -57,27 +57,40 @@ def load(path: str | Path, scene: Scene) -> Trajectory:
     run = read(path, system)
     with opened(path) as file:
         there = dict(json.loads(text_of(file, "scene")))
+        reference = np.asarray(file[REFERENCE]) if REFERENCE in file else None
     other = difference(there, scene.digest())
     if other is None and (
         run.q.shape[1] != system.n_all or run.lam.shape[1] != system.n_multipliers
     ):
         other = f"coordinates there: {run.q.shape[1]}; here: {system.n_all}"
-    if run.settings.get("t_start") is None:
+    if other is None and reference is not None:
+        if not _agree(reference, system.q_ref):
+            other = "the stress-free shape"
+    elif other is None:
+        still = system.n_all - system.prescribed.n  # drives begin where their functions say
         for name, table, start in (("shape", run.q, system.q0), ("velocity", run.v, system.v0)):
-            if other is None and not _begins(table, start):
+            if other is None and not _begins(table, start, still):
                 other = f"the {name} at t = 0"
     if other is not None:
         raise InputError(f"{path} was written for another scene. What differs is {other}")
     return run
 
 
-def _begins(table: Any, start: Array) -> bool:
-    """Say whether the first row of a table is a state."""
+def _begins(table: Any, start: Array, n: int) -> bool:
+    """Say whether the first row of a table is a state, in its first n coordinates."""
     if isinstance(table, Chosen):
-        table, start = table.values, start[table.places]
+        mine = table.places < n
+        return _agree(table.values[0][mine], start[table.places[mine]])
+    return _agree(table[0][:n], start[:n])
+
+
+def _agree(there: Array, here: Array) -> bool:
+    """Say whether two states are equal but for rounding."""
+    if there.shape != here.shape:
+        return False
     with np.errstate(over="ignore"):  # a file without checksums may hold anything
-        apart = np.max(np.abs(table[0] - start), initial=0.0)
-    return bool(apart <= SAME * np.max(np.abs(start), initial=0.0))
+        apart = np.max(np.abs(there - here), initial=0.0)
+    return bool(apart <= SAME * np.max(np.abs(here), initial=0.0))
 
 
 def read(path: str | Path, system: System) -> Trajectory:

@@ -21,6 +21,8 @@ from ancfsparse.system.state import State
 
 # Data sets of the last state: vectors, multipliers, and the rest as text.
 LAST, LAST_LAM, MEMORY = "last", "last_lam", "memory"
+# That of the stress-free shape of a run that started elsewhere.
+REFERENCE = "reference"
 
 
 class Readable(Protocol):

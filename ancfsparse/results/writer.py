@@ -23,7 +23,7 @@ from ancfsparse.results.opening import FORMAT, MARK
 from ancfsparse.results.outline import Outline
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
-from ancfsparse.results.tables import LAST, LAST_LAM, MEMORY, state_as_stored
+from ancfsparse.results.tables import LAST, LAST_LAM, MEMORY, REFERENCE, state_as_stored
 from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
@@ -141,6 +141,11 @@ class Writer:
     def _text(self, name: str, text: str) -> None:
         values = np.frombuffer(text.encode(), np.uint8)
         self._file.create_dataset(name, data=values, fletcher32=True)
+
+    def add_reference(self, q_ref: Array) -> None:
+        """Add the stress-free shape of a run that starts elsewhere, (n_all,) [m, 1]."""
+        self._reserve(q_ref.nbytes)
+        self._file.create_dataset(REFERENCE, data=q_ref, fletcher32=True)
 
     def add_outline(self, outline: Outline) -> None:
         """Add what pictures need to know of the scene."""

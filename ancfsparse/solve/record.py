@@ -178,6 +178,8 @@ class Record:
         else:
             scene = self._system.description
             with Writer(self._output, n, m, self._places, self._settings, scene) as writer:
+                if self._settings["t_start"] is not None:
+                    writer.add_reference(self._system.q_ref)
                 if self._places is None:
                     writer.add_outline(outline_of(self._system))
                 yield writer

@@ -118,6 +118,19 @@ def test_a_run_goes_on_from_a_file(tmp_path, save):
     np.testing.assert_array_equal(again.last.q, whole.q[-1])
 
 
+def test_a_file_of_a_run_from_a_state_belongs_to_its_scene(tmp_path):
+    scene, _ = cable()
+    ancf.simulate(scene, 0.1, 1e-3, start=ancf.solve_static(scene), output=tmp_path / "rest.h5")
+    other = ancf.Scene(gravity=(0.0, -9.81))
+    material = ancf.Material(youngs_modulus=1e8, density=4000.0)
+    rod = other.add_beam("thin", (0, 0), (2.1, 0), 16, ancf.Rectangle(0.01, 0.01), material)
+    other.pin(rod.start)
+    other.pin(rod.end)
+    with pytest.raises(ancf.InputError, match="What differs is the stress-free shape"):
+        load(tmp_path / "rest.h5", other)
+    assert load(tmp_path / "rest.h5", cable()[0]).t[-1] == pytest.approx(0.1)
+
+
 def test_a_state_survives_pickling():
     scene, _ = swing()
     run = ancf.simulate(scene, 0.3, 2e-3, solver=NEWTON)

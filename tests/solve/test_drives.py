@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import ancfsparse as ancf
+from ancfsparse.results import load
 
 REFERENCES = Path(__file__).parents[1] / "references" / "moving_supports.toml"
 NEWTON = ancf.Newton()
@@ -270,6 +271,18 @@ def test_an_accuracy_needs_rates():
     scene, _ = pendulum(lambda t: tuple(MOVE(t)))
     with pytest.raises(ancf.InputError, match=r"needs the rates .* the position of the drive at"):
         ancf.simulate(scene, 0.6, accuracy=1e-4)
+
+
+@pytest.mark.parametrize("save", [{}, {"save_nodes": 1}])
+def test_a_driven_run_is_read_back_from_its_file(tmp_path, save):
+    swing = ancf.Sine((0.1, 0.05), 1.0, -0.5 * math.pi) + np.array([0.1, 0.05])
+    scene, rod = pendulum(lambda t: tuple(swing(t)))
+    options = {"save_nodes": [rod.start, rod.end]} if save else {}
+    run = ancf.simulate(scene, 0.1, 1e-3, output=tmp_path / "run.h5", **options)
+    same, other = pendulum(lambda t: tuple(swing(t)))
+    again = load(tmp_path / "run.h5", same)
+    np.testing.assert_array_equal(again.position(other.start), run.position(rod.start))
+    np.testing.assert_array_equal(again.position(other.end), run.position(rod.end))
 
 
 def refused(match, motion=MOVE, **options):
