@@ -6,8 +6,8 @@
  *
  *     Z E^-1 Z^T (r - A y),   E ~ Z^T A Z ,
  *
- * where E keeps what couples cables side by side and not what couples those that cross, which is less by
- * far: so its factor costs next to nothing.
+ * where E leaves out what couples cables at about right angles, which is less by far: so its factor costs
+ * next to nothing in lattices.
  */
 #ifndef ANCF_IC_COARSE_H
 #define ANCF_IC_COARSE_H

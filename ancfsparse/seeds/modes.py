@@ -102,7 +102,9 @@ class Coarse:
                 both = np.flatnonzero((i < ways[of_row]) & (j < ways[of_column]))
                 a, b = first[of_row[both]] + i, first[of_column[both]] + j
                 along = np.abs(np.sum(direction[a] * direction[b], axis=1)) > PARALLEL
-                kept = (mode[a] == mode[b]) | along
+                # Two ways of one triple are met twice, and add to one entry.
+                once = (of_row[both] != of_column[both]) | (i < j)
+                kept = (mode[a] == mode[b]) | (along & once)
                 found.append(np.stack([blocks[both][kept], a[kept], b[kept]]))
         block, left, right = np.concatenate(found, axis=1).astype(np.int32)
         modes = int(mode.max()) + 1
