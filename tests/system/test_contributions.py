@@ -5,7 +5,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from handmade import Winch
+from winch import Winch
 
 import ancfsparse as ancf
 from ancfsparse.system import System, contributions
