@@ -121,6 +121,27 @@ def test_a_fine_mesh_of_steel_hangs_on_rods(solver):
     np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize("n", [100, 10_000])
+@pytest.mark.parametrize("solver", [ancf.Newton(), "auto"])
+def test_rough_motion_of_steel_on_rods_completes_with_damping(n, solver):
+    # In steps of 5 ms waves of 5 m/s are far from resolved.  Under GeneralizedAlpha(0.9) this gains
+    # energy or fails, by Newton as well.
+    modes = 2.5 * np.random.default_rng(1).normal(size=(4, 2))
+    scene = ancf.Scene(gravity=(0.0, -9.81))
+    cable = scene.add_beam(
+        "thin", (0, 0), (2, 0), n, CABLE, ancf.Material(STEEL, 7850.0, 0.3),
+        velocity=lambda x: sum(
+            np.outer(np.sin((k + 1) * np.pi * x[:, 0] / 2.0), mode) for k, mode in enumerate(modes)
+        ),
+    )  # fmt: skip
+    scene.rod(cable.start, (0.0, 0.5))
+    scene.rod(cable.end, (2.3, 0.5))
+    run = ancf.simulate(scene, 0.1, 5e-3, solver=solver, integrator=ancf.GeneralizedAlpha(0.5))
+    assert run.stats.steps == 20
+    lengths = np.linalg.norm(run.position(cable.end) - (2.3, 0.5), axis=1)
+    np.testing.assert_allclose(lengths, lengths[0], rtol=0, atol=1e-9)
+
+
 def test_shorter_steps_across_a_hard_one_are_judged_in_their_own_way():
     dt, method = 5e-3, ancf.ModifiedNewton(max_iterations=3)
     scene, rod = pendulum("thin", youngs_modulus=1e9)
