@@ -29,7 +29,7 @@ cdef ptrdiff_t TIMED_FROM = 1000  # unknowns: a look at the clock costs 20 ns, a
 
 
 cdef struct Counts:
-    ptrdiff_t iterations, residual_evaluations, factorizations, solves, skipped_pairs
+    ptrdiff_t iterations, residual_evaluations, factorizations, solves, pairs, skipped_pairs
     ptrdiff_t reseeds_between, reseeds_inside  # why a quasi-Newton run factored again
     ptrdiff_t recoveries_reseed, recoveries_newton  # steps saved by that rung of the ladder
     ptrdiff_t indefinite  # factors with a pivot of the wrong sign
@@ -121,6 +121,7 @@ cdef void multiply(Loop *self, const double *r) noexcept nogil:
 cdef void learn(Loop *self, const double *r_new) noexcept nogil:
     """Take in the pair (s, y) and set z = H r_new."""
     cdef double start = clock(self)
+    self.counts.pairs += 1
     self.counts.skipped_pairs += 1 - self.inverse.learn(
         self.inverse.context, self.s, self.y, r_new, self.z)
     self.counts.solves += 1

@@ -15,6 +15,9 @@ from ancfsparse.scene.bodies import VelocityField
 
 LENGTH = 0.2  # of an element [m]
 
+STIFF = {"soft": (1e8, 1000.0), "steel": (2.1e11, 7800.0)}
+"""Young's modulus [Pa] and density [kg/m3] of the cables of a lattice."""
+
 # Speeds [m/s] and numbers of elements of the waves in each motion.
 WAVES: dict[str, list[tuple[float, int]]] = {
     "rest": [],

@@ -77,6 +77,8 @@ class RunStats:
         exact seeds, whose solutions are a sweep each.
     solves : int
         Solutions with a factor or a dense inverse.
+    pairs : int
+        Secant pairs that were handed to an update.
     skipped_pairs : int
         Secant pairs an update refused.
     recoveries : int
@@ -120,6 +122,7 @@ class RunStats:
     sweeps: int = 0
     products: int = 0
     solves: int = 0
+    pairs: int = 0
     skipped_pairs: int = 0
     recoveries: int = 0
     events: list[Event] = field(default_factory=list)

@@ -70,7 +70,7 @@ def add_counts(total: RunStats, stats: RunStats) -> None:
         *("march_seconds", "steps", "iterations", "last_corrections", "residual_evaluations"),
         *("factorizations", "indefinite", "material_seeds", "rotating_seeds", "single_seeds"),
         *("shifted_seeds", "sweeps", "products"),
-        *("solves", "skipped_pairs", "recoveries", "rejected_steps", "runs"),
+        *("solves", "pairs", "skipped_pairs", "recoveries", "rejected_steps", "runs"),
     ):
         setattr(total, name, getattr(total, name) + getattr(stats, name))
     for part, seconds in stats.seconds.items():

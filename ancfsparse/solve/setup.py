@@ -151,7 +151,7 @@ def count(stats: RunStats, iteration: Any, *seeds: Seed) -> None:
         sum(x) for x in zip(*(seed.inner for seed in seeds), strict=True)
     )
     stats.solves = counts["solves"]
-    stats.skipped_pairs = counts["skipped_pairs"]
+    stats.pairs, stats.skipped_pairs = counts["pairs"], counts["skipped_pairs"]
     stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]
     parts = iteration.seconds
     if parts:

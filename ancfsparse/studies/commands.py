@@ -14,11 +14,14 @@ from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.error_budget.report import STUDY as ERROR_BUDGET
 from ancfsparse.studies.lattices.report import STUDY as LATTICES
 from ancfsparse.studies.long_runs.report import STUDY as LONG_RUNS
+from ancfsparse.studies.memory.lattices_report import STUDY as MEMORY_LATTICES
 from ancfsparse.studies.memory.report import STUDY as MEMORY
 from ancfsparse.studies.scaling.report import STUDY as SCALING
 from ancfsparse.studies.stability.report import STUDY as STABILITY
 from ancfsparse.studies.stability.run import read as read_stability
 from ancfsparse.studies.stability.scenes import SCENES
+from ancfsparse.studies.stability.seeds import CASES
+from ancfsparse.studies.stability.seeds import STUDY as STABILITY_SEEDS
 from ancfsparse.studies.total_error.report import STUDY as TOTAL_ERROR
 from ancfsparse.studies.units.run import SCENES as UNITS_SCENES
 from ancfsparse.studies.units.run import STUDY as UNITS
@@ -97,10 +100,20 @@ def memory(
     net: Annotated[int, typer.Option(help="Nodes along a side of the net.")] = 20,
     steps: Annotated[int, typer.Option(help="Time steps of 5e-4 s.")] = 200,
     rounds: Annotated[int, typer.Option(help="Runs of each, in turn.")] = 3,
+    lattice: Annotated[
+        int | None,
+        typer.Option(help="Instead: a lattice of so many nodes a side, on incomplete seeds."),
+    ] = None,
     output: OutputOption = Path("results"),
     page: PageOption = None,
 ) -> None:
     """Measure what secant pairs are worth: all updates, memory lengths, carried or not."""
+    if lattice is not None:
+        MEMORY_LATTICES.check(output, page)
+        check_count("lattice", lattice, 2)
+        result = MEMORY_LATTICES.run(lattice, progress=True)
+        report(MEMORY_LATTICES, result, output, page)
+        return
     MEMORY.check(output, page)
     check_count("steps", steps)
     check_count("rounds", rounds)
@@ -156,12 +169,26 @@ def stability(
         Path | None,
         typer.Option("--from", help="Run nothing: tables and charts of this stability.csv."),
     ] = None,
+    seeds: Annotated[
+        bool, typer.Option("--seeds", help="Instead: exact beside incomplete seeds.")
+    ] = False,
     output: OutputOption = Path("results"),
     page: PageOption = None,
 ) -> None:
     """Map which runs complete, over step, stiffness, integrator and solver; minutes."""
-    STABILITY.check(output, page)
     options = {"steps": step, "stiffnesses": stiffness}
+    if seeds:
+        STABILITY_SEEDS.check(output, page)
+        if table is not None:
+            raise InputError("--seeds runs a map of its own: leave out --from")
+        map_of_seeds = STABILITY_SEEDS.run(
+            tuple(scene or CASES),
+            **{name: tuple(given) for name, given in options.items() if given},
+            progress=True,
+        )
+        report(STABILITY_SEEDS, map_of_seeds, output, page)
+        return
+    STABILITY.check(output, page)
     if table is not None:
         if scene or step or stiffness:
             raise InputError(

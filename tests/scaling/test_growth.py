@@ -5,10 +5,10 @@ import pytest
 
 from ancfsparse import QuasiNewton, simulate
 from ancfsparse.problems import chain, lattice, net, octet
+from ancfsparse.problems.meshes import STIFF
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.memory import NOTHING
 from ancfsparse.solve.seed import make_seed
-from ancfsparse.studies.lattices.run import STIFF
 from ancfsparse.studies.scaling.worker import Job, Worker, counts
 from ancfsparse.system import System
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.problems import lattice, net, octet
+from ancfsparse.problems.meshes import STIFF
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from ancfsparse.studies.common.process import peak_memory
@@ -21,8 +22,6 @@ from ancfsparse.studies.common.progress import bar as progress_bar
 LATTICES, NETS = (10, 16, 22, 30, 46, 64), (30, 60, 100, 200)
 OCTETS = {4: 10, 8: 16, 11: 22, 15: 30, 23: 46, 32: 64}
 """Cells along a side of octet trusses, and of the lattice with about as many elements."""
-STIFF = {"soft": (1e8, 1000.0), "steel": (2.1e11, 7800.0)}
-"""Young's modulus [Pa] and density [kg/m3] of the cables of a lattice."""
 
 # What is run of each lattice and truss: stiffness, motion, step [s].
 RUNS = (

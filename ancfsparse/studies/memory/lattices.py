@@ -1,0 +1,221 @@
+"""Secant pairs on incomplete seeds: counts and modelled work against the length of the step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from ancfsparse.errors import EnergyGain, StepFailure
+from ancfsparse.integrators import GeneralizedAlpha
+from ancfsparse.nonlinear import Method, ModifiedNewton, QuasiNewton
+from ancfsparse.nonlinear.methods import UPDATES
+from ancfsparse.problems import lattice
+from ancfsparse.problems.meshes import STIFF
+from ancfsparse.results import RunStats
+from ancfsparse.scene import Scene
+from ancfsparse.solve import simulate
+from ancfsparse.solve.memory import NOTHING
+from ancfsparse.solve.seed import make_seed
+from ancfsparse.solve.setup import costs
+from ancfsparse.studies.common.progress import bar
+from ancfsparse.studies.memory.run import ONE_TERM, TERM_COST
+from ancfsparse.system import System
+
+OMEGA = {"soft": 1.5e4, "steel": 2.5e5}
+"""Highest axial frequency of an element of the lattices [1/s]."""
+
+# Steps by their product with it.  Those of soft lattices above 250 fail: these fall too far in one.
+H_OMEGA = {"soft": (15, 50, 100, 150, 250), "steel": (50, 100, 150, 250, 350, 500, 1000, 2500)}
+MOTIONS = ("rest", "smooth")
+LENGTHS = (2, 10)
+INTEGRATOR = GeneralizedAlpha(0.9)
+
+# Terms passed over for each pair of auto's: two when it is learnt, and two in the next correction.
+PASSES = 4.0
+
+Key = tuple[str, int, bool]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method on one lattice.
+
+    Attributes
+    ----------
+    scene : str
+        Stiffness and motion.
+    h_omega : float
+        Step times the highest axial frequency of an element [-].
+    update : str
+        ``"chord"``, ``"auto"``, or the update.
+    pairs : int
+        Memory length.
+    carry : bool
+        Whether pairs outlive their step.
+    corrections, inner : float
+        Corrections, and sweeps and products with the matrix, per step.
+    factorizations, recoveries : int
+        As in `RunStats`.
+    work : float
+        Modelled cost of a step, see `work_of`.
+    failed : bool
+        Whether a step could not be solved; the numbers are those of the steps before.
+    """
+
+    scene: str
+    h_omega: float
+    update: str
+    pairs: int
+    carry: bool
+    corrections: float
+    inner: float
+    factorizations: int
+    recoveries: int
+    work: float
+    failed: bool
+
+    @property
+    def name(self) -> str:
+        """The method in words."""
+        if not self.pairs:
+            return self.update
+        return f"{self.update}, {self.pairs} pairs{' carried' * self.carry}"
+
+
+def methods() -> dict[Key, Method | str]:
+    """Return what is run by update, number of pairs, and whether they are carried."""
+    found: dict[Key, Method | str] = {("chord", 0, False): ModifiedNewton()}
+    found["auto", 0, False] = "auto"
+    for update in UPDATES:
+        for carry in (False, True):
+            for pairs in LENGTHS:
+                found[update, pairs, carry] = QuasiNewton(update, memory=pairs, carry=carry)
+    return found
+
+
+def work_of(scene: Scene, stats: RunStats, key: Key) -> float:
+    """Weigh the counts of a run, per step, as the compiled loop does.
+
+    Passes over pairs are weighed as in `memory.run.model_cost`, those of ``"auto"`` by the pairs
+    that it took.
+    """
+    system = System(scene)
+    seed, _ = make_seed(system, "incomplete", "auto", 1, NOTHING)
+    prices = costs(system, INTEGRATOR, seed, None)
+    sweep, steps = 0.5 * seed.solve_flops, max(stats.steps, 1)
+    update, pairs, carry = key
+    held = 0.5 * (pairs + 1) if carry else min(0.5 * (pairs + 1), 0.5 * stats.iterations / steps)
+    terms = 0.0 if not pairs else held * (1 if update in ONE_TERM else 2)
+    if update == "auto":
+        terms = PASSES * stats.pairs / max(stats.iterations, 1)
+    return (
+        (prices.iteration - sweep) * stats.residual_evaluations
+        + sweep * (stats.sweeps + stats.products)
+        + prices.seed * stats.factorizations
+        + TERM_COST * seed.n * terms * stats.iterations
+    ) / steps
+
+
+def lattices(n_nodes: int = 8, steps: int = 20, progress: bool = False) -> list[Row]:
+    """Run all updates on incomplete seeds of lattices, soft and steel, with longer steps in turn.
+
+    Parameters
+    ----------
+    n_nodes : int, optional
+        Nodes along a side.
+    steps : int, optional
+        Time steps of each run.
+    progress : bool, optional
+        Whether to draw a progress bar.
+    """
+    jobs = [
+        (stiff, motion, h_omega, key, method)
+        for stiff, lengths in H_OMEGA.items()
+        for motion in MOTIONS
+        for h_omega in lengths
+        for key, method in methods().items()
+    ]
+    rows = []
+    for stiff, motion, h_omega, key, method in bar(jobs, "run", progress):
+        scene, dt, failed = (
+            lattice(n_nodes, motion, *STIFF[stiff]).scene,
+            h_omega / OMEGA[stiff],
+            False,
+        )
+        try:
+            stats = simulate(
+                scene, steps * dt, dt, integrator=INTEGRATOR, solver=method, seed="incomplete",
+                save_every=steps,
+            ).stats  # fmt: skip
+        except (StepFailure, EnergyGain) as error:
+            stats, failed = error.trajectory.stats, True
+        taken = max(stats.steps, 1)
+        rows.append(
+            Row(
+                f"{stiff}, {'at rest' if motion == 'rest' else motion}",
+                h_omega,
+                key[0],
+                key[1],
+                key[2],
+                stats.iterations_per_step,
+                (stats.sweeps + stats.products) / taken,
+                stats.factorizations,
+                stats.recoveries,
+                work_of(scene, stats, key),
+                failed,
+            )
+        )
+    return rows
+
+
+def beside(rows: Sequence[Row], row: Row) -> float:
+    """Return the work of a run over that of the chord in the same steps; NaN where one fails."""
+    chord = next(
+        each for each in rows
+        if (each.scene, each.h_omega, each.update) == (row.scene, row.h_omega, "chord")
+    )  # fmt: skip
+    if row.failed or chord.failed:
+        return float("nan")
+    return row.work / chord.work
+
+
+def findings(rows: Sequence[Row]) -> list[str]:
+    """Say where pairs pay, what ``auto`` makes of them, and where they rescue or fail."""
+    sentences = []
+    for scene in dict.fromkeys(row.scene for row in rows):
+        own = [row for row in rows if row.scene == scene]
+        auto = [(beside(rows, row), row) for row in own if row.update == "auto"]
+        ratios = [(ratio, row) for ratio, row in auto if ratio == ratio]
+        if not ratios:
+            continue
+        least, most = min(ratios, key=_first), max(ratios, key=_first)
+        sentences.append(
+            f"{scene}: auto takes {least[0]:.2f} (h omega = {least[1].h_omega:g}) to {most[0]:.2f} "
+            f"({most[1].h_omega:g}) of the work of the chord"
+        )
+    fail = {row.h_omega: row for row in rows if row.update == "chord" and row.failed}
+    rescued = [
+        row for row in rows
+        if not row.failed and row.update not in ("chord", "auto")
+        and any(c.scene == row.scene and c.h_omega == row.h_omega for c in fail.values())
+    ]  # fmt: skip
+    carried = [row for row in rows if row.carry]
+    sentences.append(
+        f"Pairs complete {len(rescued)} runs that the chord does not; of {len(carried)} runs with "
+        f"carried pairs {sum(row.failed for row in carried)} fail, of "
+        f"{sum(not row.carry and row.pairs > 0 for row in rows)} with those of a step "
+        f"{sum(row.failed and not row.carry and row.pairs > 0 for row in rows)}, of "
+        f"{sum(row.update == 'chord' for row in rows)} by the chord "
+        f"{sum(row.failed and row.update == 'chord' for row in rows)}"
+    )
+    return sentences
+
+
+def _first(pair: tuple[float, Row]) -> float:
+    return pair[0]
+
+
+def record(rows: Sequence[Row]) -> dict[str, Any]:
+    """Return one JSON object."""
+    return {"rows": [asdict(row) for row in rows]}
