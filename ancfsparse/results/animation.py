@@ -24,7 +24,7 @@ from ancfsparse.results.shapes import rows_of
 from ancfsparse.results.source import Array
 from ancfsparse.words import shown
 
-# A film lasts as long as the motion, but not less nor more than this, unless it is told [s].
+# By default a film lasts as long as the motion, within these limits [s].
 SHORTEST, LONGEST = 2.0, 10.0
 # Colours in a GIF, and the shades of each up to white.
 SHADES = {"k": 32, "C0": 24, "C1": 16}

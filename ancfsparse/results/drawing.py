@@ -223,12 +223,12 @@ def _components(of: Film, view: object, box: Array) -> list[int]:
             )
         if of.outline.dim == 2:
             raise InputError("the scene is planar and has no view from aside: leave view out")
-        return _upright(of.outline.gravity)
+        return upright(of.outline.gravity)
     extent = box[1] - box[0]
     wide = [k for k in range(of.outline.dim) if extent[k] > FLAT * extent.max()]
     if of.outline.dim == 2:
         return [0, 1]
-    ahead, aside, up = _upright(of.outline.gravity)
+    ahead, aside, up = upright(of.outline.gravity)
     if len(wide) == 3:
         return [ahead, aside, up]
     if up not in wide and len(wide) == 2:
@@ -236,7 +236,7 @@ def _components(of: Film, view: object, box: Array) -> list[int]:
     return [ahead if aside not in wide else aside, up]
 
 
-def _upright(gravity: Array) -> list[int]:
+def upright(gravity: Array) -> list[int]:
     """Return the three components in cyclic order, that along gravity last, else z."""
     up = int(np.argmax(np.abs(gravity))) if gravity.any() else 2
     return [(up + 1) % 3, (up + 2) % 3, up]

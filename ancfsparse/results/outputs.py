@@ -118,6 +118,58 @@ class Outputs:
             view=view, paths=paths, progress=progress,
         )  # fmt: skip
 
+    def render(
+        self,
+        path: str | Path,
+        *,
+        time: float | None = None,
+        of: Body | None = None,
+        view: tuple[float, float] | None = None,
+        size: tuple[int, int] = (1000, 750),
+        strain: bool = False,
+    ) -> Path:
+        """Draw one state with sections in their true size, by PyVista, without a display.
+
+        Parameters
+        ----------
+        path : str or Path
+            Name of the picture, ``"run.png"``.  A file of that name is replaced.
+        time : float, optional
+            Instant [s], of which the nearest saved state is drawn; by default the last.
+        of : Beam or Mesh, optional
+            Which body; by default all.
+        view : (float, float), optional
+            Elevation and azimuth of the eye in a spatial scene [degrees].
+        size : (int, int), optional
+            Width and height in pixels.
+        strain : bool, optional
+            Whether colours show the strain of the axis.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InputError
+            If an argument is invalid, or PyVista is not installed.
+
+        Notes
+        -----
+        Sections are drawn round, with their area.
+        """
+        from ancfsparse.results.drawing import EYE
+        from ancfsparse.results.pictures import outline_for, rows_near
+        from ancfsparse.results.rendering import render
+
+        run = cast("Trajectory", self)
+        row = rows_near(run.t, [run.t[-1] if time is None else time])[0]
+        outline = outline_for(run.system, of)
+        return render(
+            outline, run.q[row], path, view=EYE if view is None else view, size=size, strain=strain
+        )
+
     def to_vtk(self, path: str | Path, *, per_element: int = 4, progress: bool = True) -> Path:
         """Write all states as VTKHDF, which the reader of VTK opens with its times.
 

@@ -59,7 +59,7 @@ def plot(
         return _over_time(run, what, of, ax)
     if what in UNITS:
         raise InputError(f"{what} is that of a point, such as rod.end, got {shown(of)}")
-    rows = _rows(run.t, times)
+    rows = rows_near(run.t, times)
     colours, labels = _colours(len(rows)), [f"{run.t[row]:.3g} s" for row in rows]
     q, v = rows_of(run.q, rows), rows_of(run.v, rows)
     ax = _along(run.system, q, v, what, of, ax, colours, labels)
@@ -76,7 +76,7 @@ def draw_shapes(
     view: str | tuple[float, float] | None = None,
 ) -> Axes:
     """Draw shapes at instants; parameters as in `Trajectory.plot`, for states (k, n) at times t."""
-    rows = _rows(t, times)
+    rows = rows_near(t, times)
     canvas = Canvas(film(outline, rows_of(q, rows)), ax, view)
     for k, (row, colour) in enumerate(zip(rows, _colours(len(rows)), strict=True)):
         canvas.draw(k, colour, label=f"{t[row]:.3g} s")
@@ -203,7 +203,7 @@ def _components(values: Array, what: str, body: Body) -> list[tuple[Array, str]]
     return list(zip(values.T, names, strict=True))
 
 
-def _rows(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
+def rows_near(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
     """Return the numbers of the saved states nearest to some times, each once."""
     if times is None:
         instants = np.linspace(t[0], t[-1], INSTANTS)

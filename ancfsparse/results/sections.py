@@ -58,9 +58,9 @@ class SectionForce:
     Forces and moments are those that elements put on their nodes, damping included, and inside an
     element what balances them.  So they balance reactions and loads at nodes to the accuracy of the
     solution, on every mesh.  Loads along an element and its inertia act on its nodes too: with w of
-    them per length and elements of length h, a force is off by up to w h / 2, in the middle of an
-    element by h^2; a moment by up to w h^2 / 12, at the Gauss points, (1 -+ 1 / sqrt(3)) h / 2 from
-    the first end of an element, by h^3.
+    them per length and elements of length h, a force is off by up to w h / 2, but in the middle of
+    an element not at all if w is uniform; a moment by up to w h^2 / 12, at the Gauss points,
+    (1 -+ 1 / sqrt(3)) h / 2 from the first end of an element, by h^3 in cables.
     """
 
     N: Array

@@ -1,0 +1,95 @@
+"""Pictures with sections in their true size, by PyVista, without a display."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.checks import check_finite
+from ancfsparse.errors import InputError
+from ancfsparse.results.drawing import EYE, upright
+from ancfsparse.results.opening import file_name
+from ancfsparse.results.outline import Outline, Part
+from ancfsparse.results.shapes import pieces_for, shapes, slopes
+from ancfsparse.results.source import Array
+from ancfsparse.words import shown
+
+try:
+    import pyvista as pv
+except ImportError as missing:
+    raise InputError(
+        "a picture with sections needs PyVista, which is not installed: "
+        "pip install 'ancfsparse[view]', or take run.plot()"
+    ) from missing
+
+SIDES = 24
+SIZES = range(16, 10_000)
+
+
+def render(
+    outline: Outline,
+    q: Array,
+    path: str | Path,
+    *,
+    view: tuple[float, float] = EYE,
+    size: tuple[int, int] = (1000, 750),
+    strain: bool = False,
+) -> Path:
+    """Draw one state, as `Trajectory.render` does.
+
+    Parameters
+    ----------
+    outline : Outline
+        What is drawn.
+    q : ndarray, shape (n,)
+        Coordinates.
+    path, view, size, strain
+        As there.
+    """
+    target = file_name("a picture", path)
+    if target.suffix.lower() not in (".png", ".jpg"):
+        raise InputError(f"a picture must end in .png or .jpg, got {str(target)!r}")
+    if not target.absolute().parent.is_dir():
+        raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
+    if not (isinstance(view, tuple) and len(view) == 2):
+        raise InputError(f"view must be elevation and azimuth in degrees, got {shown(view)}")
+    tilt, turn = (np.radians(check_finite("view", each, "degrees")) for each in view)
+    if not (isinstance(size, tuple) and len(size) == 2 and all(each in SIZES for each in size)):
+        raise InputError(f"size must be two numbers of pixels such as (1000, 750), got {size}")
+    axes = upright(outline.gravity) if outline.dim == 3 else [0, 1, 2]
+    if outline.dim == 2:  # seen from the front
+        tilt, turn, axes = 0.0, 0.5 * np.pi, [0, 2, 1]
+    eye, up = np.zeros(3), np.zeros(3)
+    eye[axes] = np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)
+    up[axes[2]] = 1.0
+    plotter: Any = pv.Plotter(off_screen=True, window_size=list(size))
+    try:
+        pieces = pieces_for(outline.parts)
+        for part in outline.parts:
+            tube = _tube(q[None, :], part, pieces)
+            bar = {"title": "strain [-]\n", "color": "black", "fmt": "%.2g"}
+            look = {"scalars": "strain", "scalar_bar_args": bar} if strain else {"color": "#1f77b4"}
+            plotter.add_mesh(tube, smooth_shading=True, specular=0.3, **look)
+        plotter.set_background("white")
+        centre = np.array(plotter.center)
+        plotter.camera_position = [tuple(centre + eye), tuple(centre), tuple(up)]
+        plotter.reset_camera()
+        plotter.screenshot(str(target))
+    finally:
+        plotter.close()
+    return target
+
+
+def _tube(q: Array, part: Part, pieces: int) -> Any:
+    """Return the surface of a body, round with the area of its section."""
+    lines, stretch = shapes(q, part, pieces)[0], slopes(q, part, pieces)[0]
+    n_elements, n_points, dim = lines.shape
+    points = np.zeros((n_elements * n_points, 3))
+    points[:, :dim] = lines.reshape(-1, dim)
+    links = np.arange(n_elements * n_points).reshape(n_elements, n_points)
+    cells = np.column_stack([np.full(n_elements, n_points), links])
+    mesh = pv.PolyData(points, lines=cells.ravel())
+    mesh["strain"] = np.linalg.norm(stretch, axis=-1).ravel() - 1.0
+    return mesh.tube(radius=part.radius, n_sides=SIDES, capping=True)
