@@ -166,9 +166,10 @@ class Canvas:
             columns = np.atleast_2d(places)[:, self.axes].T
             artists.extend(self.ax.plot(*columns, marker=marker, markersize=size, **style))
 
-        pins = [places[state] for kind, places, _ in self.film.supports if kind == "pin"]
-        pins += [anchor for kind, _, anchor in self.film.supports if kind == "rod"]
-        for kind, places, other in self.film.supports:
+        supports = self.film.supports
+        pins = [places[state] for kind, places, _ in supports if kind == "pin"]
+        pins += [anchor for kind, _, anchor in supports if kind == "rod"]
+        for kind, places, other in supports:
             if kind == "rod":
                 ends = np.stack([places[state], other])[:, self.axes].T
                 artists += self.ax.plot(*ends, "-", color=SUPPORT, linewidth=1.0, zorder=3)

@@ -45,7 +45,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """A joint to the ground.
+    """A joint to the ground, which may move.
 
     Attributes
     ----------

@@ -101,7 +101,7 @@ def plot_at_rest(
             raise InputError(f"view is for shapes and means nothing to {what!r}: leave it out")
         return _along(system, q[None, :], np.zeros((1, len(q))), what, of, ax, ["C0"], [""])
     outline = outline_for(system, of)
-    canvas = Canvas(film(outline, np.stack([system.q0, q])), ax, view)
+    canvas = Canvas(film(outline, np.stack([system.q_ref, q])), ax, view)
     canvas.draw(0, "0.7", label="reference")
     canvas.draw(1, "C0", label="equilibrium")
     canvas.draw_supports(1)

@@ -27,7 +27,7 @@ class SolvedSystem(Protocol):
         ...
 
     @property
-    def q0(self) -> Array:
+    def q_ref(self) -> Array:
         """Coordinates of the reference shape, (n,) [m, 1]."""
         ...
 

@@ -62,6 +62,15 @@ def test_shapes_of_all_bodies_and_their_supports(arm):
     assert len(run.plot(of=a).collections) == 6
 
 
+def test_a_support_that_moves_is_drawn_where_it_is():
+    scene = ancf.Scene()
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 3, ancf.Circle(0.02), ancf.Material(1e8, 4e3))
+    scene.drive(rod.start, lambda t: (3.0 * t**2, t**2))
+    run = ancf.simulate(scene, 0.1, 1e-3)
+    drawn = np.concatenate([line.get_xydata() for line in run.plot().lines])
+    np.testing.assert_allclose(drawn, [[0.03, 0.01]], atol=1e-9)
+
+
 def test_all_that_moves_is_inside_the_picture(cube):
     run, mesh = cube
     ax = run.plot()
@@ -148,7 +157,7 @@ def test_a_film_in_space_shows_its_progress(cube, tmp_path, capsys):
     run, _ = cube
     path = run.animate(tmp_path / "cube.gif", seconds=0.2, fps=10, dpi=40)
     assert path.stat().st_size > 1000
-    assert "2/2" in capsys.readouterr().err
+    assert "/2 [" in capsys.readouterr().err
 
 
 def test_a_film_needs_ffmpeg_for_mp4(swing, tmp_path, monkeypatch):
