@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import reprlib
 import sys
 from collections.abc import Iterable
@@ -67,6 +66,8 @@ def suggest(name: object, valid: Iterable[str]) -> str:
     """
     names = list(valid)
     listing = "valid are " + ", ".join(repr(each) for each in names)
+    import difflib  # for this message alone
+
     near = difflib.get_close_matches(name.lower(), names, 1, 0.5) if isinstance(name, str) else []
     return f"did you mean {near[0]!r}? V{listing[1:]}" if near else listing
 

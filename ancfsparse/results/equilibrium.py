@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ancfsparse.results.sections import SectionForce, Where, curvature, section_force, strain
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
 from ancfsparse.scene import Body, Node
@@ -15,6 +14,8 @@ from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ancfsparse.results.sections import SectionForce, Where
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -139,10 +140,14 @@ class Equilibrium:
 
     def strain(self, body: Body, s: Where = None) -> Array:
         """Give the strain of the axis, |r'| - 1, shape (p,) [-]; see `Trajectory.strain`."""
+        from ancfsparse.results.sections import strain
+
         return np.asarray(strain(self.system, self.q[None, :], body, s)[0])
 
     def curvature(self, body: Body, s: Where = None) -> Array:
         """Give how sections turn along the axis, (p,) or (p, 3) [1/m]: `Trajectory.curvature`."""
+        from ancfsparse.results.sections import curvature
+
         return np.asarray(curvature(self.system, self.q[None, :], body, s)[0])
 
     def section_force(self, body: Body, s: Where = None) -> SectionForce:
@@ -159,6 +164,8 @@ class Equilibrium:
             Without the axis of states: ``N`` has shape (p,) [N].
         """
         state = self.q[None, :]
+        from ancfsparse.results.sections import section_force
+
         return section_force(self.system, state, np.zeros_like(state), body, s).at(0)
 
     def plot(

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.results.opening import damaged, file_name, opened, text_of
-from ancfsparse.results.outline import Outline
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
 from ancfsparse.results.tables import LAST, REFERENCE, Chosen, Stored, StoredState, whole
@@ -23,6 +22,8 @@ from ancfsparse.system import System
 
 if TYPE_CHECKING:
     import h5py
+
+    from ancfsparse.results.outline import Outline
 
 # Share of the largest coordinate by which two equal scenes may differ: rounding.
 SAME = 1e-9
@@ -170,6 +171,8 @@ def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
     InputError
         If this is no such file, or has only some points of the scene.
     """
+    from ancfsparse.results.outline import Outline
+
     path = file_name("the file of a run", path)
     with opened(path) as file:
         outline = Outline.read(path, file)

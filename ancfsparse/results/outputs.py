@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, cast
 
 from numpy.typing import ArrayLike
 
-from ancfsparse.results.sections import axial_forces
 from ancfsparse.scene import Body, Node, check_point
 
 if TYPE_CHECKING:
@@ -198,6 +197,7 @@ class Outputs:
             If an argument is invalid, or the run kept only some points.
         """
         from ancfsparse.results.outline import outline_of
+        from ancfsparse.results.sections import axial_forces
         from ancfsparse.results.vtkhdf import write_vtk
 
         run = cast("Trajectory", self)

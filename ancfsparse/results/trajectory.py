@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ancfsparse.errors import InputError
 from ancfsparse.results.energy import Energy, energy_of
 from ancfsparse.results.outputs import Outputs
-from ancfsparse.results.sections import SectionForce, Where, curvature, section_force, strain
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
 from ancfsparse.results.tables import Chosen, StoredState
 from ancfsparse.scene import Body, Node
 from ancfsparse.system.state import State
+
+if TYPE_CHECKING:
+    from ancfsparse.results.sections import SectionForce, Where
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -216,6 +218,8 @@ class Trajectory(Outputs):
         InputError
             If the body is not of the run, or a point is not on it.
         """
+        from ancfsparse.results.sections import strain
+
         return strain(self.system, self.q, body, s)
 
     def curvature(self, body: Body, s: Where = None) -> Array:
@@ -233,6 +237,8 @@ class Trajectory(Outputs):
             in space as a vector in space; of a thick beam in space its twist and its curvatures
             about e_y and e_z of the section.
         """
+        from ancfsparse.results.sections import curvature
+
         return curvature(self.system, self.q, body, s)
 
     def section_force(self, body: Body, s: Where = None) -> SectionForce:
@@ -249,4 +255,6 @@ class Trajectory(Outputs):
             ``N``, ``Q``, ``M`` and ``T`` in the axes of the section, ``force`` and ``moment`` in
             space [N], [N m]: of the part beyond, at larger s, on the part before.
         """
+        from ancfsparse.results.sections import section_force
+
         return section_force(self.system, self.q, self.v, body, s)

@@ -14,12 +14,9 @@ from numpy.typing import NDArray
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.machine import GIGABYTE
 from ancfsparse.results import RunStats, Trajectory
-from ancfsparse.results.claim import check_replaceable
 from ancfsparse.results.files import read
 from ancfsparse.results.opening import file_name
-from ancfsparse.results.outline import outline_of
 from ancfsparse.results.tables import Chosen
-from ancfsparse.results.writer import Writer
 from ancfsparse.scene import Node
 from ancfsparse.system import System
 from ancfsparse.system.state import State
@@ -176,6 +173,9 @@ class Record:
             self._kept = Kept(self._rows, n, m, self._places)
             yield self._kept
         else:
+            from ancfsparse.results.outline import outline_of
+            from ancfsparse.results.writer import Writer
+
             scene = self._system.description
             with Writer(self._output, n, m, self._places, self._settings, scene) as writer:
                 if self._settings["t_start"] is not None:
@@ -211,6 +211,8 @@ def check_output(output: object) -> None:
     folder = path.absolute().parent
     if not folder.is_dir():
         raise InputError(f"output {str(output)!r} cannot be written: there is no folder {folder}")
+    from ancfsparse.results.claim import check_replaceable
+
     check_replaceable(path)
 
 

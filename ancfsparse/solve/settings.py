@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 
 from ancfsparse.checks import check_finite, check_positive
@@ -27,6 +26,8 @@ def check_solver(solver: object) -> None:
     name = solver if isinstance(solver, str) else ""
     if name == "auto":
         return
+    import difflib  # for this message alone
+
     near = difflib.get_close_matches(name.lower(), SOLVERS, 1, 0.5)
     raise InputError(
         "solver must be 'auto', Newton(), ModifiedNewton() or QuasiNewton(...), got "
