@@ -117,12 +117,12 @@ cdef class Explicit:
         speeds[0, :self.n] = v[:self.n]
         self.q, self.v, self.rate = places, speeds, np.zeros((self.stages, self.padded))
         self.owner = (system, seed, self.hold_by(constraints))
+        if self.system.begin != NULL:
+            self.remember(self.system.begin)
         self.finite = self.accelerate(0, &self.q[0, 0], &self.v[0, 0], &self.load[0])
         self.watch.limit, self.watch.noise = largest_gain, noise
         ancf_watch_start(&self.watch, self.system, &self.dead_load[0], &self.q[0, 0],
                          &self.v[0, 0], &self.r[0])
-        if self.system.begin != NULL:
-            self.remember(self.system.begin)
 
     def hold_by(self, constraints):
         """Take constraints; return what must be kept of them."""
@@ -216,6 +216,8 @@ cdef class Explicit:
                 self.first = (self.first + last) % self.stages
                 if self.system.accept != NULL:
                     self.remember(self.system.accept)
+                    if not self.look_again():
+                        outcome = NOT_FINITE
                 if (steps_done + k + 1) % save_every == 0:
                     row = (steps_done + k + 1) // save_every
                     memcpy(&q_out[row, 0], &self.q[next, 0], self.n_all * sizeof(double))
@@ -228,6 +230,9 @@ cdef class Explicit:
                     for j in range(self.held.m):
                         lam_out[row, j] = self.lam[j]
                 self.steps += 1
+                if outcome:
+                    k += 1
+                    break
                 if (k + 1) % look == 0 or k + 1 == n_steps:
                     ancf_watch_measure(&self.watch, self.system, &self.dead_load[0],
                                        &self.q[next, 0], &self.v[next, 0], &self.r[0])
@@ -241,6 +246,13 @@ cdef class Explicit:
             else:
                 k = n_steps
         return k, outcome
+
+    def refresh(self):
+        """Set the acceleration of the present state again: the system remembers something else."""
+        self.finite = self.look_again()
+
+    cdef inline bint look_again(self) noexcept nogil:
+        return self.accelerate(0, &self.q[self.now, 0], &self.v[self.now, 0], &self.load[0])
 
     cdef inline bint accelerate(self, ptrdiff_t i, const double *q, const double *v,
                                 const double *load) noexcept nogil:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_vector
 from ancfsparse.errors import InputError
+from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import Body, VelocityField
 from ancfsparse.scene.material import Material
@@ -18,6 +20,8 @@ from ancfsparse.scene.sections import AnySection
 from ancfsparse.scene.straight import straight_beam
 from ancfsparse.scene.weave import mesh_of
 from ancfsparse.words import shown
+
+Thing = TypeVar("Thing", bound=Attached)
 
 
 class Contents:
@@ -42,6 +46,7 @@ class Contents:
         self.dim: int = size[0]
         self.gravity: NDArray[np.float64] = check_vector("gravity", gravity, self.dim, "m/s2")
         self.beams: list[Body] = []
+        self.attached: list[Attached] = []
         self._names: set[str] = set()
         self._handles: set[Body] = set()
 
@@ -189,6 +194,10 @@ class Contents:
         self.beams.append(body)
         self._names.add(body.name)
         self._handles.add(body)
+
+    def _attach(self, thing: Thing) -> Thing:
+        self.attached.append(thing)
+        return thing
 
     def _label(self, name: str | None, kind: str) -> str:
         free = (f"{kind} {i}" for i in itertools.count(len(self.beams)))

@@ -57,6 +57,7 @@ def digest(scene: Contents, joints: list[Joint], loads: list[Load]) -> dict[str,
             parts[f"{name} of {number[id(body)]}"] = value
     parts["joints"] = "; ".join(joint.describe(at) for joint in joints)
     parts["loads"] = "; ".join(map(load, loads))
+    parts["attached"] = "; ".join(each.describe(at) for each in scene.attached)
     return {name: _short(value) for name, value in parts.items()}
 
 

@@ -12,9 +12,9 @@ from ancfsparse.checks import check_choice, check_flag, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene.bodies import Body, Node
-from ancfsparse.scene.contents import Contents
 from ancfsparse.scene.course import course_of
 from ancfsparse.scene.digest import digest
+from ancfsparse.scene.forces import Forces
 from ancfsparse.scene.joints import (
     SAME_PLACE,
     Clamp,
@@ -28,14 +28,20 @@ from ancfsparse.scene.joints import (
     check_point,
 )
 from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
+from ancfsparse.scene.masses import Masses
+from ancfsparse.scene.springs import Springs
 from ancfsparse.scene.straight import FARTHEST, place
 from ancfsparse.words import shown
 
 AnyJoint = TypeVar("AnyJoint", bound=Joint)
 
 
-class Scene(Contents):
-    """Beams, joints and loads in one gravity field.
+class Scene(
+    Masses,
+    Springs,
+    Forces,
+):
+    """Beams, joints, loads and what is attached, in one gravity field.
 
     Parameters
     ----------
@@ -54,6 +60,8 @@ class Scene(Contents):
         Likewise.
     loads : list of Load
         Likewise.
+    attached : list of Attached
+        Masses, springs and forces of the motion, likewise.
     """
 
     def __init__(self, gravity: ArrayLike = (0.0, -9.81)) -> None:
@@ -67,7 +75,7 @@ class Scene(Contents):
         kind = "planar" if self.dim == 2 else "spatial"
         return (
             f"{kind} scene: beams {len(self.beams)}, joints {len(self.joints)}, "
-            f"loads {len(self.loads)}"
+            f"loads {len(self.loads)}" + f", attached {len(self.attached)}" * bool(self.attached)
         )
 
     def digest(self) -> dict[str, str]:

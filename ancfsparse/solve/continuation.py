@@ -74,12 +74,22 @@ def continues(
     return bool(np.all(np.abs(now - before) <= SAME_LOADS * np.max(np.abs(now), initial=0.0)))
 
 
+def recall_contributions(state: State | None, system: System) -> bool:
+    """Give contributions what they kept up to a state of the same scene; whether that is any."""
+    if state is None or not len(state.memory.get("contributions", ())):
+        return False
+    if difference(state.memory["scene"], system.scene.digest()) is not None:
+        return False
+    system.assembly.memory = np.asarray(state.memory["contributions"], dtype=float)
+    return True
+
+
 def recall(state: State, system: System, march: Any, iteration: Any = None) -> None:
     """Let a march go on with what the run before remembered."""
     memory = dict(state.memory)
     if state.b is not None:
         memory["b0"] = state.b
     march.recall(memory)
-    system.assembly.memory = np.asarray(memory["contributions"], dtype=float)
+    recall_contributions(state, system)
     if iteration is not None:
         iteration.rate = memory["contraction"]

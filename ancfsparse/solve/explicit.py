@@ -13,7 +13,7 @@ from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
-from ancfsparse.solve.continuation import continues, recall
+from ancfsparse.solve.continuation import continues, recall, recall_contributions
 from ancfsparse.solve.rates import initial_acceleration, start_load
 from ancfsparse.solve.stability import (
     IMPLICIT,
@@ -99,6 +99,8 @@ def prepare_explicit(
     noise = 100.0 * EPSILON * system.energy_scale(system.q0)
     state = (system.q0, system.v0, start_load(system))
     march = make_explicit(system, dt, integrator, *state, mass, max_energy_gain, noise)
+    if recall_contributions(start, system):
+        march.refresh()
     check_held(system, march, integrator)
     if continues(start, system, integrator, dt):
         recall(start, system, march)

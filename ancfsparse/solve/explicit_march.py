@@ -183,6 +183,7 @@ class ExplicitMarch:
                 states.fill(mine[rows], *(table[rows] for table in buffer), resolved=True)
                 self._watch(states)
             if code:
+                self._system.assembly.check()
                 return Outcome(code)
         return Outcome.CONVERGED
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ancfsparse.errors import OutputFailure
+from ancfsparse.errors import LoadFailure, OutputFailure
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, RunStats
@@ -123,8 +123,19 @@ class FixedSteps:
                 if self._halving is not None and outcome in CURABLE:
                     outcome = self._cross(self._halving, outcome)
                 bar.update(stats.steps - bar.n)
+        if outcome != Outcome.CONVERGED:
+            self._check_functions(stats.steps + 1)
         gained = self._halving is not None and outcome == Outcome.CONVERGED
         return Outcome.HAD_GAINED if gained and self._march.gained_energy() else outcome
+
+    def _check_functions(self, step: int) -> None:
+        """Raise what a function of the motion has done wrong in a step that failed, if it did."""
+        try:
+            self._system.assembly.check()
+        except LoadFailure as failure:
+            time = failure.time if np.isfinite(failure.time) else self._clock.at(step)
+            reason = f"{failure.reason.rstrip('.')}; that was in step {step}"
+            raise LoadFailure(reason, time) from failure.__cause__
 
     def _advance(self) -> Outcome:
         """Take as many steps as are taken in one go."""

@@ -93,7 +93,9 @@ def _conditions(system: System, parts: list[Part]) -> Conditions:
     uses = np.zeros(system.n_all, dtype=np.int32)
     for part in parts:
         np.add.at(uses, part.places.ravel(), 1)
-    phi_q = system.constraints.jacobian(system.q_ref)
+    held = [each.holds(system.q_ref) for each in system.contributions]
+    rows = [system.constraints.jacobian(system.q_ref), *(each for each in held if each is not None)]
+    phi_q = sp.csr_array(sp.vstack(rows))
     wanted = uses > 1
     wanted[system.n_free :] = True
     wanted[np.unique(phi_q.indices)] = True

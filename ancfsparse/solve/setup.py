@@ -15,7 +15,7 @@ from ancfsparse.nonlinear.iteration import EPSILON, Costs, make_inverse, make_it
 from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.seeds import Fill, IncompleteSeed, Seed, SparseSeed
 from ancfsparse.solve.choose import choose
-from ancfsparse.solve.continuation import continues, recall
+from ancfsparse.solve.continuation import continues, recall, recall_contributions
 from ancfsparse.solve.drives import drive_march
 from ancfsparse.solve.judge import Judge
 from ancfsparse.solve.memory import NOTHING, Memory
@@ -64,10 +64,12 @@ def prepare(
     sparing = isinstance(seed, IncompleteSeed) and isinstance(solver, str)
     scale = integrator.scale * dt**2
     regularize(system, scale)
+    recall_contributions(state, system)
     start, a = starting_state(system, seed, integrator, dt, state)
     judge = Judge(system, integrator, tolerance)
     noise = 100.0 * EPSILON * judge.energy
     march = make_march(system, dt, integrator, start, max_energy_gain, noise)
+    recall_contributions(state, system)  # the march has begun them
     march.weigh(judge.mass, judge.total)
     drive_march(system, march, a, start.lam)
     march.prepare(system.inputs(np.array([system.t0 + dt]))[0])

@@ -259,6 +259,8 @@ class Stepper:
         self.stats.march_seconds += time.perf_counter() - clock
         if self.seed.error is not None:
             raise self.seed.error
+        if code:
+            self.system.assembly.check()
         self.note(events(self.iteration.take_events(), before, self.dt))
         if taken:
             rows = slice(0, taken + 1)

@@ -58,7 +58,7 @@ class Waves:
 
     @classmethod
     def of(cls, system: System, breaks: Breaks, t_end: float) -> Waves | None:
-        """Find the vibrations of a scene; None if it has too many, or what moves it comes later.
+        """Find the vibrations of a scene; None if it has too many, or what moves it is not known.
 
         Parameters
         ----------
@@ -70,7 +70,8 @@ class Waves:
             End of the motion [s].
         """
         n = system.n_free
-        if not 0 < n <= MOST or system.prescribed:
+        foreseeable = all(each.foreseeable for each in system.contributions)
+        if not 0 < n <= MOST or system.prescribed or not foreseeable:
             return None
         first = system.loads.amplitudes(np.array([system.t0]))[0]
         none = np.zeros(system.n_multipliers)

@@ -123,6 +123,13 @@ cdef class Assembly:
         """Whether any force depends on velocities."""
         return bool(self.flat.damped)
 
+    def check(self):
+        """Raise what went wrong in the last call of a function of the user's, if anything did."""
+        for each in self.contributions:
+            error = getattr(each, "error", None)
+            if error is not None:
+                raise error
+
     @property
     def memory(self):
         """What the contributions keep from one accepted step to the next, a copy ``(k,)``."""
@@ -165,6 +172,7 @@ cdef class Assembly:
         cdef double[::1] r_view = r, phi_view = phi
         residual(&self.flat, &q[0], &v[0], &a[0], first(lam), &dead_load[0], first(amplitudes),
                  &r_view[0], first(phi_view))
+        self.check()
         return r, phi
 
     def residual_between(self, const double[::1] q0, const double[::1] q1, const double[::1] v,
@@ -176,6 +184,7 @@ cdef class Assembly:
         cdef double[::1] q = 0.5 * (np.asarray(q0) + q1)
         residual_between(&self.flat, &q0[0], &q1[0], &q[0], &v[0], &a[0], first(lam),
                          &dead_load[0], first(amplitudes), &r_view[0], first(phi_view))
+        self.check()
         return r, phi
 
     def matrix(self, double mass_factor, double stiffness_factor, const double[::1] q,
@@ -186,6 +195,7 @@ cdef class Assembly:
         cdef double[::1] view = values
         matrix(&self.flat, mass_factor, stiffness_factor, damping_factor, &q[0],
                first(v), first(lam), first(amplitudes), &view[0])
+        self.check()
         return values[: self.flat.n_values]
 
     def material(self, double mass_factor, double stiffness_factor, const double[::1] q, *,

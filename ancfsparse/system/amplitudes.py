@@ -21,6 +21,16 @@ FEW, CHECKS = 32, 8
 ROUNDING = 1e-12
 
 
+class Clock:
+    """The time itself, as the amplitude of what depends on it."""
+
+    width = 1
+
+    def tabulate(self, times: Vector) -> tuple[Vector, None]:
+        """Return the times [s] as a column, (k, 1), and that nothing fails."""
+        return times[:, None], None
+
+
 class Source:
     """A load and the amplitudes it gives.
 

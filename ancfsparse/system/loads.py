@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import LoadFailure
 from ancfsparse.kernels.hermite import integral_weights
 from ancfsparse.scene import DistributedForce, Node, PointForce, PointMoment, Scene
-from ancfsparse.system.amplitudes import Source
+from ancfsparse.system.amplitudes import Clock, Source
 
 Vector = NDArray[np.float64]
 Points = Callable[[Node], tuple[NDArray[np.int32], Vector]]
@@ -32,7 +32,7 @@ class Loads:
         Places of those of r_x, r_y and r_z that a moment acts on; -1 for the others.
     moment_column : list of (1,) or (3,) int
         Their amplitudes [N m].
-    sources : list of Source
+    sources : list of Source or Clock
         Where the amplitudes come from, in order.
     """
 
@@ -42,7 +42,7 @@ class Loads:
     column: list[int] = field(default_factory=list)
     moment_place: list[NDArray[np.int32]] = field(default_factory=list)
     moment_column: list[list[int]] = field(default_factory=list)
-    sources: list[Source] = field(default_factory=list)
+    sources: list[Source | Clock] = field(default_factory=list)
 
     @property
     def n_amplitudes(self) -> int:

@@ -8,6 +8,7 @@ import pytest
 from winch import Winch
 
 import ancfsparse as ancf
+from ancfsparse.results import load
 from ancfsparse.system import System, contributions
 from ancfsparse.system.contributions.interface import Contribution
 
@@ -27,7 +28,7 @@ def winches(monkeypatch):
 
     def of(system):
         made.append(Stranger(int(system.places[0][-1, 0])))
-        return made[-1]
+        return made[-1:]
 
     module = ModuleType("stranger")
     module.of = of
@@ -66,6 +67,18 @@ def test_memory_changes_on_accepted_steps_alone(winches, integrator, solver):
     # The momentum is the sum of the forces, each of which acts from one step to the next.
     momentum = float(run.system.assembly.inertia(run.v[-1])[run.system.places[0][:, 0]].sum())
     assert momentum == pytest.approx(1e-4 * 200 * 199 / 2, rel=2e-2)
+
+
+@pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.CentralDifference()])
+def test_a_run_in_two_parts_goes_on_with_the_memory_of_the_first(winches, integrator, tmp_path):
+    scene, _ = bar()
+    options = {"integrator": integrator, "max_energy_gain": np.inf}
+    whole = ancf.simulate(scene, 0.02, 1e-4, **options)
+    first = ancf.simulate(scene, 0.01, 1e-4, **options, output=tmp_path / "first.h5")
+    for start in (first.last, load(tmp_path / "first.h5", scene).last):
+        second = ancf.simulate(scene, 0.02, 1e-4, start=start, **options)
+        assert second.system.assembly.memory == [200.0]
+        np.testing.assert_allclose(second.q[-1], whole.q[-1], rtol=0, atol=1e-13)
 
 
 def test_memory_can_be_restored(winches):

@@ -1,4 +1,4 @@
-"""Everything that adds to the equations of motion: one file each, and its name in `NAMES`."""
+"""Everything that adds to the equations of motion: one file each."""
 
 from __future__ import annotations
 
@@ -16,10 +16,14 @@ NAMES = (
     "moments",
     "constraints",
 )
-"""Modules of this folder; the function ``of`` of each takes a system and returns a part or None."""
+"""Modules of this folder that every scene may need; what is attached to a scene names its own.
+
+The function ``of`` of each takes a system and returns its parts.
+"""
 
 
 def contributions_of(system: System) -> list[Contribution]:
     """Return what adds to the equations of a numbered scene, in the order in which it is added."""
-    modules = (import_module(f"{__name__}.{name}") for name in NAMES)
-    return [part for part in (module.of(system) for module in modules) if part is not None]
+    names = dict.fromkeys((*NAMES, *(each.contribution for each in system.scene.attached)))
+    modules = (import_module(f"{__name__}.{name}") for name in names)
+    return [part for module in modules for part in module.of(system)]

@@ -41,6 +41,6 @@ class Constraints(Contribution):
         return compiled("constraints").Constraints(integers | reals | copies)
 
 
-def of(system: System) -> Constraints | None:
-    """Return the constraints of a system; None if it has none."""
-    return Constraints(system) if system.n_multipliers else None
+def of(system: System) -> list[Constraints]:
+    """Return the constraints of a system."""
+    return [Constraints(system)] if system.n_multipliers else []

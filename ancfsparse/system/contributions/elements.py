@@ -64,9 +64,9 @@ class Elements(Contribution):
         return unknowns(self._system.elements(body), self._system.n_free)
 
 
-def of(system: System) -> Elements:
+def of(system: System) -> list[Elements]:
     """Return the elements of a system."""
-    return Elements(system)
+    return [Elements(system)]
 
 
 def _damping(body: Body, kind: ElementKind, places: Places) -> dict[str, Any]:

@@ -24,9 +24,12 @@ class Contribution(ABC):
     ----------
     conservative : bool
         Whether its forces at rest have a potential, so that its stiffness is symmetric.
+    foreseeable : bool
+        Whether a change of its forces with time is known from the reference shape.
     """
 
     conservative = True
+    foreseeable = True
 
     def cliques(self) -> list[Unknowns]:
         """Return which unknowns meet in its part of the matrix: all those of a row of a table."""
@@ -47,6 +50,14 @@ class Contribution(ABC):
             What the functions of time give there.
         """
         return 0.0
+
+    def holds(self, q: Vector) -> Any:
+        """Return the motions that it resists in static scenes, as rows of a sparse (k, n_all).
+
+        Each is the gradient of a length [1].  None where it holds nothing, and for elements, which
+        resist strain alone.
+        """
+        return None
 
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
         """Share its work among threads; return whether it has enough of it."""

@@ -33,6 +33,6 @@ class Loads(Contribution):
         return np.asarray(np.sum(v[:, self._place] * forces, axis=1))
 
 
-def of(system: System) -> Loads | None:
-    """Return the changing loads of a system; None if there are none."""
-    return Loads(system.loads) if system.loads.place else None
+def of(system: System) -> list[Loads]:
+    """Return the changing loads of a system."""
+    return [Loads(system.loads)] if system.loads.place else []

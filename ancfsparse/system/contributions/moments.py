@@ -59,9 +59,9 @@ class Moments(Contribution):
         return np.array(self._place, dtype=np.int32).reshape(-1, 3 * self._dim)
 
 
-def of(system: System) -> Moments | None:
-    """Return the moments of a system; None if there are none."""
-    return Moments(system) if system.loads.moment_place else None
+def of(system: System) -> list[Moments]:
+    """Return the moments of a system."""
+    return [Moments(system)] if system.loads.moment_place else []
 
 
 def _power_on_section(q: Vector, v: Vector, places: NDArray[np.int32], moment: Vector) -> Vector:

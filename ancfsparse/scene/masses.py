@@ -1,0 +1,144 @@
+"""Point masses and rotary inertias."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import check_finite, check_reals
+from ancfsparse.errors import InputError, with_unit
+from ancfsparse.kernels.catalog import element_kind
+from ancfsparse.scene.attached import Attached
+from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.contents import Contents
+from ancfsparse.scene.joints import check_node, check_point
+from ancfsparse.words import shown
+
+Matrix = NDArray[np.float64]
+
+# Share of a moment of inertia by which it may break the triangle inequality: rounding.
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class PointMass(Attached):
+    """A mass at a point of a beam, perhaps with a rotary inertia.
+
+    Attributes
+    ----------
+    node : Node
+        Where it is.
+    mass : float
+        Its mass [kg].
+    inertia : ndarray, shape (3, 3) or (1, 1)
+        Moments of inertia about the node [kg m2], in the frame e_x, e_y, e_z of the beam there; one
+        about z in a planar scene.  Zeros if it has none.
+    """
+
+    node: Node
+    mass: float
+    inertia: Matrix
+    contribution = "masses"
+
+    @property
+    def what(self) -> str:
+        """Name in messages."""
+        return f"the mass at {self.node!r}"
+
+    def describe(self, at: Callable[[Node], str]) -> str:
+        """Describe it for the digest of a scene."""
+        numbers = ", ".join(f"{each:.9g}" for each in (self.mass, *self.inertia.flat))
+        return f"mass ({at(self.node)}): ({numbers})"
+
+
+class Masses(Contents):
+    """Point masses of a scene."""
+
+    def add_mass(self, node: Node, mass: float, *, inertia: ArrayLike | None = None) -> PointMass:
+        """Attach a point mass to a beam; gravity acts on it.
+
+        Parameters
+        ----------
+        node : Node
+            Where, for example ``rod.end`` or ``rod.at(0.3)``.
+        mass : float
+            The mass [kg], zero or more.
+        inertia : float or array_like of shape (3,) or (3, 3), optional
+            Rotary inertia about the node [kg m2], for nodes alone.  In a planar scene one number
+            about z.  In a spatial one the principal moments about e_x, e_y and e_z of the beam
+            there, or the whole matrix in that frame; it needs ``element="thick"``, since a cable
+            has no frame.  It turns with the vectors r_x, r_y, r_z of the node, so it grows with
+            the squares of their lengths: by twice the strain at the node.
+
+        Returns
+        -------
+        PointMass
+            The mass.
+
+        Raises
+        ------
+        InputError
+            If the mass or a moment is negative or not finite, no body has such moments, or the node
+            has no frame.
+        """
+        point = check_point("a mass", node)
+        self._own("a mass", point.beam)
+        what = f"the mass at {point!r}"
+        value = check_finite(what, mass, "kg")
+        if value < 0.0:
+            raise InputError(f"{what} must not be negative, got {with_unit(value, 'kg')}")
+        if inertia is None:
+            matrix = np.zeros((1, 1) if self.dim == 2 else (3, 3))
+        else:
+            self._check_frame(check_node("a rotary inertia", point))
+            matrix = _planar(point, inertia) if self.dim == 2 else _spatial(point, inertia)
+        if value == 0.0 and not matrix.any():
+            raise InputError(f"{what} is zero: give a mass or an inertia")
+        matrix.flags.writeable = False
+        return self._attach(PointMass(point, value, matrix))
+
+    def _check_frame(self, node: Node) -> None:
+        kind = element_kind(node.beam.element, self.dim, **node.beam.options)
+        if self.dim == 3 and kind.is_cable:
+            raise InputError(
+                f"{node!r} has no frame for a rotary inertia to turn with, because a cable knows "
+                "no rotation about its axis: take element='thick', or the mass alone"
+            )
+
+
+def _planar(node: Node, inertia: ArrayLike) -> Matrix:
+    moment = check_finite(f"the rotary inertia at {node!r}", inertia, "kg m2")
+    if moment < 0.0:
+        raise InputError(
+            f"the rotary inertia at {node!r} must not be negative, got {with_unit(moment, 'kg m2')}"
+        )
+    return np.array([[moment]])
+
+
+def _spatial(node: Node, inertia: ArrayLike) -> Matrix:
+    what, needed = f"the rotary inertia at {node!r}", "3 principal moments or a 3 x 3 matrix"
+    given = check_reals(what, inertia, needed)
+    if given.shape not in ((3,), (3, 3)):
+        raise InputError(f"{what} must be {needed}, got {shown(inertia)}")
+    if not np.isfinite(given).all():
+        raise InputError(f"{what} must be finite, got {shown(inertia)}")
+    matrix = np.diag(given) if given.ndim == 1 else given
+    largest = float(np.abs(matrix).max())
+    if np.abs(matrix - matrix.T).max() > ROUNDING * largest:
+        raise InputError(f"{what} must be symmetric, got {shown(inertia)}")
+    # Second moments of the mass along each axis: sums of squares.
+    least = float(np.linalg.eigvalsh(second_moments(matrix)).min())
+    if least < -ROUNDING * largest:
+        raise InputError(
+            f"{what} belongs to no body: each principal moment is at most the sum of the other two "
+            f"and not negative, got {shown(inertia)}"
+        )
+    return matrix
+
+
+def second_moments(inertia: Matrix) -> Matrix:
+    """Return the integral of x x^T over the mass of a body from its moments of inertia, (3, 3)."""
+    return np.asarray(0.5 * np.trace(inertia) * np.eye(3) - inertia)

@@ -1,0 +1,192 @@
+"""Springs and dampers between two points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import check_finite, check_vector
+from ancfsparse.errors import InputError, LoadFailure, with_unit
+from ancfsparse.scene.attached import Attached
+from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.callbacks import check_signature, is_compiled, sent
+from ancfsparse.scene.contents import Contents
+from ancfsparse.scene.joints import SAME_PLACE, check_point
+
+Stiffness = float | Callable[[float], float]
+
+# Signatures of C functions that give the force [N] at an elongation [m].
+LAWS = ("double (double)", "double (double, void *)")
+
+
+@dataclass(frozen=True, eq=False)
+class Spring(Attached):
+    """A massless spring and a damper side by side, along the line between two points.
+
+    Attributes
+    ----------
+    a : Node
+        One end.
+    b : Node or ndarray of shape (dim,)
+        The other end: a point of a beam, or one fixed in space [m].
+    stiffness : float or callable
+        Force over elongation [N/m], or the force [N] as a function of the elongation [m].
+    damping : float
+        Force over the rate of the length [N s/m].
+    length : float
+        Length without force [m].
+    """
+
+    a: Node
+    b: Node | NDArray[np.float64]
+    stiffness: Any
+    damping: float
+    length: float
+    contribution = "springs"
+
+    @property
+    def signature(self) -> str:
+        """Signature of a force law that is a C function."""
+        return check_signature(f"the force law of {self.what}", self.stiffness, *LAWS)
+
+    @property
+    def what(self) -> str:
+        """Name in messages."""
+        return f"the spring between {self.a!r} and {place(self.b)}"
+
+    def describe(self, at: Callable[[Node], str]) -> str:
+        """Describe it for the digest of a scene."""
+        other = at(self.b) if isinstance(self.b, Node) else place(self.b)
+        law = "a force law" if callable(self.stiffness) or is_compiled(self.stiffness) else ""
+        numbers = (law or f"{self.stiffness:.9g}", f"{self.damping:.9g}", f"{self.length:.9g}")
+        return f"spring ({at(self.a)}; {other}): ({', '.join(numbers)})"
+
+    def pull(self, elongation: float) -> float:
+        """Return the force at an elongation [N]; 0 of a C function, not called from here."""
+        if is_compiled(self.stiffness):
+            return 0.0
+        law = self.stiffness
+        return float(law(elongation)) if callable(law) else float(law * elongation)
+
+    def failure(self, elongation: float, raised: Exception | None = None) -> LoadFailure:
+        """Return the error for a force law that raised one, or returned no finite number."""
+        law = f"the force law of {self.what}, at an elongation of {elongation:.6g} m,"
+        if raised is None:
+            return LoadFailure(f"{law} returned no finite number of newtons", math.nan)
+        error = LoadFailure(
+            f"{law} failed: {type(raised).__name__}: {raised}".rstrip(": "), math.nan
+        )
+        error.__cause__ = raised
+        return error
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what is pickled."""
+        return self.__dict__ | {"stiffness": sent(self.stiffness, self.what)}
+
+
+class Springs(Contents):
+    """Springs and dampers of a scene."""
+
+    def spring(
+        self,
+        a: Node,
+        b: Node | ArrayLike,
+        *,
+        stiffness: Stiffness = 0.0,
+        damping: float = 0.0,
+        length: float | None = None,
+    ) -> Spring:
+        """Put a massless spring and damper between two points.
+
+        With the distance l of the points it pulls them together with
+        ``stiffness * (l - length) + damping * dl/dt``.
+
+        Parameters
+        ----------
+        a : Node
+            One end, for example ``rod.end`` or ``rod.at(0.3)``.
+        b : Node or array_like of shape (dim,)
+            The other end: a point of a beam, or one fixed in space [m].
+        stiffness : float or callable, optional
+            Stiffness [N/m], zero or more; or a force law, a function that takes the elongation
+            l - length [m] and returns the force [N], positive if it pulls.  As a Python function it
+            is called with one number, about a microsecond each time, once in a residual and three
+            times in a matrix; its energy is found by quadrature.  A `scipy.LowLevelCallable` with
+            the signature ``double (double)`` or ``double (double, void *)`` costs no more than a
+            number.
+        damping : float, optional
+            Damping [N s/m], zero or more.
+        length : float, optional
+            Length without force [m], by default the distance of the points in the reference shape.
+
+        Returns
+        -------
+        Spring
+            The spring.
+
+        Raises
+        ------
+        InputError
+            If a number is negative or not finite, both ends are one point, or a force law gives no
+            number.
+        """
+        one = check_point("a spring", a)
+        self._own("a spring", one.beam)
+        other: Node | NDArray[np.float64]
+        if isinstance(b, Node):
+            other, there = b, b.position
+            self._own("a spring", b.beam)
+        else:
+            other = there = check_vector(f"the end of the spring at {one!r}", b, self.dim, "m")
+        what = f"the spring between {one!r} and {place(other)}"
+        distance = float(np.linalg.norm(there - one.position))
+        if isinstance(other, Node) and one == other:
+            raise InputError(f"{what} has both ends at one point")
+        if length is None and distance <= SAME_PLACE * one.beam.size:
+            raise InputError(
+                f"{what} has both ends at one place, so its length is not known: give length="
+            )
+        law = callable(stiffness) or is_compiled(stiffness)
+        spring = Spring(
+            one,
+            other,
+            stiffness if law else _not_negative(f"stiffness of {what}", stiffness, "N/m"),
+            _not_negative(f"damping of {what}", damping, "N s/m"),
+            distance if length is None else _not_negative(f"length of {what}", length, "m"),
+        )
+        if not law and spring.stiffness == 0.0 and spring.damping == 0.0:
+            raise InputError(f"{what} does nothing: give it a stiffness or a damping")
+        if is_compiled(stiffness):
+            check_signature(f"the force law of {what}", stiffness, *LAWS)
+        elif law:
+            try_out(spring, distance - spring.length)
+        return self._attach(spring)
+
+
+def try_out(spring: Spring, elongation: float) -> None:
+    """Call a force law once, so that a wrong one is found where it is given."""
+    try:
+        found = float(spring.stiffness(elongation))
+    except Exception as error:  # a function of the caller's may raise anything
+        raise spring.failure(elongation, error) from error
+    if not math.isfinite(found):
+        raise spring.failure(elongation)
+
+
+def place(end: Node | NDArray[np.float64]) -> str:
+    """Show an end of a spring."""
+    if isinstance(end, Node):
+        return repr(end)
+    return "(" + ", ".join(f"{each:.9g}" for each in end) + ")"
+
+
+def _not_negative(what: str, value: object, unit: str) -> float:
+    number = check_finite(what, value, unit)
+    if number < 0.0:
+        raise InputError(f"{what} must not be negative, got {with_unit(number, unit)}")
+    return number

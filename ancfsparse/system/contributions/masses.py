@@ -1,0 +1,70 @@
+"""Point masses and rotary inertias: constant entries of the mass matrix."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.scene.masses import PointMass, second_moments
+from ancfsparse.system.contributions.interface import Contribution, unknowns
+from ancfsparse.system.pattern import Pattern, Unknowns
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+
+class Masses(Contribution):
+    """The point masses of a system, as entries of the lower triangle of its mass matrix."""
+
+    def __init__(self, system: System, masses: list[PointMass]) -> None:
+        self._n_free = system.n_free
+        entries: dict[tuple[int, int], float] = {}
+        for each in masses:
+            places, weights = system.point(each.node)
+            for row in places:
+                _add(entries, row, each.mass * np.outer(weights, weights))
+            if each.inertia.any():
+                _add_inertia(entries, system, each)
+        self._pairs = np.array(list(entries), dtype=np.int32).reshape(-1, 2)
+        self._value = np.array(list(entries.values()))
+
+    def cliques(self) -> list[Unknowns]:
+        """Return the two coordinates of each entry."""
+        return [unknowns(self._pairs.copy(), self._n_free)]
+
+    def compile(self, pattern: Pattern) -> Any:
+        """Return the compiled masses."""
+        slots = pattern.slots(*self.cliques())  # (i, i), (j, i), (j, j)
+        row, column = (np.ascontiguousarray(each) for each in self._pairs.T)
+        slot = np.where(row == column, slots[:, 0], slots[:, 1])
+        return compiled("masses").Masses(row, column, np.ascontiguousarray(slot), self._value)
+
+
+def _add(entries: dict[tuple[int, int], float], places: Any, values: Any) -> None:
+    """Add the lower triangle of a small matrix over places."""
+    for a, i in enumerate(places.tolist()):
+        for b, j in enumerate(places[: a + 1].tolist()):
+            pair = (max(i, j), min(i, j))
+            entries[pair] = entries.get(pair, 0.0) + float(values[a, b])
+
+
+def _add_inertia(entries: dict[tuple[int, int], float], system: System, mass: PointMass) -> None:
+    """Let a body turn with the vectors of a node: 1/2 sum of P_kl r_k'.r_l', P = integral x x^T."""
+    places, kind = system.place(mass.node), system.kind_of(mass.node.beam)
+    names = ["r_x", "r_y", "r_z"]
+    if system.dim == 3:
+        spread = second_moments(mass.inertia)
+    else:  # any division of the moment among the vectors that turn is the same rotation
+        names = [name for name in names[:2] if name in kind.section]
+        spread = np.eye(len(names)) * mass.inertia[0, 0] / len(names)
+    vectors = np.array([places[kind.columns(name)] for name in names])
+    for direction in vectors.T:
+        _add(entries, direction, spread)
+
+
+def of(system: System) -> list[Masses]:
+    """Return the point masses of a system."""
+    found = [each for each in system.scene.attached if isinstance(each, PointMass)]
+    return [Masses(system, found)] if found else []

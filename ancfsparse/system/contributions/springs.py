@@ -1,0 +1,98 @@
+"""Springs and dampers between two points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.scene import Node
+from ancfsparse.scene.callbacks import capsule_of
+from ancfsparse.scene.springs import LAWS, Spring
+from ancfsparse.system.contributions.attach import Points
+from ancfsparse.system.contributions.interface import Contribution, Vector
+from ancfsparse.system.pattern import Pattern, Unknowns
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+
+class Springs(Contribution):
+    """The springs of a system: the vector from end to end of each is a sum of coordinates."""
+
+    def __init__(self, system: System, springs: list[Spring]) -> None:
+        self._n_free, self._springs = system.n_free, springs
+        self._points = Points.of(system, [_terms(each) for each in springs])
+        fixed = [np.zeros(system.dim) if isinstance(s.b, Node) else s.b for s in springs]
+        self._origin = np.array(fixed, dtype=float)
+
+    def cliques(self) -> list[Unknowns]:
+        """Return the coordinates of each spring."""
+        return self._points.cliques(self._n_free)
+
+    def compile(self, pattern: Pattern) -> Any:
+        """Return the compiled springs."""
+        springs, points = self._springs, self._points
+        linear = [0.0 if _is_law(each) else each.stiffness for each in springs]
+        return compiled("springs").Springs(
+            points.start,
+            points.place,
+            points.weight,
+            points.slots(pattern, self._n_free),
+            self._origin,
+            np.array(linear, dtype=float),
+            np.array([each.damping for each in springs]),
+            np.array([each.length for each in springs]),
+            np.array([each.length or float(each.a.beam.lengths.min()) for each in springs]),
+            [_law(each) if _is_law(each) else None for each in springs],
+        )
+
+    def holds(self, q: Vector) -> Any:
+        """Return the direction of each spring, or all where it is tight or has no length."""
+        import scipy.sparse as sp
+
+        points, n, dim = self._points, len(self._springs), self._origin.shape[1]
+        values, rows, columns = [], [], []
+        for k, spring in enumerate(self._springs):
+            if spring.stiffness == 0.0:
+                continue
+            mine = slice(points.start[k], points.start[k + 1])
+            place, weight = points.place[:, mine], points.weight[mine]
+            way = self._origin[k] + q[place] @ weight
+            length = float(np.linalg.norm(way))
+            tight = length == 0.0 or spring.pull(length - spring.length) > 0.0
+            directions = np.eye(dim) if tight else way[None] / length
+            for e, direction in enumerate(directions):
+                values.append(np.outer(direction, weight).ravel())
+                columns.append(place.ravel())
+                rows.append(np.full(place.size, dim * k + e))
+        if not rows:
+            return None
+        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        table = sp.csr_array(entries, shape=(dim * n, len(q)))
+        return table[np.diff(table.indptr) > 0]
+
+
+def _terms(spring: Spring) -> list[tuple[float, Node]]:
+    ends = [(-1.0, spring.a)]
+    return [*ends, (1.0, spring.b)] if isinstance(spring.b, Node) else ends
+
+
+def _is_law(spring: Spring) -> bool:
+    return not isinstance(spring.stiffness, float)
+
+
+def _law(spring: Spring) -> tuple[Any, Any, Callable[..., Exception]]:
+    """Return a C function and whether it takes data, or a Python function; and its failure."""
+    capsule = capsule_of(spring.stiffness)
+    if capsule is None:
+        return spring.stiffness, None, spring.failure
+    return capsule, LAWS.index(spring.signature), spring.failure
+
+
+def of(system: System) -> list[Springs]:
+    """Return the springs of a system."""
+    found = [each for each in system.scene.attached if isinstance(each, Spring)]
+    return [Springs(system, found)] if found else []
