@@ -6,7 +6,6 @@ import math
 import operator
 import sys
 from collections.abc import Iterable
-from decimal import Decimal
 from numbers import Real
 
 import numpy as np
@@ -244,6 +243,8 @@ def check_reals(what: str, value: object, needed: str) -> NDArray[np.float64]:
 
 
 def _is_real(value: object) -> bool:
+    from decimal import Decimal
+
     return isinstance(value, (Real, Decimal)) and not isinstance(value, bool)
 
 

@@ -6,7 +6,6 @@ import errno
 import json
 import os
 import shutil
-import uuid
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -120,6 +119,8 @@ class Writer:
         self._file.attrs["mark"] = np.bytes_(MARK)
         self._file.attrs["format"] = FORMAT
         self._file.attrs["coordinates"] = n
+        import uuid
+
         self._file.attrs["run"] = np.bytes_(uuid.uuid4().hex)
         self._file.flush()
 

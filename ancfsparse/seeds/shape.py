@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -97,6 +96,8 @@ def parts_of(shape: Shape, threads: int) -> NDArray[np.int32] | None:
     (n_super,) int32 or None
         Part of each supernode, `threads` for the root; None where no even division is found.
     """
+    import heapq
+
     parent = shape.parent
     width = np.diff(shape.first)
     work = width * (width + 2 * np.diff(shape.row_start))
@@ -131,6 +132,8 @@ def parts_of(shape: Shape, threads: int) -> NDArray[np.int32] | None:
 
 def _deal(subtrees: list[tuple[int, int]], threads: int) -> list[tuple[int, list[int]]]:
     """Give the heaviest subtree left to the part with the least work, again and again."""
+    import heapq
+
     parts: list[tuple[int, int, list[int]]] = [(0, part, []) for part in range(threads)]
     for minus_work, top in sorted(subtrees):
         load, part, mine = heapq.heappop(parts)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.machine import available
@@ -9,10 +11,12 @@ from ancfsparse.nonlinear import Method, QuasiNewton
 from ancfsparse.scene import Mesh
 from ancfsparse.seeds import DeflatedSeed, Groups, IncompleteSeed, Seed, SparseSeed
 from ancfsparse.seeds.sparse import OWN_ENTRY, Indices
-from ancfsparse.solve.coarse import CoarseModes, slides_of
 from ancfsparse.solve.memory import Memory, check_factor
 from ancfsparse.system import System
 from ancfsparse.system.vectors import vectors_of
+
+if TYPE_CHECKING:
+    from ancfsparse.solve.coarse import CoarseModes
 
 SEEDS = ("auto", "exact", "incomplete")
 # Coordinates up to which an exact factor costs next to nothing.
@@ -98,6 +102,8 @@ def make_seed(
     if kind == "incomplete" or (kind == "auto" and _may_fill_in(system, solver)):
         groups = Groups.of(indptr, indices, *vectors_of(system.places, system.dim, system.n_free))
         if kind == "incomplete" or _fills_in(groups, solver, needed):
+            from ancfsparse.solve.coarse import slides_of
+
             incomplete = IncompleteSeed(indptr, indices, groups, threads, slides_of(system, dt))
             check_factor(needed, incomplete)
             return incomplete, None if kind == "incomplete" else groups
@@ -127,6 +133,8 @@ def make_static_seed(
         if not fills:
             fills = groups.cycles > 0 and groups.exact_fill(MOST_STATIC_FILL) is None
         if fills:
+            from ancfsparse.solve.coarse import CoarseModes
+
             return DeflatedSeed(indptr, indices, groups), CoarseModes(system)
     return SparseSeed(indptr, indices, system.n_free), None
 

@@ -21,7 +21,6 @@ from ancfsparse.results import Equilibrium, RunStats
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import DeflatedSeed, SparseSeed
 from ancfsparse.solve.balance import Balance, State
-from ancfsparse.solve.freedom import MOST, free_motions
 from ancfsparse.solve.memory import DEFLATED_ENTRY, Memory, check_factor, estimate, memory_for
 from ancfsparse.solve.progress import progress_bar
 from ancfsparse.solve.relax import Found, NotFoundError, find, settle
@@ -159,6 +158,8 @@ def check_held(system: System) -> None:
     SingularSceneError
         With the number of free motions and the name of the first.
     """
+    from ancfsparse.solve.freedom import MOST, free_motions
+
     free = free_motions(system)
     if free:
         count = f"{len(free)}{' or more' * (len(free) == MOST)}"

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ancfsparse.system.contributions.interface import Contribution
 
 if TYPE_CHECKING:
     from ancfsparse.system.system import System
 
-NAMES = (
-    "elements",
-    "loads",
-    "moments",
-    "constraints",
-)
-"""Modules of this folder that every scene may need; what is attached to a scene names its own.
+NAMES: dict[str, Callable[[Any], bool]] = {
+    "elements": lambda system: True,
+    "loads": lambda system: bool(system.loads.place),
+    "moments": lambda system: bool(system.loads.moment_place),
+    "constraints": lambda system: system.n_multipliers > 0,
+}
+"""Modules of this folder, and which systems need them; what is attached to a scene names its own.
 
 The function ``of`` of each takes a system and returns its parts.
 """
@@ -24,6 +25,7 @@ The function ``of`` of each takes a system and returns its parts.
 
 def contributions_of(system: System) -> list[Contribution]:
     """Return what adds to the equations of a numbered scene, in the order in which it is added."""
-    names = dict.fromkeys((*NAMES, *(each.contribution for each in system.scene.attached)))
+    own = [name for name, is_needed in NAMES.items() if is_needed(system)]
+    names = dict.fromkeys([*own, *(each.contribution for each in system.scene.attached)])
     modules = (import_module(f"{__name__}.{name}") for name in names)
     return [part for module in modules for part in module.of(system)]

@@ -43,4 +43,4 @@ class Constraints(Contribution):
 
 def of(system: System) -> list[Constraints]:
     """Return the constraints of a system."""
-    return [Constraints(system)] if system.n_multipliers else []
+    return [Constraints(system)]

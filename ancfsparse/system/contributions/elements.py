@@ -13,7 +13,6 @@ from ancfsparse.kernels.layout import Layout, pack
 from ancfsparse.scene import Body
 from ancfsparse.system.contributions.interface import Contribution, Places, Vector, unknowns
 from ancfsparse.system.pattern import Pattern, Unknowns
-from ancfsparse.system.sharing import share
 
 if TYPE_CHECKING:
     from ancfsparse.system.system import System
@@ -55,6 +54,8 @@ class Elements(Contribution):
 
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
         """Deal the elements out to threads, if not too many would meet at the borders."""
+        from ancfsparse.system.sharing import share
+
         dealt = share(self.layouts, n_free, n_all, threads)
         if dealt is not None:
             self._compiled.divide(*dealt)

@@ -35,4 +35,4 @@ class Loads(Contribution):
 
 def of(system: System) -> list[Loads]:
     """Return the changing loads of a system."""
-    return [Loads(system.loads)] if system.loads.place else []
+    return [Loads(system.loads)]

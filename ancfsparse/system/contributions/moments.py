@@ -61,7 +61,7 @@ class Moments(Contribution):
 
 def of(system: System) -> list[Moments]:
     """Return the moments of a system."""
-    return [Moments(system)] if system.loads.moment_place else []
+    return [Moments(system)]
 
 
 def _power_on_section(q: Vector, v: Vector, places: NDArray[np.int32], moment: Vector) -> Vector:
