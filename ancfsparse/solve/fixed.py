@@ -231,6 +231,7 @@ class FixedSteps:
             stats.short_steps = self._halving.short_steps
             stats.events += self._halving.events
         last = None
+        self._buffer = []  # makes room for the last state
         if self._before is not None:
             t = self._clock.at(stats.steps)
             iteration = self._iteration
