@@ -108,6 +108,30 @@ def test_a_solution_that_gains_energy_is_refused_for_one_that_does_not():
     np.testing.assert_allclose(q, calm, rtol=0, atol=1e-9)
 
 
+def pushed(begin):
+    """An acceleration at the start along the velocity, which gives every solution energy."""
+    return type(begin)(begin.q, begin.v, begin.a, 5.0 * begin.v, begin.lam, begin.amplitudes)
+
+
+def test_of_solutions_that_all_gain_energy_the_one_that_gains_least_is_kept():
+    both = [
+        bar().march(STEP, 1, ASYMPTOTIC, start=start)[:2]
+        for start in (pushed, lambda begin: pushed(turned_over(begin)))
+    ]
+    point = bar()
+    before = point.energy(point.q0[None], point.v0[None])[0]
+    little, much = (point.energy(q, v)[0] / before - 1.0 for q, v in both)
+    assert 0.1 < little < 0.01 * much
+    # Newton finds the one that gains much, the other start the other; both gain too much.
+    q, v, _, _, outcome = point.march(
+        STEP, 1, ASYMPTOTIC, start=lambda begin: pushed(turned_over(begin)), largest_gain=0.01
+    )
+    assert outcome == Outcome.CONVERGED  # in the first steps a gain stops no run
+    assert [event[:3] for event in point.loop.events] == [(1, Rung.COASTING, Outcome.GAINED_ENERGY)]
+    np.testing.assert_allclose(q, both[0][0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(v, both[0][1], rtol=0, atol=1e-7)
+
+
 def test_a_step_that_only_gains_is_not_taken():
     # No energy may be gained at all.
     point = bar(1e6, 1.1)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from by_hand import full
 
 import ancfsparse as ancf
 from ancfsparse.scene import Section
@@ -165,6 +166,43 @@ def test_a_moment_on_a_section_leaves_the_slope_alone_and_is_all_there(dim, rng)
     np.testing.assert_allclose(total, m, rtol=0, atol=1e-15 * scale)
     force[places[2 * dim :]] = 0.0
     assert np.abs(force).max() <= 1e-15 * scale
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"element": "thick"}, {"element": "thick", "curvature": "section"}],
+    ids=["slope", "slope and twist", "section"],
+)
+def test_the_matrix_of_moments_is_the_derivative_of_their_forces(dim, options, rng):
+    scene, rod = build(gravity=np.zeros(dim), n=2, **options)
+    for node in (rod.node(1), rod.end):
+        scene.point_moment(node, rng.normal(size=3) if dim == 3 else rng.normal())
+    system = System(scene)
+    row, zero, none = system.loads.amplitudes(np.zeros(1))[0], np.zeros(system.n_all), np.zeros(0)
+    q = system.q0 + 0.2 * rng.normal(size=system.n_all)
+
+    def force(q):
+        with_it, without = (
+            system.assembly.residual(q, zero, zero, none, system.dead_load, amplitudes)[0]
+            for amplitudes in (row, np.zeros_like(row))
+        )
+        return with_it - without
+
+    # Central differences of fourth order, of the moments alone.
+    step, expected = 1e-3, np.zeros((system.n_all, system.n_all))
+    for j, e in enumerate(step * np.eye(system.n_all)):
+        expected[:, j] = 8.0 * (force(q + e) - force(q - e)) - (force(q + 2 * e) - force(q - 2 * e))
+    expected /= 12.0 * step
+    found = full(system, system.assembly.matrix(0.0, 1.0, q, none, row))
+    found -= full(system, system.assembly.matrix(0.0, 1.0, q, none, np.zeros_like(row)))
+    size = np.abs(expected).max()
+    assert size > 0.1
+    if dim == 2:
+        assert np.abs(expected - expected.T).max() <= 1e-7 * size
+    # In space a fixed moment has no potential, and the matrix is the symmetric part.
+    expected = 0.5 * (expected + expected.T)
+    assert np.abs(found - expected).max() <= 1e-7 * size
 
 
 @pytest.mark.parametrize("options", [{}, {"element": "thick", "curvature": "section"}])
