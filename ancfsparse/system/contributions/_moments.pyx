@@ -127,10 +127,11 @@ cdef void add_on_section(const Data *self, ptrdiff_t k, const double *m, const d
 
 cdef void stiffness_on_section(const Data *self, ptrdiff_t k, const double *m, const double *q,
                                double derivative[9][9]) noexcept nogil:
-    """Of minus the force w x u on each vector u, where w changes with both."""
+    """Of minus the force w x u on each vector u, where w changes with both.
+
+    With w held, w x u has a skew derivative, which the symmetric part has nothing of."""
     cdef double units[2][3]
     cdef double w[3]
-    cdef double unit[3]
     cdef double pull[3]
     cdef double change[3]
     cdef double g[3]
@@ -151,11 +152,6 @@ cdef void stiffness_on_section(const Data *self, ptrdiff_t k, const double *m, c
                 cross(change, units[other], g)
                 for i in range(self.dim):
                     derivative[self.dim * (other + 1) + i][self.dim * (v + 1) + j] = -g[i]
-            unit[0] = unit[1] = unit[2] = 0.0
-            unit[j] = 1.0
-            cross(w, unit, g)
-            for i in range(self.dim):
-                derivative[self.dim * (v + 1) + i][self.dim * (v + 1) + j] -= g[i]
 
 
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
