@@ -67,9 +67,11 @@ accuracy: setup ## Measure errors and costs of runs to an accuracy on 100 scenes
 # First what counts and looks at no clock, last what takes longest; each says that it begins.
 STUDIES := \
   'study stability --page docs/stability.md' \
+  'study stability --seeds --page docs/stability.md' \
   'table1 --readme README.md --page docs/benchmarks.md' \
   'bench-paper --page docs/benchmarks.md' \
   'study memory --page docs/large.md' \
+  'study memory --lattice 8 --page docs/large.md' \
   'study lattices --largest 46 --largest-net 200 --page docs/large.md' \
   'study long-runs --page docs/stability.md' \
   'study total-error --peers --page docs/accuracy.md' \

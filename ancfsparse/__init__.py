@@ -25,7 +25,7 @@ from ancfsparse.integrators import (
     RungeKuttaNystrom,
 )
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
-from ancfsparse.results import Equilibrium, Trajectory
+from ancfsparse.results import Equilibrium, Trajectory, load
 from ancfsparse.scene import (
     Circle,
     Material,
@@ -73,6 +73,7 @@ __all__ = [
     "Table",
     "Trajectory",
     "UnstableEquilibrium",
+    "load",
     "simulate",
     "solve_static",
     "stable_step",

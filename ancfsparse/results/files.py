@@ -180,7 +180,7 @@ def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
     if outline is None:
         raise InputError(
             f"{path} does not hold the outline of its scene: it is of a run with save_nodes or of "
-            "an earlier version; open it in Python with ancfsparse.results.load(path, scene)"
+            "an earlier version; open it in Python with ancfsparse.load(path, scene)"
         )
     return outline, t, q, v
 

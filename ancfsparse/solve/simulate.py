@@ -132,7 +132,7 @@ def simulate(
         Keep only position, velocity and acceleration of these points, such as ``[rod.end]``.
     output : str or Path, optional
         Write the states to this HDF5 file while the run lasts, instead of keeping them in memory;
-        the file of an earlier run is replaced, any other is not.  `ancfsparse.results.load` opens
+        the file of an earlier run is replaced, any other is not.  `ancfsparse.load` opens
         it later.
     progress : bool, optional
         Whether to draw a progress bar.

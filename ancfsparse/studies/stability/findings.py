@@ -52,15 +52,18 @@ def findings(result: Stability) -> list[str]:
     gained = result.worse_than_newton(GAINED)
     better = sum(run.whole and not newton.whole for run, newton in beside)
     calm, often, hidden = result.calm(), result.often_rescued(), result.hidden_gains()
-    most = max((run.newton for run in calm), default=0.0)
+    others = result.calm_beside_newton()
+    most = max((run.newton for run in others), default=0.0)
+    own = max((run.newton for run in calm if run not in others), default=0.0)
     sentences = [
         f"Other solvers beside Newton at the same {len(beside)} points: {len(lost)} failed and "
         f"{len(gained)} were stopped for energy where Newton finished, {better} finished where "
         "Newton did not.",
         *(f"Only Newton finishes: {_where(run)}: {kinds(run)}." for run in [*lost, *gained]),
         f"Where no element turns by {CALM_TURN:g} rad or stretches by {CALM_STRETCH:g} within a "
-        f"step, in {len(calm)} runs, damped Newton saved at most {100 * most:.2g} % of the steps "
-        f"of a run (aim: {100 * CALM_SHARE:g} %, {_verdict(not often)}).",
+        f"step, in {len(others)} runs of other solvers, damped Newton saved at most "
+        f"{100 * most:.2g} % of the steps of a run (aim: {100 * CALM_SHARE:g} %, "
+        f"{_verdict(not often)}); of Newton's own calm runs, at most {100 * own:.2g} %.",
         f"Runs that came to their end with more than {100 * MOST_GAIN:g} % of the largest kinetic "
         f"energy above what they were given: {len(hidden)} of "
         f"{sum(run.whole for run in result.runs)} (aim: none, {_verdict(not hidden)}).",

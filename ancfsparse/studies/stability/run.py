@@ -105,9 +105,13 @@ class Stability:
             if run.whole and run.turn < CALM_TURN and run.stretch < CALM_STRETCH
         ]  # fmt: skip
 
+    def calm_beside_newton(self) -> list[Run]:
+        """Return the calm runs of all solvers but Newton, whose steps it saves where they fail."""
+        return [run for run in self.calm() if run.place.solver != "Newton"]
+
     def often_rescued(self) -> list[Run]:
-        """Return the calm runs in which damped Newton saved more steps than it may."""
-        return [run for run in self.calm() if run.newton > CALM_SHARE]
+        """Return the calm runs of these solvers in which Newton saved more steps than it may."""
+        return [run for run in self.calm_beside_newton() if run.newton > CALM_SHARE]
 
     def borders(self, gain: float = 0.5 * MOST_GAIN) -> list[tuple[Run, Run]]:
         """Return pairs of neighbours in time step: the first completes, the second does not.
