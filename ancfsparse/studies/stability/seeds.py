@@ -227,9 +227,9 @@ def chart(rows: Sequence[Row]) -> Figure:
         ax.set_yscale("log")
         ax.set_title(scene, fontsize=SMALL)
         ax.tick_params(labelsize=SMALL)
-        ax.set_xlabel("step, s", fontsize=SMALL)
+        ax.set_xlabel("dt [s]", fontsize=SMALL)
     for ax in axes[:, 0]:
-        ax.set_ylabel("Young's modulus, Pa", fontsize=SMALL)
+        ax.set_ylabel("Young's modulus [Pa]", fontsize=SMALL)
     set_legend(figure, shown, 4)
     lost = worse(rows, "incomplete")
     total = sum(row.seed == "incomplete" for row in rows)
