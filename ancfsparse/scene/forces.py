@@ -138,9 +138,10 @@ class Forces(Contents):
         The matrix of a step takes the symmetric part of the derivative, by central differences; the
         residual has all of the force.
         """
-        given = (points,) if isinstance(points, Node) else points
-        if not isinstance(given, Iterable):
-            raise InputError(f"a force needs points of beams, got {shown(points)}")
+        try:
+            given = (points,) if isinstance(points, Node) else tuple(points)
+        except TypeError:  # an array without axes is an Iterable, too
+            raise InputError(f"a force needs points of beams, got {shown(points)}") from None
         where = tuple(check_point("a force", point) for point in given)
         if not where:
             raise InputError("a force needs at least one point, got none")
