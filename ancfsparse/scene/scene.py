@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.checks import check_choice, check_flag, check_vector
+from ancfsparse.checks import check_choice, check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene.bodies import Body, Node
@@ -30,7 +30,7 @@ from ancfsparse.scene.joints import (
 from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
 from ancfsparse.scene.masses import Masses
 from ancfsparse.scene.springs import Springs
-from ancfsparse.scene.straight import FARTHEST, place
+from ancfsparse.scene.straight import check_position, place
 from ancfsparse.words import shown
 
 AnyJoint = TypeVar("AnyJoint", bound=Joint)
@@ -194,12 +194,7 @@ class Scene(
             The joint.
         """
         self._mine("a rod", check_node("a rod", node))
-        point = check_vector(f"anchor of the rod at {node!r}", anchor, self.dim, "m")
-        if np.max(np.abs(point)) > FARTHEST:
-            raise InputError(
-                f"anchor of the rod at {node!r} lies beyond {FARTHEST:g} m, at {place(point)}: "
-                "give positions in metres"
-            )
+        point = check_position(f"anchor of the rod at {node!r}", anchor, self.dim)
         distance = float(np.linalg.norm(node.position - point))
         if distance <= SAME_PLACE * node.beam.size:
             raise InputError(

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite, check_vector
+from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError, LoadFailure, with_unit
 from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.callbacks import check_signature, is_compiled, sent
 from ancfsparse.scene.contents import Contents
 from ancfsparse.scene.joints import SAME_PLACE, check_point
+from ancfsparse.scene.straight import check_position
 
 Stiffness = float | Callable[[float], float]
 
@@ -142,7 +143,7 @@ class Springs(Contents):
             other, there = b, b.position
             self._own("a spring", b.beam)
         else:
-            other = there = check_vector(f"the end of the spring at {one!r}", b, self.dim, "m")
+            other = there = check_position(f"the end of the spring at {one!r}", b, self.dim)
         what = f"the spring between {one!r} and {place(other)}"
         distance = float(np.linalg.norm(there - one.position))
         if isinstance(other, Node) and one == other:

@@ -103,6 +103,22 @@ def straight_beam(
     )
 
 
+def check_position(what: str, value: ArrayLike, dim: int) -> NDArray[np.float64]:
+    """Return a point in space as `check_vector` does, whose distances do not overflow.
+
+    Raises
+    ------
+    InputError
+        If it is no such vector [m], or lies beyond `FARTHEST`.
+    """
+    point = check_vector(what, value, dim, "m")
+    if np.max(np.abs(point)) > FARTHEST:
+        raise InputError(
+            f"{what} lies beyond {FARTHEST:g} m, at {place(point)}: give positions in metres"
+        )
+    return point
+
+
 def place(position: Vector) -> str:
     """Write a position for a message.
 

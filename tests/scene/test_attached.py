@@ -27,6 +27,7 @@ def scene_of(dim=2, element="thin"):
         (lambda s, b: s.add_mass(scene_of()[1].end, 1.0), "of another scene"),
         (lambda s, b: s.force(np.array(1.0), lambda q, v, t: -v), "needs points of beams, got"),
         (lambda s, b: s.force(3, lambda q, v, t: -v), "needs points of beams, got 3"),
+        (lambda s, b: s.spring(b.end, (1e200, 0), stiffness=1.0), r"lies beyond 1e\+150 m"),
         (lambda s, b: s.spring(b.start, b.end), "does nothing: give it a stiffness"),
         (lambda s, b: s.spring(b.end, b.end, stiffness=1.0), "both ends at one point"),
         (lambda s, b: s.spring(b.end, (1, 0), stiffness=1.0), "give length="),
