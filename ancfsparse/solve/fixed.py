@@ -186,7 +186,7 @@ class FixedSteps:
 
     def _collect(self) -> None:
         """Hand on and count what the march has taken; doing so again changes nothing."""
-        if self._before is None:
+        if self._before is None or not self._buffer:  # the buffer goes once all is handed on
             return
         begin, counted = self._before
         self._stats.steps = steps = begin + self._march.steps - counted
