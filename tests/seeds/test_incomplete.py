@@ -248,6 +248,7 @@ def test_too_many_blocks_are_refused(rng, monkeypatch):
 def two_fronts(monkeypatch, least=2):
     """Divide factors however small they are."""
     monkeypatch.setattr(groups_module, "TWO_FRONTS_FROM", least)
+    monkeypatch.setattr(groups_module, "CYCLES_FROM", 1e-9)  # all but trees
 
 
 def test_two_fronts_meet_in_the_middle_alone(rng, monkeypatch):
@@ -324,3 +325,20 @@ def test_solves_repeat_bit_for_bit(rng):
         seed.factor(values)
         runs.append([seed.own.solve(r) for _ in range(3)])
     assert np.array_equal(*runs)
+
+
+@pytest.mark.parametrize(("dim", "side", "parts"), [(2, 9, 1), (3, 8, 3)])
+def test_nets_are_eliminated_in_one_front_and_lattices_in_two(rng, monkeypatch, dim, side, parts):
+    # In nets two fronts take more than twice the sweeps.
+    monkeypatch.setattr(groups_module, "TWO_FRONTS_FROM", 2)
+    number = np.arange(side**dim).reshape((side,) * dim)
+    edges = [
+        np.stack(
+            [number.take(range(side - 1), k).ravel(), number.take(range(1, side), k).ravel()], 1
+        )
+        for k in range(dim)
+    ]
+    a, groups = coupled(rng, side**dim, np.concatenate(edges), 3, 3.0)
+    indptr, indices, _ = lower_csc(a)
+    _, first = Groups.of(indptr, indices, groups, np.arange(side**dim)).fronts()
+    assert np.count_nonzero(np.diff(first)) == parts
