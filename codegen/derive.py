@@ -5,7 +5,7 @@ pass.  The tangent is, in the variables the strains are written in, weight times
 of strain gradients plus the second derivative of the strains with their stresses frozen; constant
 matrices then carry it to the coordinates.  The outer products alone are the material part of the
 tangent; with velocities in place of small displacements they are the force of viscous damping.
-Between two states the force becomes the discrete gradient of the energy (`secant`).
+Between two states the force becomes the discrete gradient of the energy (`discrete`).
 """
 
 from collections.abc import Sequence
@@ -16,9 +16,9 @@ from itertools import product
 
 import sympy as sp
 
+from codegen.discrete_gradient import HALF, DiscreteGradient
 from codegen.fields import PARAMETERS, Element, length, x
 from codegen.modes import ModeVectors
-from codegen.secant import HALF, Secant
 from codegen.strains import Patch, Patches
 from codegen.symbols import to_tape
 from codegen.tape import PARAMETER, Node, Tape
@@ -123,12 +123,12 @@ class Derivation:
         square is: their components alone would turn the beam.
         """
         tape = self.tape
-        secant = Secant(tape, dict(zip(self.q, self.a, strict=True)))
+        discrete = DiscreteGradient(tape, dict(zip(self.q, self.a, strict=True)))
         outputs = []
         for patch in Patches(tape, self.element, self.modes, squared=True).all:
-            outputs += [(tape.mul(weight, secant.mean(s)), s) for weight, s in patch.strains]
+            outputs += [(tape.mul(weight, discrete.mean(s)), s) for weight, s in patch.strains]
             outputs += [(tape.scale(HALF, weight), square) for weight, square in patch.squares]
-        return secant.gradient(outputs, self.q)
+        return discrete.gradient(outputs, self.q)
 
     def material(self) -> list[Node]:
         """Lower triangle by rows of the sum of weight times outer product of strain gradients."""

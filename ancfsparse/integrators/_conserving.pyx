@@ -7,7 +7,7 @@
 m for the middle, DU . (q1 - q0) = U(q1) - U(q0).  The unknown is the mean acceleration
 ``a = (v1 - v0) / dt``, which moves ``q1`` by dt^2 / 2.  `integrators.conserving` says more.
 """
-include "../kernels/energy_watch.pxi"
+include "../abi/energy_watch.pxi"
 
 
 cdef extern from "vectors.h":

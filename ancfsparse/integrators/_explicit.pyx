@@ -25,9 +25,9 @@ cdef extern from "simd.h":
 cdef extern from "vectors.h":
     double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
 
-include "../kernels/energy_watch.pxi"
-include "../kernels/outcome.pxi"
-include "../kernels/signals.pxi"
+include "../abi/energy_watch.pxi"
+include "../abi/outcome.pxi"
+include "../abi/signals.pxi"
 include "../system/arrays.pxi"
 include "held.pxi"
 

@@ -3,7 +3,7 @@
 
 `integrators.implicit` has the formulas.
 """
-include "../kernels/energy_watch.pxi"
+include "../abi/energy_watch.pxi"
 include "control.pxi"
 
 

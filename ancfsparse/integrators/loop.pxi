@@ -16,7 +16,7 @@ from libc.string cimport memcpy
 
 import numpy as np
 
-include "../kernels/signals.pxi"
+include "../abi/signals.pxi"
 
 
 cdef extern from "parallel.h":
@@ -31,7 +31,7 @@ cdef extern from "vectors.h":
     void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
 
 
-include "../kernels/outcome.pxi"
+include "../abi/outcome.pxi"
 
 
 # Arrays that make the next steps, beside the state: the integrator's own acceleration, coordinates

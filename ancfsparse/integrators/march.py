@@ -16,7 +16,7 @@ Vector = NDArray[np.float64]
 
 
 class Mechanics(Protocol):
-    """What the time loop needs of a system; see ``ancf_system`` in kernels/solver_abi.h."""
+    """What the time loop needs of a system; see ``ancf_system`` in abi/solver_abi.h."""
 
     capsule: object
     constraints: Any

@@ -9,7 +9,7 @@ from libc.string cimport memcpy
 import numpy as np
 
 
-include "../kernels/solver_abi.pxi"
+include "../abi/solver_abi.pxi"
 
 
 cdef struct Turned:

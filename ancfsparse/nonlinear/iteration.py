@@ -35,7 +35,7 @@ LARGEST_RATIO = 10.0
 
 
 class Equations(Protocol):
-    """What the loop solves; see ``ancf_equations`` in kernels/solver_abi.h."""
+    """What the loop solves; see ``ancf_equations`` in abi/solver_abi.h."""
 
     capsule: object
 

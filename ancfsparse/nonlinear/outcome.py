@@ -1,13 +1,13 @@
 """How an attempt to solve the equations of a step ends, and what saved the step.
 
-Both enumerations are declared in kernels/outcome.h, with what each name stands for.
+Both enumerations are declared in abi/outcome.h, with what each name stands for.
 """
 
 import re
 from enum import IntEnum
 from pathlib import Path
 
-HEADER = Path(__file__).parents[1] / "kernels" / "outcome.h"
+HEADER = Path(__file__).parents[1] / "abi" / "outcome.h"
 
 
 def declared(enumeration: str) -> dict[str, int]:

@@ -18,7 +18,7 @@ cdef extern from "vectors.h":
         ptrdiff_t, double *, double, const double *, double, const double *,
         ptrdiff_t) noexcept nogil
 
-include "../kernels/solver_abi.pxi"
+include "../abi/solver_abi.pxi"
 
 
 cdef enum Rule:

@@ -21,8 +21,8 @@ cdef extern from "vectors.h":
         ptrdiff_t, double *, double, const double *, double, const double *,
         ptrdiff_t) noexcept nogil
 
-include "../kernels/solver_abi.pxi"
-include "../kernels/outcome.pxi"
+include "../abi/solver_abi.pxi"
+include "../abi/outcome.pxi"
 
 
 cdef ptrdiff_t TIMED_FROM = 1000  # unknowns: a look at the clock costs 20 ns, a few in each iteration

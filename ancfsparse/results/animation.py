@@ -18,7 +18,7 @@ from tqdm import tqdm
 from ancfsparse.checks import check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.results.drawing import Canvas, film
-from ancfsparse.results.opening import file_name
+from ancfsparse.results.hdf5 import file_name
 from ancfsparse.results.outline import Outline
 from ancfsparse.results.shapes import rows_of
 from ancfsparse.results.source import Array

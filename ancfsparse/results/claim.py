@@ -6,8 +6,8 @@ import os
 from pathlib import Path
 
 from ancfsparse.errors import InputError
+from ancfsparse.results.hdf5 import MARK, begins_with_mark, opened
 from ancfsparse.results.locks import in_use, locked, unlock
-from ancfsparse.results.opening import MARK, begins_with_mark, opened
 
 
 class Claim:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
-from ancfsparse.results.opening import file_name
+from ancfsparse.results.hdf5 import file_name
 from ancfsparse.scene import Node, check_point
 from ancfsparse.words import shown
 

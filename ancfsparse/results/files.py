@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.opening import damaged, file_name, opened, text_of
+from ancfsparse.results.hdf5 import damaged, file_name, opened, text_of
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
 from ancfsparse.results.tables import LAST, REFERENCE, Chosen, Stored, StoredState, whole

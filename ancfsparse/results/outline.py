@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.opening import DAMAGE, damaged
+from ancfsparse.results.hdf5 import DAMAGE, damaged
 from ancfsparse.results.source import Array, SolvedSystem
 from ancfsparse.scene import Body
 

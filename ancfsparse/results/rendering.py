@@ -10,7 +10,7 @@ import numpy as np
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.results.drawing import EYE, upright
-from ancfsparse.results.opening import file_name
+from ancfsparse.results.hdf5 import file_name
 from ancfsparse.results.outline import Outline, Part
 from ancfsparse.results.shapes import pieces_for, shapes, slopes
 from ancfsparse.results.source import Array

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.opening import damaged, opened, text_of
+from ancfsparse.results.hdf5 import damaged, opened, text_of
 from ancfsparse.results.source import Array, SolvedSystem
 from ancfsparse.system.state import State
 

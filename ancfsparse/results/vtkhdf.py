@@ -18,7 +18,7 @@ from tqdm import tqdm
 from ancfsparse.checks import check_count, check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.results.energy import BLOCK
-from ancfsparse.results.opening import file_name
+from ancfsparse.results.hdf5 import file_name
 from ancfsparse.results.outline import Outline
 from ancfsparse.results.shapes import shapes, slopes
 from ancfsparse.results.source import Array

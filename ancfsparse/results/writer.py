@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, OutputFailure
 from ancfsparse.results.claim import Claim
+from ancfsparse.results.hdf5 import FORMAT, MARK
 from ancfsparse.results.locks import LOCKED_BY_HDF5
-from ancfsparse.results.opening import FORMAT, MARK
 from ancfsparse.results.outline import Outline
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
@@ -46,7 +46,7 @@ class Writer:
     ``settings``, ``scene`` and, once it ends, ``stats``; the group ``outline`` has what pictures
     need of the scene, and `tables` the last state of a run that has ended.  All have checksums, and
     what was never
-    written reads as NaN.  Attributes: ``mark`` and ``format`` say what the file is (`opening`),
+    written reads as NaN.  Attributes: ``mark`` and ``format`` say what the file is (`hdf5`),
     ``coordinates`` counts those of the system, and ``run`` is a mark that no other run has.
 
     HDF5 cannot close a file it has no room for.  So the room for new rows is taken before they are

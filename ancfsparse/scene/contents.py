@@ -14,11 +14,11 @@ from ancfsparse.errors import InputError
 from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import Body, VelocityField
+from ancfsparse.scene.edges_to_cables import mesh_of
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh
 from ancfsparse.scene.sections import AnySection
 from ancfsparse.scene.straight import straight_beam
-from ancfsparse.scene.weave import mesh_of
 from ancfsparse.words import shown
 
 Thing = TypeVar("Thing", bound=Attached)

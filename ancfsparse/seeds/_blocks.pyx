@@ -14,7 +14,7 @@ cdef extern from "simd.h":
     ctypedef double vec
     vec set1 "vec_set1" (double) noexcept nogil
 
-include "../kernels/solver_abi.pxi"
+include "../abi/solver_abi.pxi"
 
 
 cdef struct Inverse:

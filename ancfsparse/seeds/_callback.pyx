@@ -8,7 +8,7 @@ from cpython.pycapsule cimport PyCapsule_New
 import numpy as np
 
 
-include "../kernels/solver_abi.pxi"
+include "../abi/solver_abi.pxi"
 
 
 cdef class Callback:

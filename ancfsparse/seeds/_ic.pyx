@@ -9,7 +9,7 @@ from libc.stdint cimport int32_t, int64_t
 import numpy as np
 
 
-include "../kernels/solver_abi.pxi"
+include "../abi/solver_abi.pxi"
 
 cdef extern from "ic.h":
     ctypedef struct Ways "ic_modes":

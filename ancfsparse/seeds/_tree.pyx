@@ -7,7 +7,7 @@ from libc.stdint cimport INT64_MAX, int32_t, int64_t
 
 import numpy as np
 
-include "../kernels/sort.pxi"
+include "../abi/sort.pxi"
 
 
 def permuted_upper(const int64_t[::1] indptr, const int32_t[::1] indices,

@@ -10,8 +10,8 @@ import numpy as np
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event
+from ancfsparse.solve.criterion import Criterion
 from ancfsparse.solve.drives import inputs_at
-from ancfsparse.solve.judge import Judge
 from ancfsparse.solve.setup import CAUSES
 from ancfsparse.solve.times import Clock
 from ancfsparse.system import System
@@ -34,7 +34,7 @@ class Halving:
         As in `simulate`.
     clock : Clock
         Times of the steps.
-    judge : Judge
+    criterion : Criterion
         Bounds for steps of another length.
     most : int
         Halvings of a step that are allowed.
@@ -57,12 +57,12 @@ class Halving:
         march: Any,
         iteration: Any,
         integrator: Implicit,
-        judge: Judge,
+        criterion: Criterion,
         clock: Clock,
         most: int,
     ) -> None:
         self._system, self._march, self._iteration = system, march, iteration
-        self._integrator, self._judge, self._most = integrator, judge, most
+        self._integrator, self._criterion, self._most = integrator, criterion, most
         self._clock, self._dt = clock, clock.dt
         if most:
             march.may_shorten()
@@ -109,5 +109,5 @@ class Halving:
     def _change(self, dt: float) -> None:
         none = np.zeros(self._system.n_all)
         self._march.change_step(dt, self._integrator, none, none)
-        self._iteration.set_tolerance(self._judge.at(dt))
+        self._iteration.set_tolerance(self._criterion.at(dt))
         self._iteration.mark_stale()

@@ -15,7 +15,7 @@ from ancfsparse.errors import AncfError, InputError
 from ancfsparse.machine import GIGABYTE
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.files import read
-from ancfsparse.results.opening import file_name
+from ancfsparse.results.hdf5 import file_name
 from ancfsparse.results.tables import Chosen
 from ancfsparse.scene import Node
 from ancfsparse.system import System

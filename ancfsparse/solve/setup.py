@@ -16,8 +16,8 @@ from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.seeds import Fill, IncompleteSeed, Seed, SparseSeed
 from ancfsparse.solve.choose import choose
 from ancfsparse.solve.continuation import continues, recall, recall_contributions
+from ancfsparse.solve.criterion import Criterion
 from ancfsparse.solve.drives import drive_march
-from ancfsparse.solve.judge import Judge
 from ancfsparse.solve.memory import NOTHING, Memory
 from ancfsparse.solve.seed import MOST_FILL, make_seed
 from ancfsparse.solve.start import regularize, starting_state
@@ -51,8 +51,8 @@ def prepare(
     needed: Memory = NOTHING,
     kind: str = "exact",
     state: State | None = None,
-) -> tuple[Any, Any, Seed, Judge, str, Vector, WayBack | None]:
-    """Return compiled march and nonlinear loop, seed, judge, why this method, and a at t = 0.
+) -> tuple[Any, Any, Seed, Criterion, str, Vector, WayBack | None]:
+    """Return compiled march and nonlinear loop, seed, criterion, why this method, and a at t = 0.
 
     The seed is of a kind of `SEEDS`; where an incomplete one was chosen, the way back comes last.
     A factor is refused if it cannot fit beside what else is `needed`.  From the `state` that a run
@@ -66,26 +66,26 @@ def prepare(
     regularize(system, scale)
     recall_contributions(state, system)
     start, a = starting_state(system, seed, integrator, dt, state)
-    judge = Judge(system, integrator, tolerance)
-    noise = 100.0 * EPSILON * judge.energy
+    criterion = Criterion(system, integrator, tolerance)
+    noise = 100.0 * EPSILON * criterion.energy
     march = make_march(system, dt, integrator, start, max_energy_gain, noise)
     recall_contributions(state, system)  # the march has begun them
-    march.weigh(judge.mass, judge.total)
+    march.weigh(criterion.mass, criterion.total)
     drive_march(system, march, a, start.lam)
     march.prepare(system.inputs(np.array([system.t0 + dt]))[0])
-    weights = np.concatenate([judge.mass, np.zeros(system.n_multipliers)])
+    weights = np.concatenate([criterion.mass, np.zeros(system.n_multipliers)])
     papers = tolerance == "paper" and isinstance(method, QuasiNewton) and method.memory == "full"
     by_differences = isinstance(method, QuasiNewton) and method.seed == "finite-difference"
     frame = None if seed_frame_of(method) == "fixed" else frame_of(system)
     inverse = make_inverse(
-        method, seed, None if papers else weights, judge.norm, judge.smallest_change(dt)
+        method, seed, None if papers else weights, criterion.norm, criterion.smallest_change(dt)
     )
     iteration = make_iteration(
         march,
         seed,
         inverse,
         method,
-        judge.at(dt),
+        criterion.at(dt),
         costs(system, integrator, seed, frame),
         frame,
         difference_steps(system) if by_differences else SMALL,
@@ -99,12 +99,12 @@ def prepare(
     if groups is not None:
         why += f"; an exact one would have more than {MOST_FILL:g} blocks for each of the matrix"
     if groups is None:
-        return march, iteration, seed, judge, why, a, None
+        return march, iteration, seed, criterion, why, a, None
 
     def take_exact() -> Seed:
         exact = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
         own = ModifiedNewton(seed_frame=seed_frame_of(method)) if sparing else method
-        inverse = make_inverse(own, exact, weights, judge.norm, judge.smallest_change(dt))
+        inverse = make_inverse(own, exact, weights, criterion.norm, criterion.smallest_change(dt))
         inverse.set_threads(threads)
         cost = costs(system, integrator, exact, frame)
         inverse = turned(inverse, own, frame)
@@ -112,7 +112,7 @@ def prepare(
         return exact
 
     back = WayBack(groups, lambda each: costs(system, integrator, each, None), seed, take_exact)
-    return march, iteration, seed, judge, why, a, back
+    return march, iteration, seed, criterion, why, a, back
 
 
 def difference_steps(system: System) -> Vector:

@@ -275,10 +275,10 @@ def simulate(
         )
         a = march.state[2]
     else:
-        march, iteration, inverse, judge, why, a, back = prepare(
+        march, iteration, inverse, criterion, why, a, back = prepare(
             system, dt, integrator, solver, tolerance, max_energy_gain, threads, needed, seed, state
         )
-        halving = Halving(system, march, iteration, integrator, judge, clock, max_halvings)
+        halving = Halving(system, march, iteration, integrator, criterion, clock, max_halvings)
     seconds = {"set-up": time.perf_counter() - begin}
     stats = RunStats(solver=why, seconds=seconds, threads=threads)
     with record.open() as recorder:

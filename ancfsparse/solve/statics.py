@@ -158,7 +158,7 @@ def check_held(system: System) -> None:
     SingularSceneError
         With the number of free motions and the name of the first.
     """
-    from ancfsparse.solve.freedom import MOST, free_motions
+    from ancfsparse.solve.rigid_body_modes import MOST, free_motions
 
     free = free_motions(system)
     if free:

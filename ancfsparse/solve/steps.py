@@ -120,12 +120,12 @@ class Stepper:
         self._given, self.pattern = pattern, list[list[tuple[float, int]]]()
         self._breaks, self._watch, self._budget = breaks, watch, budget
         self.seed: Seed
-        self.march, self.iteration, self.seed, self.judge, why, a, _ = prepare(
+        self.march, self.iteration, self.seed, self.criterion, why, a, _ = prepare(
             system, self.dt, integrator, solver, "default", max_energy_gain, threads
         )
         self.price = Price.of(system, integrator, self.seed)
         self.left = ITERATION_SHARE * local_error if left is None else left
-        self.iteration.set_tolerance(self.judge.at(self.dt, self.left))
+        self.iteration.set_tolerance(self.criterion.at(self.dt, self.left))
         error = abs(integrator.velocity_constant)  # the position's is the same, 1/12 + shift^2 / 4
         limit, easy = local_error, SAFETY * local_error / RATIO**3
         if pattern is not None:
@@ -341,7 +341,7 @@ class Stepper:
 
     def _go_on(self, dt: float) -> None:
         """Take up steps of a length after the factor was used for something else."""
-        self.iteration.set_tolerance(self.judge.at(dt, self.left))
+        self.iteration.set_tolerance(self.criterion.at(dt, self.left))
         self.iteration.mark_stale()
         self.dt = dt
 

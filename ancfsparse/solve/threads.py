@@ -9,7 +9,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.openmp import forked
 from ancfsparse.system import System
 
-# As in kernels/parallel.h.
+# As in abi/parallel.h.
 MOST = 256
 # Free coordinates from which a second thread gains: waking it takes some ten microseconds, several
 # times in each iteration.  Chains and nets of 20 000 gain 1.3 to 1.5, of 10 000 nothing.

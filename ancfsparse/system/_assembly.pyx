@@ -19,7 +19,7 @@ cdef extern from "vectors.h":
         ptrdiff_t, double *, double, const double *, double, const double *,
         ptrdiff_t) noexcept nogil
 
-include "../kernels/system_abi.pxi"
+include "../abi/system_abi.pxi"
 
 
 # Entries of a matrix up to which that of the masses is kept, not made again each time: 2 MB.

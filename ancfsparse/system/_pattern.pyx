@@ -4,7 +4,7 @@ from libc.stdint cimport int32_t, int64_t
 
 import numpy as np
 
-include "../kernels/sort.pxi"
+include "../abi/sort.pxi"
 
 
 def lower_triangle(ptrdiff_t n, const int64_t[::1] start, const int32_t[::1] member):

@@ -12,7 +12,7 @@ from libc.string cimport memcpy
 import numpy as np
 
 
-include "../kernels/solver_abi.pxi"
+include "../abi/solver_abi.pxi"
 
 
 # Of the cosine to minus one: nearer to it the axis of the smallest rotation is rounding.

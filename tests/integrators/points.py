@@ -31,7 +31,7 @@ _BETWEEN = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 10)
 
 
 class _Interface(ct.Structure):
-    """`ancf_system` of kernels/solver_abi.h."""
+    """`ancf_system` of abi/solver_abi.h."""
 
     _fields_ = [
         ("context", ct.c_void_p),

@@ -121,7 +121,7 @@ def alternating_errors(integrator, dt, corrected=True):
     point = on_circle(1.0, 4.0)
     stepper = Stepper(point, integrator, Newton(), 1.0, dt, np.array([0.0, 1.0]), math.inf)
     stepper.left = 1e-12
-    stepper.iteration.set_tolerance(stepper.judge.at(dt, stepper.left))
+    stepper.iteration.set_tolerance(stepper.criterion.at(dt, stepper.left))
     buffer = [np.empty((2, n)) for n in (2, 2, 2, 1)]
     t, lam = [0.0], []
     while t[-1] < 1.0 - 1e-9:

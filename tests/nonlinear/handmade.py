@@ -19,7 +19,7 @@ _CORRECT = ct.CFUNCTYPE(ct.c_double, ct.c_void_p, ct.c_double, _NUMBERS)
 
 
 class _Interface(ct.Structure):
-    """`ancf_equations` of kernels/solver_abi.h."""
+    """`ancf_equations` of abi/solver_abi.h."""
 
     _fields_ = [
         ("context", ct.c_void_p),

@@ -14,7 +14,7 @@ _pointer.argtypes = [ct.py_object, ct.c_char_p]
 
 
 class _Nonlinear(ct.Structure):
-    """`ancf_nonlinear` of kernels/solver_abi.h."""
+    """`ancf_nonlinear` of abi/solver_abi.h."""
 
     _fields_ = [
         ("context", ct.c_void_p),

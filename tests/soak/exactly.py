@@ -12,7 +12,7 @@ import ancfsparse as ancf
 from ancfsparse.integrators.march import Start, make_march
 from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.judge import Judge
+from ancfsparse.solve.criterion import Criterion
 from ancfsparse.solve.start import regularize, starting_state
 from ancfsparse.system import System
 
@@ -35,7 +35,7 @@ class Steps:
         for (_, _, a0, _), (_, _, a1, _) in zip(self.states, self.states[1:], strict=False):
             self.b.append(((1.0 - f) * a1 + f * a0 - m * self.b[-1]) / (1.0 - m))
         self.loads = system.loads.amplitudes(self.dt * np.arange(len(self.states) + 1.0))
-        self.judge = Judge(system, integrator, "default")
+        self.criterion = Criterion(system, integrator, "default")
 
     def gain(self, k, state):
         """Give the energy that a state after step k + 1 has above the one before it [J]."""
@@ -50,9 +50,9 @@ class Steps:
         system, (q, v, a, lam) = self.system, self.states[k]
         start = Start(q, v, a, self.b[k], lam, self.loads[k])
         march = make_march(system, self.dt, self.integrator, start, np.inf, 0.0)
-        march.weigh(self.judge.mass, self.judge.total)
-        inverse = make_inverse(NEWTON, self.seed, None, self.judge.norm, 0.0)
-        tolerance = self.judge.at(self.dt)
+        march.weigh(self.criterion.mass, self.criterion.total)
+        inverse = make_inverse(NEWTON, self.seed, None, self.criterion.norm, 0.0)
+        tolerance = self.criterion.at(self.dt)
         loop = make_iteration(march, self.seed, inverse, NEWTON, tolerance, Costs(1.0, 1.0))
         n, m = system.n_all, system.n_multipliers
         room = [np.empty((2, width)) for width in (n, n, n, m)]

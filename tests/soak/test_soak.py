@@ -7,7 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.judge import Judge
+from ancfsparse.solve.criterion import Criterion
 from tests.soak import accuracy, motions, units, worker
 from tests.soak.__main__ import soak
 from tests.soak.report import Find, Report, Tally, as_json, table
@@ -126,7 +126,7 @@ def test_a_hidden_scale_is_found(monkeypatch):
     def smallest_change(self, dt):  # in no unit at all
         return 1e-9
 
-    monkeypatch.setattr(Judge, "smallest_change", smallest_change)
+    monkeypatch.setattr(Criterion, "smallest_change", smallest_change)
     assert units.run(4, 344).outcome == "differ"
 
 

@@ -38,7 +38,7 @@ def test_steel_under_a_damped_scheme_loses_what_exact_steps_lose(dt, hung):
     assert energy.max() < 1e-6
     assert stats.recoveries == 0
     # A correction with an old seed leaves a seventh of the error of such steps, of 4 ms: it takes
-    # log(5e-4) / log(1/7) = 3.9 of them to leave the share of `judge.SHARE`.  With the rod each
+    # log(5e-4) / log(1/7) = 3.9 of them to leave the share of `criterion.SHARE`.  With the rod each
     # residual is looked at, for what the constraint is off by, and that is one more.
     assert stats.residual_evaluations < (3.8 + 1.0 if hung else 4.1) * stats.steps
 

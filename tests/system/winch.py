@@ -11,7 +11,7 @@ _NUMBERS = ct.POINTER(ct.c_double)
 
 
 class _State(ct.Structure):
-    """`ancf_state` of kernels/solver_abi.h."""
+    """`ancf_state` of abi/solver_abi.h."""
 
     _fields_ = [(name, _NUMBERS) for name in ("q", "v", "a", "lam", "amplitudes")]
 
@@ -22,7 +22,7 @@ _SEE = ct.CFUNCTYPE(None, ct.c_void_p, _STATE)
 
 
 class _Interface(ct.Structure):
-    """`ancf_contribution` of kernels/system_abi.h."""
+    """`ancf_contribution` of abi/system_abi.h."""
 
     _fields_ = [
         ("context", ct.c_void_p),

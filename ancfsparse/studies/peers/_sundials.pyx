@@ -9,8 +9,8 @@ from libc.string cimport memcpy, memset
 
 import numpy as np
 
-include "../../kernels/solver_abi.pxi"
-include "../../kernels/signals.pxi"
+include "../../abi/solver_abi.pxi"
+include "../../abi/signals.pxi"
 
 
 cdef extern from "sundials/sundials_config.h":

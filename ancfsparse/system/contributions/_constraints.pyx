@@ -4,7 +4,7 @@
 from cpython.pycapsule cimport PyCapsule_New
 from libc.stdint cimport int32_t
 
-include "../../kernels/system_abi.pxi"
+include "../../abi/system_abi.pxi"
 include "../arrays.pxi"
 
 

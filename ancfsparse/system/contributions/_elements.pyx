@@ -22,7 +22,7 @@ cdef extern from "parallel.h":
 cdef extern from "simd.h":
     const int LANES "ANCF_LANES"
 
-include "../../kernels/system_abi.pxi"
+include "../../abi/system_abi.pxi"
 include "../arrays.pxi"
 
 

@@ -7,7 +7,7 @@ from libc.stdint cimport int32_t
 
 import numpy as np
 
-include "../../kernels/system_abi.pxi"
+include "../../abi/system_abi.pxi"
 include "../arrays.pxi"
 
 

@@ -6,7 +6,7 @@ from libc.stdint cimport int32_t
 from libc.string cimport memset
 
 
-include "../../kernels/system_abi.pxi"
+include "../../abi/system_abi.pxi"
 include "../arrays.pxi"
 
 

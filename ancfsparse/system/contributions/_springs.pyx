@@ -13,7 +13,7 @@ from libc.math cimport NAN, fabs, isfinite, sqrt
 from libc.stdint cimport int32_t
 from libc.stdlib cimport calloc, free
 
-include "../../kernels/system_abi.pxi"
+include "../../abi/system_abi.pxi"
 include "../arrays.pxi"
 
 

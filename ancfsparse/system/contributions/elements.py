@@ -54,7 +54,7 @@ class Elements(Contribution):
 
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
         """Deal the elements out to threads, if not too many would meet at the borders."""
-        from ancfsparse.system.sharing import share
+        from ancfsparse.system.partition import share
 
         dealt = share(self.layouts, n_free, n_all, threads)
         if dealt is not None:

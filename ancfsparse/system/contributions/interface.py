@@ -1,6 +1,6 @@
 """What the system asks of everything that adds to its equations of motion, in Python.
 
-What the time loop asks of the compiled part is in kernels/system_abi.h.
+What the time loop asks of the compiled part is in abi/system_abi.h.
 """
 
 from __future__ import annotations

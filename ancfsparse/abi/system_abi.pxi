@@ -1,5 +1,5 @@
 """The structure of system_abi.h, which says what it means; text for the modules that include it."""
-include "../kernels/solver_abi.pxi"
+include "../abi/solver_abi.pxi"
 
 cdef extern from "system_abi.h":
     enum Part "ancf_part":

@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 from test_tape import EXPRESSIONS, POINT, evaluate, on_tape, same, x, y, z
 
-from codegen.secant import Secant
+from codegen.discrete_gradient import DiscreteGradient
 from codegen.symbols import to_tape
 from codegen.tape import Tape
 
@@ -18,10 +18,10 @@ def discrete(expr, later):
     """The discrete gradient from POINT to another one."""
     tape, node, variables = on_tape(expr)
     there = [tape.const(Fraction(int(v.p), int(v.q))) for v in later.values()]
-    secant = Secant(tape, dict(zip(variables, there, strict=True)))
+    discrete = DiscreteGradient(tape, dict(zip(variables, there, strict=True)))
     return [
-        evaluate(tape, n) for n in secant.gradient([(tape.const(1), node)], variables)
-    ], evaluate(tape, secant.later(node))
+        evaluate(tape, n) for n in discrete.gradient([(tape.const(1), node)], variables)
+    ], evaluate(tape, discrete.later(node))
 
 
 @pytest.mark.parametrize("expr", RATIONAL)
@@ -43,8 +43,8 @@ def test_without_a_way_it_is_the_gradient(expr):
 
 def test_factors_are_taken_as_they_are():
     tape, node, variables = on_tape(x * y)
-    secant = Secant(tape, {variables[0]: tape.const(2), variables[1]: tape.const(5)})
-    twice = secant.gradient([(tape.const(2), node), (tape.const(3), variables[2])], variables)
+    discrete = DiscreteGradient(tape, {variables[0]: tape.const(2), variables[1]: tape.const(5)})
+    twice = discrete.gradient([(tape.const(2), node), (tape.const(3), variables[2])], variables)
     assert [evaluate(tape, n) for n in twice] == [
         POINT[y] + 5, POINT[x] + 2, 3,
     ]  # fmt: skip
@@ -55,4 +55,4 @@ def test_a_cube_root_is_refused():
     q = tape.coordinate(0)
     node = to_tape(tape, sp.cbrt(x), {x: q})
     with pytest.raises(ValueError, match="power 1/3"):
-        Secant(tape, {q: tape.const(2)}).gradient([(tape.const(1), node)], [q])
+        DiscreteGradient(tape, {q: tape.const(2)}).gradient([(tape.const(1), node)], [q])

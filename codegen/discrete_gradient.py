@@ -15,7 +15,7 @@ from codegen.tape import Node, Tape
 HALF = Fraction(1, 2)
 
 
-class Secant:
+class DiscreteGradient:
     """Two states of the leaves of a tape: as they stand, and as `later` says."""
 
     def __init__(self, tape: Tape, later: Mapping[Node, Node]) -> None:

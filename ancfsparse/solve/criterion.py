@@ -24,7 +24,7 @@ DAMPED, UNDAMPED, KEEPING = 4e-7, 1e-7, 1e-8
 FEW = 10.0
 
 
-class Judge:
+class Criterion:
     """Bounds on what the iteration of a step leaves.
 
     Motions, corrections and residuals are measured by mass, in metres, so that slopes and positions
