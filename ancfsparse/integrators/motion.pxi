@@ -1,0 +1,101 @@
+"""What a motion is made of, and sums over its coordinates in parts; text for `loop.pxi`."""
+from libc.math cimport sqrt
+from libc.string cimport memcpy
+
+import numpy as np
+
+
+cdef extern from "parallel.h":
+    void in_parts "ancf_in_parts" (
+        ptrdiff_t, void (*)(void *, ptrdiff_t) noexcept nogil, void *) noexcept nogil
+
+cdef extern from "vectors.h":
+    double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
+    double weigh "vec_weigh" (const double *, const double *, ptrdiff_t) noexcept nogil
+    double weigh_apart "vec_weigh_apart" (
+        const double *, const double *, const double *, ptrdiff_t) noexcept nogil
+    void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
+
+
+cdef ptrdiff_t PIECE = 512  # of vectors that are passed over more than once
+
+
+cdef struct Drives:
+    # What follows functions of time, see drives.pxi.
+    ptrdiff_t n, n_equations
+    const double *row  # of the step under way: n places, velocities, accelerations, and all of s
+    double *force0  # of the prescribed coordinates on the system, after the last accepted step
+    double *force  # and after the step under way, once its work is known
+    double *lead0  # s after the last accepted step
+    double *speeds  # room for velocities
+
+
+cdef struct Motion:
+    const ancf_system *system
+    ptrdiff_t n_free, n_all, m, n_parts
+    bint corrected  # whether the iterate is no longer a predictor
+    bint ahead  # whether v0 and the work of the loads are already those of the step under way
+    bint shortens  # whether a step that would gain energy may be tried again in shorter ones
+    double dt
+    double scale  # metres that a unit of new acceleration moves a coordinate by [s2]
+    double jump_share  # of |jump| |motion| that the scheme may give or take where a load jumps
+    ancf_watch watch
+    ancf_jumps jumps
+    # Last accepted state, and the iterate of the step under way.
+    double *q0
+    double *v0
+    double *a0
+    double *lam0
+    double *q
+    double *v  # only if forces depend on it
+    double *a
+    double *lam
+    double *amplitudes0
+    const double *dead_load
+    const double *amplitudes
+    double *r
+    double *phi
+    const double *s  # the correction under way, its factor, and the squares of each part
+    double factor
+    double *squares
+    Drives drives
+    double *ways  # squares of the way of each part, kept up to date by a scheme that keeps energy
+    ancf_equations *interface
+    Scheme scheme
+
+
+cdef double *kept(dict own, str name, values) except NULL:
+    """Keep a copy of an array under its name; return its first place."""
+    cdef double[::1] view
+    own[name] = view = np.array(values, dtype=float)
+    return &view[0]
+
+
+cdef inline ptrdiff_t share(const Motion *self, ptrdiff_t part) noexcept nogil:
+    """Where the share of a part begins among the free coordinates: whole cache lines for each."""
+    if part == self.n_parts:
+        return self.n_free
+    return self.n_free // 8 * part // self.n_parts * 8
+
+
+cdef inline double weighed(const Motion *self, const double *x, ptrdiff_t begin,
+                           ptrdiff_t end) noexcept nogil:
+    """Sum of mass x^2 over a range of free coordinates; ``x`` begins with the range."""
+    if self.interface.mass == NULL:
+        return dot(x, x, end - begin)
+    return weigh(self.interface.mass + begin, x, end - begin)
+
+
+cdef inline double way(const Motion *self, ptrdiff_t begin, ptrdiff_t end) noexcept nogil:
+    """Sum of mass (q - q0)^2 over a range of free coordinates, if there are masses."""
+    if self.interface.mass == NULL:
+        return 0.0
+    return weigh_apart(self.interface.mass + begin, self.q + begin, self.q0 + begin, end - begin)
+
+
+cdef inline double total(const Motion *self, const double *parts) noexcept nogil:
+    cdef double out = 0.0
+    cdef ptrdiff_t i
+    for i in range(self.n_parts):
+        out += parts[i]
+    return out

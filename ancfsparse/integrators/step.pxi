@@ -1,0 +1,102 @@
+"""One step: predictor, corrections, residual, acceptance and energy; text for `loop.pxi`."""
+
+
+cdef void restart(void *context) noexcept nogil:
+    """The predictor: the acceleration and the multipliers of the last step (equation 4)."""
+    cdef Motion *self = <Motion *>context
+    in_parts(self.n_parts, restart_part, self)
+    self.interface.moved = sqrt(total(self, self.squares) / self.interface.mass_total)
+    memcpy(self.lam, self.lam0, self.m * sizeof(double))
+    self.corrected = False
+
+
+cdef double correct(void *context, double factor, const double *s) noexcept nogil:
+    """Equation 10; where no force depends on it, the velocity follows when the step is accepted."""
+    cdef Motion *self = <Motion *>context
+    cdef ptrdiff_t i
+    self.s, self.factor, self.corrected = s, factor, True
+    in_parts(self.n_parts, correct_part, self)
+    for i in range(self.m):
+        self.lam[i] += factor / self.scale * s[self.n_free + i]
+    if self.ways[0] == self.ways[0]:
+        self.interface.moved = sqrt(total(self, self.ways) / self.interface.mass_total)
+    return total(self, self.squares)
+
+
+cdef void residual(void *context, double *r) noexcept nogil:
+    cdef Motion *self = <Motion *>context
+    evaluate(self)
+    vec_scale_parts(self.n_parts, r, self.scale, self.r, self.n_free)
+    memcpy(r + self.n_free, self.phi, self.m * sizeof(double))
+
+
+cdef void load(Motion *self, const double *amplitudes) noexcept nogil:
+    """Set the loads of the next step, and find where they jump in it."""
+    set_load(self, amplitudes)
+    if is_driven(self):
+        self.drives.row = amplitudes + self.system.n_amplitudes
+        prescribe(self)
+    if self.system.n_amplitudes > 0:
+        ancf_jumps_find(&self.jumps, self.amplitudes0, amplitudes, self.dt)
+
+
+cdef void accept(Motion *self) noexcept nogil:
+    if not self.ahead:
+        add_work(self)
+    if self.system.n_amplitudes > 0:
+        ancf_jumps_accept(&self.jumps, self.amplitudes0, self.amplitudes, self.dt)
+        memcpy(self.amplitudes0, self.amplitudes, self.system.n_amplitudes * sizeof(double))
+    if is_driven(self):
+        take_prescribed(self)
+        accept_drives(self)
+    in_parts(self.n_parts, accept_part, self)
+    self.corrected = False
+    memcpy(self.lam0, self.lam, self.m * sizeof(double))
+    if self.system.accept != NULL:
+        remember(self, self.system.accept)
+
+
+cdef void remember(Motion *self,
+                   void (*keep)(void *, const ancf_state *) noexcept nogil) noexcept nogil:
+    """Show the system the last accepted state, for what it keeps from step to step."""
+    cdef ancf_state x
+    x.q, x.v, x.a, x.lam, x.amplitudes = self.q0, self.v0, self.a0, self.lam0, self.amplitudes0
+    keep(self.system.context, &x)
+
+
+cdef void add_work(Motion *self) noexcept nogil:
+    """Add what loads and drives do in the step under way, and how much of that is unsure."""
+    cdef const ancf_system *system = self.system
+    cdef ancf_state x0, x1
+    cdef double unsure
+    if is_driven(self):
+        self.watch.work += work_of_drives(self)
+    if system.n_amplitudes == 0:
+        return
+    x0.q, x0.v, x0.amplitudes = self.q0, start_velocity(self), self.amplitudes0
+    x1.q, x1.v, x1.amplitudes = self.q, self.v, self.amplitudes
+    self.watch.work += system.load_work(system.context, &x0, &x1, self.r)
+    if self.jumps.any and self.jump_share > 0.0:
+        unsure = self.jump_share * system.load_reach(
+            system.context, self.q0, self.q, self.jumps.jump, self.r)
+        self.watch.unsure += unsure * unsure
+
+
+cdef bint look(Motion *self) noexcept nogil:
+    """Look at the energy of some steps; return whether it is a reason to stop.
+
+    Only regular looks are: they come after the same steps whatever solves them.
+    """
+    cdef bint seen = self.ahead  # before the step was accepted
+    self.ahead = False
+    self.watch.steps += 1
+    if not seen:
+        if self.watch.steps < self.watch.due:
+            return False
+        measure(self)
+    ancf_watch_remember(&self.watch)
+    return self.watch.steps % WATCH_EVERY == 0 and ancf_watch_gains(&self.watch, False)
+
+
+cdef void measure(Motion *self) noexcept nogil:
+    ancf_watch_measure(&self.watch, self.system, self.dead_load, self.q0, self.v0, self.r)
