@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from typing import ClassVar
-
-from ancfsparse.scene.bodies import Node
 
 
 class Attached(ABC):
@@ -24,7 +21,3 @@ class Attached(ABC):
     @abstractmethod
     def what(self) -> str:
         """Name in messages."""
-
-    @abstractmethod
-    def describe(self, at: Callable[[Node], str]) -> str:
-        """Describe it for the digest of a scene; ``at`` describes a point."""

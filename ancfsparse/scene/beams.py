@@ -3,15 +3,39 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
-from ancfsparse.scene.bodies import Body, Node, Numbers, Vector
+from ancfsparse.scene.bodies import Body, Node, Numbers, Vector, VelocityField
+from ancfsparse.scene.material import Material
+from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.spec import Spec
 
 # A point closer to a node than this share of an element is that node: rounding, not a place.
 NODE_SNAP = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class BeamSpec(Spec):
+    """The record of `Scene.add_beam`."""
+
+    element: str
+    start: tuple[float, ...]
+    end: tuple[float, ...]
+    n_elements: int
+    section: AnySection
+    material: Material
+    strain: str = "green"
+    curvature: str = "axis"
+    section_strain: str = "consistent"
+    up: tuple[float, ...] | None = None
+    velocity: tuple[float, ...] | VelocityField | None = None
+    name: str | None = None
+    method = "add_beam"
+    units: ClassVar = {"start": "m", "end": "m", "velocity": "m/s"}
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -20,6 +20,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.scene.functions import sendable
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.spec import Point, Whole
 from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
@@ -121,6 +122,19 @@ class Body(ABC):
     @abstractmethod
     def hint(self, point: Node) -> str:
         """Say which node to take instead of a point inside an element."""
+
+    @property
+    def reference(self) -> Whole:
+        """The body as data."""
+        return Whole(self.name)
+
+    def refer(self, point: Node) -> Point:
+        """Return a point as data."""
+        return Point(self.name, point.index, point.xi)
+
+    def point(self, place: Point) -> Node:
+        """Return the handle of a point that is data."""
+        return Node(self, place.index, place.xi)
 
     def rows_of(self, node: int) -> slice:
         """Return the rows of a node."""
@@ -263,6 +277,11 @@ class Node:
     def is_node(self) -> bool:
         """Whether the point is a node of the mesh."""
         return self.xi == 0.0
+
+    @property
+    def reference(self) -> Point:
+        """The point as data."""
+        return self.beam.refer(self)
 
     @property
     def s(self) -> float:

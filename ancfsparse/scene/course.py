@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.errors import InputError
 from ancfsparse.scene.loads import Applied, Value
 from ancfsparse.scene.signal import Signal
-from ancfsparse.words import numbers, shown
+from ancfsparse.words import shown
 
 # Derivatives of a prescribed motion that must be continuous: a jump of the acceleration rings for
 # ever in a scheme without damping, one of the velocity is an impact.
@@ -78,13 +78,6 @@ class Course:
     places: Places
     rates: Places | None
     second_rates: Places | None
-
-    def describe(self) -> str:
-        """Describe what it follows from; of a function of time that it is one."""
-        value = self.places.value
-        if isinstance(value, Signal):
-            return value.describe()
-        return "a function of time" if callable(value) else numbers(value)
 
 
 def course_of(

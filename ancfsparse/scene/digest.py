@@ -8,11 +8,9 @@ from hashlib import sha256
 
 import numpy as np
 
-from ancfsparse.scene.bodies import Body, Node
-from ancfsparse.scene.contents import Contents
-from ancfsparse.scene.joints import Joint
-from ancfsparse.scene.loads import DistributedForce, Load, Value
-from ancfsparse.scene.signal import Signal
+from ancfsparse.scene.bodies import Body
+from ancfsparse.scene.records import Records
+from ancfsparse.scene.spec import Point, Whole
 from ancfsparse.words import numbers
 
 # Longer descriptions are cut here and end in a checksum.
@@ -23,7 +21,7 @@ WRAPPED = re.compile(r"(?:np\.float\d+|array)\(([^(),]*)(?:, dtype=\w+)?\)")
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w.])")
 
 
-def digest(scene: Contents, joints: list[Joint], loads: list[Load]) -> dict[str, str]:
+def digest(scene: Records) -> dict[str, str]:
     """Describe what decides how a scene moves, but for its shape and initial velocities.
 
     These are numbers, and compared as such.  Of a load that is a function of time only its place
@@ -31,33 +29,33 @@ def digest(scene: Contents, joints: list[Joint], loads: list[Load]) -> dict[str,
 
     Parameters
     ----------
-    scene : Contents
-        Its beams and meshes, and gravity.
-    joints, loads : list
-        What holds them and acts on them.
+    scene : Records
+        The scene.
 
     Returns
     -------
     dict of str to str
         A description of every part, by the name of the part.
     """
-    number = {id(body): f"body {k}" for k, body in enumerate(scene.beams)}
+    number = {body.name: f"body {k}" for k, body in enumerate(scene.beams)}
 
-    def at(node: Node) -> str:
-        inside = f" + {node.xi:.9g}" if node.xi else ""
-        return f"{number[id(node.beam)]}, {node.index}{inside}"
-
-    def load(each: Load) -> str:
-        where = number[id(each.beam)] if isinstance(each, DistributedForce) else at(each.node)
-        return f"{type(each).__name__} ({where}): {_course(each.value)}"
+    def at(reference: Whole) -> str:
+        here = number[reference.body]
+        if not isinstance(reference, Point):
+            return here
+        node = reference.of(scene)
+        return f"{here}, {node.index}" + f" + {node.xi:.9g}" * bool(node.xi)
 
     parts = {"gravity": numbers(scene.gravity)}
     for body in scene.beams:
         for name, value in _of(body).items():
-            parts[f"{name} of {number[id(body)]}"] = value
-    parts["joints"] = "; ".join(joint.describe(at) for joint in joints)
-    parts["loads"] = "; ".join(map(load, loads))
-    parts["attached"] = "; ".join(each.describe(at) for each in scene.attached)
+            parts[f"{name} of {number[body.name]}"] = value
+    for part, handles in (
+        ("joints", scene.joints),
+        ("loads", scene.loads),
+        ("attached", scene.attached),
+    ):
+        parts[part] = "; ".join(scene.record_of(each).describe(at, each) for each in handles)
     return {name: _short(value) for name, value in parts.items()}
 
 
@@ -81,12 +79,6 @@ def _of(body: Body) -> dict[str, str]:
         "material": repr(body.material),
         "mesh": f"{body.n_elements} elements, {sha256(links.tobytes()).hexdigest()[:16]}",
     }
-
-
-def _course(value: Value) -> str:
-    if isinstance(value, Signal):
-        return value.describe()
-    return "a function of time" if callable(value) else numbers(value)
 
 
 def _by_value(text: str) -> str:

@@ -14,14 +14,30 @@ from ancfsparse.errors import InputError, LoadFailure
 from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.callbacks import check_signature, is_compiled, sent
-from ancfsparse.scene.contents import Contents
 from ancfsparse.scene.joints import check_point
+from ancfsparse.scene.records import Records
+from ancfsparse.scene.spec import At, Point, Spec, text
 from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
 Function = Callable[[Vector, Vector, float], ArrayLike]
 
 SIGNATURE = "int (ptrdiff_t, double *, double *, double, double *, void *)"
+
+
+@dataclass(frozen=True, eq=False)
+class ForceSpec(Spec):
+    """The record of `Scene.force`."""
+
+    points: tuple[Point, ...]
+    function: Any
+    coupled: bool = False
+    method = "force"
+    part = "attached"
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe where it acts; the function counts for nothing."""
+        return f"force ({text(self.points, at)}): a function of the motion"
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,10 +65,6 @@ class Force(Attached):
         """Name in messages."""
         more = f" and {len(self.points) - 1} more points" if len(self.points) > 1 else ""
         return f"the force on {self.points[0]!r}{more}"
-
-    def describe(self, at: Callable[[Node], str]) -> str:
-        """Describe it for the digest of a scene; the function counts for nothing."""
-        return f"force ({'; '.join(map(at, self.points))}): a function of the motion"
 
     def checked(self, q: Vector, v: Vector, t: float) -> Vector:
         """Call the Python function; return its forces, (k, dim) [N].
@@ -91,7 +103,7 @@ class Force(Attached):
         return self.__dict__ | {"function": sent(self.function, self.what)}
 
 
-class Forces(Contents):
+class Forces(Records):
     """Forces of a scene that are functions of the motion."""
 
     def force(
@@ -161,4 +173,5 @@ class Forces(Contents):
                 f"{force.what} must be a function of positions, velocities and time, got "
                 f"{shown(function)}"
             )
-        return self._attach(force)
+        record = ForceSpec(tuple(point.reference for point in where), function, force.coupled)
+        return self._attach(force, record)

@@ -14,6 +14,7 @@ from ancfsparse.checks import check_finite, check_reals, check_vector, keep
 from ancfsparse.errors import InputError, LoadFailure
 from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.functions import sendable
+from ancfsparse.scene.spec import At, Point, Spec, Whole, text
 from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
@@ -96,6 +97,48 @@ class Applied(ABC):
         if check_reals(name, value, needed).ndim:
             raise InputError(f"{name} must be {needed}, got {shown(value)}")
         return np.array([check_finite(name, value, self.unit)])
+
+
+@dataclass(frozen=True, eq=False)
+class LoadSpec(Spec):
+    """What the records of all loads have in common."""
+
+    part = "loads"
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe where it acts and what it is."""
+        where, value = self.given.values()
+        return f"{type(made).__name__} ({at(where)}): {text(value, at)}"
+
+
+@dataclass(frozen=True, eq=False)
+class PointForceSpec(LoadSpec):
+    """The record of `Scene.point_force`."""
+
+    node: Point
+    value: Any
+    method = "point_force"
+    units: ClassVar = {"value": "N"}
+
+
+@dataclass(frozen=True, eq=False)
+class PointMomentSpec(LoadSpec):
+    """The record of `Scene.point_moment`."""
+
+    node: Point
+    value: Any
+    method = "point_moment"
+    units: ClassVar = {"value": "N m"}
+
+
+@dataclass(frozen=True, eq=False)
+class DistributedForceSpec(LoadSpec):
+    """The record of `Scene.distributed_force`."""
+
+    beam: Whole
+    value: Any
+    method = "distributed_force"
+    units: ClassVar = {"value": "N/m"}
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,14 +13,31 @@ from ancfsparse.errors import InputError, with_unit
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.contents import Contents
 from ancfsparse.scene.joints import check_node, check_point
-from ancfsparse.words import shown
+from ancfsparse.scene.records import Records
+from ancfsparse.scene.spec import At, Point, Spec
+from ancfsparse.words import numbers, shown
 
 Matrix = NDArray[np.float64]
 
 # Share of a moment of inertia by which it may break the triangle inequality: rounding.
 ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class MassSpec(Spec):
+    """The record of `Scene.add_mass`."""
+
+    node: Point
+    mass: float
+    inertia: float | Matrix | None = None
+    method = "add_mass"
+    part = "attached"
+    units: ClassVar = {"mass": "kg", "inertia": "kg m2"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe where it is and its numbers."""
+        return f"mass ({at(self.node)}): {numbers([self.mass, *made.inertia.flat])}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +65,8 @@ class PointMass(Attached):
         """Name in messages."""
         return f"the mass at {self.node!r}"
 
-    def describe(self, at: Callable[[Node], str]) -> str:
-        """Describe it for the digest of a scene."""
-        numbers = ", ".join(f"{each:.9g}" for each in (self.mass, *self.inertia.flat))
-        return f"mass ({at(self.node)}): ({numbers})"
 
-
-class Masses(Contents):
+class Masses(Records):
     """Point masses of a scene."""
 
     def add_mass(self, node: Node, mass: float, *, inertia: ArrayLike | None = None) -> PointMass:
@@ -98,7 +110,9 @@ class Masses(Contents):
         if value == 0.0 and not matrix.any():
             raise InputError(f"{what} is zero: give a mass or an inertia")
         matrix.flags.writeable = False
-        return self._attach(PointMass(point, value, matrix))
+        given = None if inertia is None else matrix.item() if self.dim == 2 else matrix
+        record = MassSpec(point.reference, value, given)
+        return self._attach(PointMass(point, value, matrix), record)
 
     def _check_frame(self, node: Node) -> None:
         kind = element_kind(node.beam.element, self.dim, **node.beam.options)

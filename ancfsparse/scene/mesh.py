@@ -4,17 +4,38 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.scene.beams import NODE_SNAP
-from ancfsparse.scene.bodies import Body, Node, Numbers, Vector
+from ancfsparse.scene.bodies import Body, Node, Numbers, Vector, VelocityField
+from ancfsparse.scene.material import Material
+from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.spec import Point, Spec
 from ancfsparse.scene.straight import section_axes
 
 # More lines than this are not looked at one by one when a scene is searched for free motions.
 MANY_LINES = 200
+
+
+@dataclass(frozen=True, eq=False)
+class MeshSpec(Spec):
+    """The record of `Scene.add_mesh`."""
+
+    nodes: Vector
+    edges: Numbers
+    element: str
+    section: AnySection
+    material: Material
+    smooth: float = 5.0
+    strain: str = "green"
+    velocity: tuple[float, ...] | VelocityField | None = None
+    name: str | None = None
+    method = "add_mesh"
+    units: ClassVar = {"nodes": "m", "smooth": "degrees", "velocity": "m/s"}
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -79,6 +100,19 @@ class Mesh(Body):
             raise InputError(f"{point!r} has no arc coordinate: several edges may meet there")
         share = 1.0 - point.xi if self.flipped[point.index] else point.xi
         return float(share * self.lengths[point.index])
+
+    def refer(self, point: Node) -> Point:
+        """Return a point as data, inside an element counted from where its edge begins as given."""
+        return Point(self.name, point.index, self._as_given(point))
+
+    def point(self, place: Point) -> Node:
+        """Return the handle of such a point."""
+        return Node(self, place.index, self._as_given(place))
+
+    def _as_given(self, point: Node | Point) -> float:
+        """Turn the share of an element round where its edge was turned round."""
+        turned = point.xi != 0.0 and self.flipped[point.index]
+        return 1.0 - point.xi if turned else point.xi
 
     def axes_of(self, row: int) -> Vector:
         """Return unit vectors along and across the slope of a row, shape (dim, dim)."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,14 +15,38 @@ from ancfsparse.errors import InputError, LoadFailure, with_unit
 from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.callbacks import check_signature, is_compiled, sent
-from ancfsparse.scene.contents import Contents
 from ancfsparse.scene.joints import SAME_PLACE, check_point
+from ancfsparse.scene.records import Records
+from ancfsparse.scene.spec import At, Point, Spec, specified
 from ancfsparse.scene.straight import check_position
+from ancfsparse.words import numbers
 
 Stiffness = float | Callable[[float], float]
 
 # Signatures of C functions that give the force [N] at an elongation [m].
 LAWS = ("double (double)", "double (double, void *)")
+
+
+@dataclass(frozen=True, eq=False)
+class SpringSpec(Spec):
+    """The record of `Scene.spring`."""
+
+    a: Point
+    b: Point | tuple[float, ...]
+    stiffness: Any = 0.0
+    damping: float = 0.0
+    length: float | None = None
+    method = "spring"
+    part = "attached"
+    units: ClassVar = {"b": "m", "stiffness": "N/m", "damping": "N s/m", "length": "m"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe where it is and its numbers; of a force law that it is one."""
+        other = at(self.b) if isinstance(self.b, Point) else numbers(self.b)
+        law = callable(self.stiffness) or is_compiled(self.stiffness)
+        stiffness = "a force law" if law else f"{self.stiffness:.9g}"
+        values = f"{stiffness}, {self.damping:.9g}, {made.length:.9g}"
+        return f"spring ({at(self.a)}; {other}): ({values})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,13 +84,6 @@ class Spring(Attached):
         """Name in messages."""
         return f"the spring between {self.a!r} and {place(self.b)}"
 
-    def describe(self, at: Callable[[Node], str]) -> str:
-        """Describe it for the digest of a scene."""
-        other = at(self.b) if isinstance(self.b, Node) else place(self.b)
-        law = "a force law" if callable(self.stiffness) or is_compiled(self.stiffness) else ""
-        numbers = (law or f"{self.stiffness:.9g}", f"{self.damping:.9g}", f"{self.length:.9g}")
-        return f"spring ({at(self.a)}; {other}): ({', '.join(numbers)})"
-
     def pull(self, elongation: float) -> float:
         """Return the force at an elongation [N]; 0 of a C function, not called from here."""
         if is_compiled(self.stiffness):
@@ -90,7 +107,7 @@ class Spring(Attached):
         return self.__dict__ | {"stiffness": sent(self.stiffness, self.what)}
 
 
-class Springs(Contents):
+class Springs(Records):
     """Springs and dampers of a scene."""
 
     def spring(
@@ -166,7 +183,10 @@ class Springs(Contents):
             check_signature(f"the force law of {what}", stiffness, *LAWS)
         elif law:
             try_out(spring, distance - spring.length)
-        return self._attach(spring)
+        end = other.reference if isinstance(other, Node) else specified(other)
+        rest = None if length is None else spring.length
+        record = SpringSpec(one.reference, end, spring.stiffness, spring.damping, rest)
+        return self._attach(spring, record)
 
 
 def try_out(spring: Spring, elongation: float) -> None:

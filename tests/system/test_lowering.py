@@ -12,6 +12,7 @@ from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.problems import pendulum
 from ancfsparse.scene import Clamp, Node
 from ancfsparse.scene.joints import LINEAR, Joint
+from ancfsparse.scene.spec import Point, Spec
 from ancfsparse.system import System
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e6, 4000.0)
@@ -45,14 +46,22 @@ class Roller(Joint):
     def has_multipliers(self):
         return self.by_equation
 
-    def describe(self, at):
-        return f"roller ({at(self.node)})"
+
+@dataclass(frozen=True, eq=False)
+class RollerSpec(Spec):
+    """Its record."""
+
+    node: Point
+    by_equation: bool
+
+    def describe(self, at, made):
+        return f"{made.name} ({at(self.node)})"
 
 
 def rolling(by_equation):
     scene = ancf.Scene(gravity=(0.0, -9.81))
     rod = scene.add_beam("thin", (0, 0), (1, -1), 6, SECTION, MATERIAL)
-    scene._add(Roller(rod.start, by_equation))
+    scene._add(Roller(rod.start, by_equation), RollerSpec(rod.start.reference, by_equation))
     return ancf.simulate(scene, 0.5, 1e-3, solver=ancf.Newton()), rod
 
 
@@ -69,7 +78,7 @@ def test_a_new_joint_needs_no_other_file():
 def test_a_point_is_not_held_twice_by_a_new_joint():
     scene, rod = pendulum("thin", 3)
     with pytest.raises(ancf.InputError, match="so the roller has nothing left to hold"):
-        scene._add(Roller(rod.start, False))
+        scene._add(Roller(rod.start, False), RollerSpec(rod.start.reference, False))
 
 
 class Recorder:

@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Mark
+from ancfsparse.scene.spec import At, Point, Spec
 
 # A slope whose direction is within this of a coordinate axis can be clamped by numbering.
 ALIGNED = 1e-14
+
+
+@dataclass(frozen=True, eq=False)
+class ClampSpec(Spec):
+    """The record of `Scene.clamp`."""
+
+    node: Point
+    stretch: str = "free"
+    method = "clamp"
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equations follow from."""
+        return f"clamp ({at(self.node)}), stretch {self.stretch}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +90,6 @@ class Clamp(Joint):
         row = body.rows_of(self.node.index).start
         slope = np.asarray(body.vectors[min(row, len(body.vectors) - 1), 0])
         return Mark("clamp", slope if (body.ends[:, 0] == row).any() else -slope)
-
-    def describe(self, at: Callable[[Node], str]) -> str:
-        """Describe everything that its equations follow from."""
-        return f"clamp ({at(self.node)}), stretch {self.stretch}"
 
 
 def along_axis(slope: NDArray[np.float64]) -> int | None:

@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.joints.joint import Builder, Joint
+from ancfsparse.scene.spec import At, Point, Spec
+
+
+@dataclass(frozen=True, eq=False)
+class ConnectSpec(Spec):
+    """The record of `Scene.connect`."""
+
+    a: Point
+    b: Point
+    method = "connect"
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its numbering follows from."""
+        return f"connection ({at(self.a)}; {at(self.b)})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +50,3 @@ class Connect(Joint):
     def joins(self) -> bool:
         """Whether it makes its nodes one point: always."""
         return True
-
-    def describe(self, at: Callable[[Node], str]) -> str:
-        """Describe everything that its numbering follows from."""
-        return f"connection ({at(self.a)}; {at(self.b)})"

@@ -4,10 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from numpy.typing import ArrayLike
 
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Led, Mark
+from ancfsparse.scene.spec import At, Point, Spec, text
+
+
+@dataclass(frozen=True, eq=False)
+class DriveSpec(Spec):
+    """The record of `Scene.drive`."""
+
+    node: Point
+    position: Any
+    rate: Callable[[float], ArrayLike] | None = None
+    second_rate: Callable[[float], ArrayLike] | None = None
+    as_constraint: bool = False
+    method = "drive"
+    units: ClassVar = {"position": "m", "rate": "m/s", "second_rate": "m/s2"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equations follow from."""
+        kind = "drive as constraint" if self.as_constraint else "drive"
+        return f"{kind} ({at(self.node)}) along {text(self.position, at)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +75,3 @@ class Drive(Joint):
     def has_multipliers(self) -> bool:
         """Whether it is made by equations."""
         return self.as_constraint
-
-    def describe(self, at: Callable[[Node], str]) -> str:
-        """Describe everything that its equations follow from."""
-        kind = "drive as constraint" if self.as_constraint else "drive"
-        return f"{kind} ({at(self.node)}) along {self.course.describe()}"

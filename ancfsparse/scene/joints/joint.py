@@ -132,10 +132,6 @@ class Joint(ABC):
     def nodes(self) -> tuple[Node, ...]:
         """Nodes that it holds."""
 
-    @abstractmethod
-    def describe(self, at: Callable[[Node], str]) -> str:
-        """Describe everything that its equations follow from, with nodes named by a function."""
-
     @property
     def joins(self) -> bool:
         """Whether it makes its two nodes one point, instead of holding one beside the ground."""

@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Mark
+from ancfsparse.scene.spec import At, Point, Spec
+
+
+@dataclass(frozen=True, eq=False)
+class PinSpec(Spec):
+    """The record of `Scene.pin`."""
+
+    node: Point
+    as_constraint: bool = False
+    method = "pin"
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equations follow from."""
+        return f"pin ({at(self.node)})" + " as constraint" * self.as_constraint
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +63,3 @@ class Pin(Joint):
     def has_multipliers(self) -> bool:
         """Whether it is made by equations."""
         return self.as_constraint
-
-    def describe(self, at: Callable[[Node], str]) -> str:
-        """Describe everything that its equations follow from."""
-        return f"pin ({at(self.node)})" + " as constraint" * self.as_constraint

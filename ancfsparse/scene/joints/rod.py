@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints.joint import Builder, Joint, Led, Mark
+from ancfsparse.scene.spec import At, Point, Spec, text
 from ancfsparse.words import numbers
 
 # Share of a beam's length within which two nodes count as being at one place.
@@ -34,6 +36,24 @@ class HalfSquare:
         value, rate, second = course.T
         columns = [0.5 * value**2, value * rate, rate**2 + value * second]
         return np.stack(columns, axis=1) / self.length
+
+
+@dataclass(frozen=True, eq=False)
+class RodSpec(Spec):
+    """The record of `Scene.rod`."""
+
+    node: Point
+    anchor: tuple[float, ...]
+    length: Callable[[float], float] | None = None
+    rate: Callable[[float], float] | None = None
+    second_rate: Callable[[float], float] | None = None
+    method = "rod"
+    units: ClassVar = {"anchor": "m", "length": "m", "rate": "m/s", "second_rate": "m/s2"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equation follows from."""
+        length = "" if self.length is None else f", length {text(self.length, at)}"
+        return f"rod ({at(self.node)}) to {numbers(self.anchor)}{length}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +108,3 @@ class Rod(Joint):
     def has_multipliers(self) -> bool:
         """Whether it is made by an equation: always."""
         return True
-
-    def describe(self, at: Callable[[Node], str]) -> str:
-        """Describe everything that its equation follows from."""
-        length = "" if self.course is None else f", length {self.course.describe()}"
-        return f"rod ({at(self.node)}) to {numbers(self.anchor)}{length}"

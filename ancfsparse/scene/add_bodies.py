@@ -1,54 +1,23 @@
-"""The beams and meshes of a scene, checked as they are added."""
+"""The methods of a scene that add beams and meshes."""
 
 from __future__ import annotations
 
-import itertools
-import math
-from typing import TypeVar
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ancfsparse.checks import check_vector
-from ancfsparse.errors import InputError
-from ancfsparse.scene.attached import Attached
-from ancfsparse.scene.beams import Beam
-from ancfsparse.scene.bodies import Body, VelocityField
+from ancfsparse.scene.beams import Beam, BeamSpec
+from ancfsparse.scene.bodies import VelocityField
 from ancfsparse.scene.edges_to_cables import mesh_of
 from ancfsparse.scene.material import Material
-from ancfsparse.scene.mesh import Mesh
+from ancfsparse.scene.mesh import Mesh, MeshSpec
+from ancfsparse.scene.records import Records
 from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.spec import specified
 from ancfsparse.scene.straight import straight_beam
-from ancfsparse.words import shown
-
-Thing = TypeVar("Thing", bound=Attached)
 
 
-class Contents:
-    """Beams and meshes in one gravity field; `Scene` adds joints and loads.
-
-    Parameters
-    ----------
-    gravity : array_like, shape (2,) or (3,)
-        Acceleration of gravity [m/s2].  Two components make the scene planar, three spatial.
-    """
-
-    def __init__(self, gravity: ArrayLike) -> None:
-        try:
-            size = np.shape(gravity)
-        except ValueError:  # rows that differ
-            size = ()
-        if size not in ((2,), (3,)):
-            raise InputError(
-                "gravity must have 2 components (planar scene) or 3 (spatial), got "
-                f"{shown(gravity)}"
-            )
-        self.dim: int = size[0]
-        self.gravity: NDArray[np.float64] = check_vector("gravity", gravity, self.dim, "m/s2")
-        self.beams: list[Body] = []
-        self.attached: list[Attached] = []
-        self._names: set[str] = set()
-        self._handles: set[Body] = set()
+class Bodies(Records):
+    """Beams and meshes of a scene."""
 
     def add_beam(
         self,
@@ -118,8 +87,21 @@ class Contents:
         beam = straight_beam(
             label, self.dim, element, start, end, n_elements, section, material, given, up, velocity
         )
-        self._take(beam)
-        return beam
+        record = BeamSpec(
+            element,
+            beam.positions[0],
+            beam.positions[-1],
+            beam.n_elements,
+            section,
+            material,
+            strain,
+            curvature,
+            section_strain,
+            specified(up),
+            specified(velocity),
+            label,
+        )
+        return self._take(beam, record)
 
     def add_mesh(
         self,
@@ -181,39 +163,15 @@ class Contents:
         mesh = mesh_of(
             label, self.dim, nodes, edges, element, section, material, given, smooth, velocity
         )
-        self._take(mesh)
-        return mesh
-
-    def _take(self, body: Body) -> None:
-        for name, value in (*body.stiffnesses().items(), *body.viscosities().items()):
-            if not math.isfinite(value):
-                raise InputError(
-                    f"{name} of {body.name} is {value:g}, beyond the range of floating-point "
-                    "numbers: check the units of its section and its material"
-                )
-        self.beams.append(body)
-        self._names.add(body.name)
-        self._handles.add(body)
-
-    def _attach(self, thing: Thing) -> Thing:
-        self.attached.append(thing)
-        return thing
-
-    def _label(self, name: str | None, kind: str) -> str:
-        free = (f"{kind} {i}" for i in itertools.count(len(self.beams)))
-        label = next(each for each in free if each not in self._names) if name is None else name
-        if not isinstance(label, str) or not label.strip():
-            raise InputError(
-                f"the name of a {kind} must be a text that is not empty, got {shown(name)}"
-            )
-        if label in self._names:
-            raise InputError(f"the scene already has a beam named {label!r}: give another name")
-        return label
-
-    def _own(self, what: str, body: Body) -> Body:
-        if body not in self._handles:
-            raise InputError(
-                f"{what} was given {body.name} of another scene: use a handle that add_beam or "
-                "add_mesh of this scene returned"
-            )
-        return body
+        record = MeshSpec(
+            mesh.positions,
+            np.where(mesh.flipped[:, None], mesh.edges[:, ::-1], mesh.edges),
+            element,
+            section,
+            material,
+            float(smooth),
+            strain,
+            specified(velocity),
+            label,
+        )
+        return self._take(mesh, record)

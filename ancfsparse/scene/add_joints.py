@@ -1,0 +1,179 @@
+"""The methods of a scene that add joints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.checks import check_choice, check_flag
+from ancfsparse.errors import InputError
+from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.course import course_of
+from ancfsparse.scene.joints import SAME_PLACE, Clamp, Connect, Drive, Pin, Rod, check_node
+from ancfsparse.scene.joints.clamp import ClampSpec
+from ancfsparse.scene.joints.connect import ConnectSpec
+from ancfsparse.scene.joints.drive import DriveSpec
+from ancfsparse.scene.joints.pin import PinSpec
+from ancfsparse.scene.joints.rod import RodSpec
+from ancfsparse.scene.records import Records
+from ancfsparse.scene.spec import specified
+from ancfsparse.scene.straight import check_position, place
+
+
+class Joints(Records):
+    """Joints of a scene."""
+
+    def pin(self, node: Node, *, as_constraint: bool = False) -> Pin:
+        """Hold the position of a node where it is, leave its rotation free.
+
+        Parameters
+        ----------
+        node : Node
+            The node, for example ``rod.start``.
+        as_constraint : bool, optional
+            Hold it by constraint equations, whose multipliers are the reaction, instead of by
+            leaving its coordinates out.  The motion is the same.
+
+        Returns
+        -------
+        Pin
+            The joint.
+        """
+        own = self._mine("a pin", check_node("a pin", node))
+        check_flag("as_constraint of a pin", as_constraint)
+        return self._add(Pin(own, as_constraint), PinSpec(own.reference, as_constraint))
+
+    def clamp(self, node: Node, stretch: str = "free") -> Clamp:
+        """Hold the position and the rotation of a node; of a mesh, every slope at the node.
+
+        Parameters
+        ----------
+        node : Node
+            The node, for example ``rod.start``.
+        stretch : str, optional
+            ``"free"`` holds the section: of a cable the direction of the slope r_x, of a thick beam
+            r_y and r_z, and with ``curvature="axis"`` r_x as well, which turns with them.
+            ``"fixed"`` holds all of r_x too: a cable cannot stretch at the wall, and a beam with
+            ``curvature="section"`` can neither stretch nor shear there, which makes the first
+            element too stiff.
+
+        Returns
+        -------
+        Clamp
+            The joint.
+        """
+        check_choice("stretch of a clamp", stretch, ("free", "fixed"))
+        own = self._mine("a clamp", check_node("a clamp", node))
+        return self._add(Clamp(own, stretch), ClampSpec(own.reference, stretch))
+
+    def drive(
+        self,
+        node: Node,
+        position: ArrayLike | Callable[[float], ArrayLike],
+        *,
+        rate: Callable[[float], ArrayLike] | None = None,
+        second_rate: Callable[[float], ArrayLike] | None = None,
+        as_constraint: bool = False,
+    ) -> Drive:
+        """Move the position of a node as prescribed, leave its rotation free.
+
+        The force that takes is the reaction at the node; its work counts in the energy balance.
+
+        Parameters
+        ----------
+        node : Node
+            The node, for example ``rod.start``.
+        position : array_like of shape (dim,), or callable
+            Where it is [m], or a function of t [s] that returns it: a signal such as
+            ``Ramp((0.1, 0.0), 0.5, smooth=True) + (2.0, 0.0)`` or a function of your own, whose
+            second derivative must be continuous.  `simulate` starts where it is at the start, and
+            with its velocity; from another place `solve_static` leads there.
+        rate, second_rate : callable, optional
+            Velocity [m/s] and acceleration [m/s2] as functions of t.  Those of a signal are known;
+            for a function without them differences over six points a step apart stand for them,
+            whose errors are of fourth order in the step; runs to an accuracy need them.
+        as_constraint : bool, optional
+            Move it by equations, whose multipliers are the reaction, instead of by prescribing its
+            coordinates.  The motion is the same.
+
+        Returns
+        -------
+        Drive
+            The joint.
+        """
+        own = self._mine("a drive", check_node("a drive", node))
+        check_flag("as_constraint of a drive", as_constraint)
+        subject = f"the position of the drive at {own!r}"
+        course = course_of(subject, self.dim, position, rate, second_rate)
+        record = DriveSpec(own.reference, specified(position), rate, second_rate, as_constraint)
+        return self._add(Drive(own, course, as_constraint), record)
+
+    def rod(
+        self,
+        node: Node,
+        anchor: ArrayLike,
+        *,
+        length: Callable[[float], float] | None = None,
+        rate: Callable[[float], float] | None = None,
+        second_rate: Callable[[float], float] | None = None,
+    ) -> Rod:
+        """Tie a node to a fixed point with a rigid massless rod of their initial distance.
+
+        Parameters
+        ----------
+        node : Node
+            The node held.
+        anchor : array_like, shape (dim,)
+            The fixed point [m], apart from the node.
+        length : callable, optional
+            The distance as a function of t [m], for example of a rope that a winch pulls in, given
+            as `drive` takes positions, with ``rate`` [m/s] and ``second_rate`` [m/s2].  By default
+            it stays.  The rod pushes as well as it pulls.
+        rate, second_rate : callable, optional
+            Its derivatives, as `drive` takes them.
+
+        Returns
+        -------
+        Rod
+            The joint.
+        """
+        self._mine("a rod", check_node("a rod", node))
+        point = check_position(f"anchor of the rod at {node!r}", anchor, self.dim)
+        distance = float(np.linalg.norm(node.position - point))
+        if distance <= SAME_PLACE * node.beam.size:
+            raise InputError(
+                f"the rod at {node!r} would have zero length: its anchor {place(point)} is the "
+                "node itself; to hold the node there, use pin"
+            )
+        course = None
+        if length is not None:
+            course = course_of(f"the length of the rod at {node!r}", 0, length, rate, second_rate)
+        record = RodSpec(node.reference, specified(point), length, rate, second_rate)
+        return self._add(Rod(node, point, distance, course), record)
+
+    def connect(self, a: Node, b: Node) -> Connect:
+        """Join two nodes at one place, free to turn against each other.
+
+        Parameters
+        ----------
+        a, b : Node
+            Nodes with the same reference position.
+
+        Returns
+        -------
+        Connect
+            The joint, spherical in a spatial scene, a revolute joint in a planar one.
+        """
+        self._mine("a connection", check_node("a connection", a))
+        self._mine("a connection", check_node("a connection", b))
+        if a == b:
+            raise InputError(f"a connection needs two nodes, got {a!r} twice")
+        gap = float(np.linalg.norm(a.position - b.position))
+        if gap > SAME_PLACE * max(a.beam.size, b.beam.size):
+            raise InputError(
+                f"{a!r} and {b!r} cannot be connected: they are {gap:.6g} m apart, at "
+                f"{place(a.position)} and {place(b.position)}; move one beam so that they meet"
+            )
+        return self._add(Connect(a, b), ConnectSpec(a.reference, b.reference))

@@ -1,0 +1,131 @@
+"""The records of a scene, and the handles that were built of them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import check_vector
+from ancfsparse.errors import InputError
+from ancfsparse.scene.attached import Attached
+from ancfsparse.scene.bodies import Body, Node
+from ancfsparse.scene.joints import Holds, Joint
+from ancfsparse.scene.loads import Load
+from ancfsparse.scene.spec import Spec
+from ancfsparse.words import shown, suggest
+
+AnyBody = TypeVar("AnyBody", bound=Body)
+AnyJoint = TypeVar("AnyJoint", bound=Joint)
+AnyLoad = TypeVar("AnyLoad", bound=Load)
+Thing = TypeVar("Thing", bound=Attached)
+
+
+class Records:
+    """What was specified, in one gravity field, and what became of it.
+
+    Parameters
+    ----------
+    gravity : array_like, shape (2,) or (3,)
+        Acceleration of gravity [m/s2].  Two components make the scene planar, three spatial.
+    """
+
+    def __init__(self, gravity: ArrayLike) -> None:
+        try:
+            size = np.shape(gravity)
+        except ValueError:  # rows that differ
+            size = ()
+        if size not in ((2,), (3,)):
+            raise InputError(
+                "gravity must have 2 components (planar scene) or 3 (spatial), got "
+                f"{shown(gravity)}"
+            )
+        self.dim: int = size[0]
+        self.gravity: NDArray[np.float64] = check_vector("gravity", gravity, self.dim, "m/s2")
+        self.records: list[Spec] = []
+        self.beams: list[Body] = []
+        self.joints: list[Joint] = []
+        self.loads: list[Load] = []
+        self.attached: list[Attached] = []
+        self._bodies: dict[str, Body] = {}
+        self._built: dict[object, Spec] = {}
+        self._holds = Holds()
+
+    def body(self, name: str) -> Body:
+        """Return the handle of a beam or mesh.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+
+        Raises
+        ------
+        InputError
+            If there is none of this name.
+        """
+        if name not in self._bodies:
+            raise InputError(f"the scene has no body {shown(name)}: {suggest(name, self._bodies)}")
+        return self._bodies[name]
+
+    def record_of(self, handle: object) -> Spec:
+        """Return the record that a handle was built of."""
+        return self._built[handle]
+
+    def _take(self, body: AnyBody, record: Spec) -> AnyBody:
+        for name, value in (*body.stiffnesses().items(), *body.viscosities().items()):
+            if not math.isfinite(value):
+                raise InputError(
+                    f"{name} of {body.name} is {value:g}, beyond the range of floating-point "
+                    "numbers: check the units of its section and its material"
+                )
+        self.beams.append(body)
+        self._bodies[body.name] = body
+        self._record(record, body)
+        return body
+
+    def _add(self, joint: AnyJoint, record: Spec) -> AnyJoint:
+        self._holds.add(joint)
+        self.joints.append(joint)
+        self._record(record, joint)
+        return joint
+
+    def _load(self, load: AnyLoad, record: Spec) -> AnyLoad:
+        self.loads.append(load)
+        self._record(record, load)
+        return load
+
+    def _attach(self, thing: Thing, record: Spec) -> Thing:
+        self.attached.append(thing)
+        self._record(record, thing)
+        return thing
+
+    def _record(self, record: Spec, handle: object) -> None:
+        self.records.append(record)
+        self._built[handle] = record
+
+    def _label(self, name: str | None, kind: str) -> str:
+        free = (f"{kind} {i}" for i in itertools.count(len(self.beams)))
+        label = next(each for each in free if each not in self._bodies) if name is None else name
+        if not isinstance(label, str) or not label.strip():
+            raise InputError(
+                f"the name of a {kind} must be a text that is not empty, got {shown(name)}"
+            )
+        if label in self._bodies:
+            raise InputError(f"the scene already has a beam named {label!r}: give another name")
+        return label
+
+    def _own(self, what: str, body: Body) -> Body:
+        if body not in self._built:
+            raise InputError(
+                f"{what} was given {body.name} of another scene: use a handle that add_beam or "
+                "add_mesh of this scene returned"
+            )
+        return body
+
+    def _mine(self, what: str, node: Node) -> Node:
+        self._own(what, node.beam)
+        return node

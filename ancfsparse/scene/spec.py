@@ -1,0 +1,174 @@
+"""Records: what was specified in one call of a scene's methods, as data.
+
+A scene is a list of them.  They name bodies instead of holding handles, so they can be compared,
+written, changed and built a second time, in another scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from ancfsparse.checks import keep
+from ancfsparse.scene.callbacks import is_compiled, sent
+from ancfsparse.scene.signal import Signal
+from ancfsparse.words import numbers
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.records import Records
+
+# The record of every method of `Scene` that adds something.
+SPECS: dict[str, type[Spec]] = {}
+
+
+@dataclass(frozen=True)
+class Whole:
+    """A body of a scene.
+
+    Parameters
+    ----------
+    body : str
+        Its name.
+    """
+
+    body: str
+
+    def of(self, scene: Records) -> Any:
+        """Return its handle in a scene."""
+        return scene.body(self.body)
+
+
+@dataclass(frozen=True)
+class Point(Whole):
+    """A point of a beam or a mesh.
+
+    Parameters
+    ----------
+    body : str
+        Name of the beam or mesh.
+    index : int
+        Number of the node if `xi` is 0, else of the element the point is inside of.
+    xi : float, optional
+        Share of the element's length, in (0, 1) inside an element, 0 at a node.  Along an edge of a
+        mesh it counts from the first node of the edge, as given.
+    """
+
+    index: int
+    xi: float = 0.0
+
+    def of(self, scene: Records) -> Any:
+        """Return its handle in a scene."""
+        return scene.body(self.body).point(self)
+
+
+At = Callable[[Whole], str]
+
+
+@dataclass(frozen=True, eq=False)
+class Spec:
+    """What was specified in one call; its fields are named as the parameters.
+
+    Vectors are tuples, matrices read-only arrays, handles `Whole` or `Point`.
+
+    Attributes
+    ----------
+    method : str
+        Method of `Scene` that was called.
+    part : str
+        Part of the digest that it belongs to.
+    units : dict of str to str
+        Units of its numbers, by field.
+    """
+
+    method: ClassVar[str]
+    part: ClassVar[str] = "joints"
+    units: ClassVar[Mapping[str, str]] = {}
+
+    def __init_subclass__(cls) -> None:
+        """Enter it in the table of records."""
+        if "method" in cls.__dict__:
+            SPECS[cls.method] = cls
+
+    def __post_init__(self) -> None:
+        """Keep vectors as tuples."""
+        vectors = {
+            name: tuple(value.tolist())
+            for name, value in self.__dict__.items()
+            if isinstance(value, np.ndarray) and value.ndim == 1
+        }
+        if vectors:
+            keep(self, **vectors)
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """All fields by name."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    def build(self, scene: Records) -> Any:
+        """Add it to a scene; return the handle."""
+        handles = {k: mapped(value, lambda each: each.of(scene)) for k, value in self.given.items()}
+        return getattr(scene, self.method)(**handles)
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe what decides how a scene moves, for its digest.
+
+        Parameters
+        ----------
+        at : callable
+            Describes a body or a point.
+        made : object
+            The handle that was built of it.
+        """
+        values = ", ".join(f"{name} {text(each, at)}" for name, each in self.given.items())
+        return f"{self.method}: {values}"
+
+    def __eq__(self, other: object) -> bool:
+        """Compare all fields."""
+        return type(self) is type(other) and all(
+            equal(mine, getattr(other, name)) for name, mine in self.given.items()
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what is pickled: functions only where they can be."""
+        return {name: sent(value, self.method) for name, value in self.__dict__.items()}
+
+
+def mapped(value: Any, change: Callable[[Whole], Any]) -> Any:
+    """Return the value of a field with its references changed, and those in tuples."""
+    if isinstance(value, Whole):
+        return change(value)
+    if isinstance(value, tuple):
+        return tuple(mapped(each, change) for each in value)
+    return value
+
+
+def equal(one: Any, other: Any) -> bool:
+    """Whether two values of a field are equal; functions are if they are the same."""
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    return bool(one == other)
+
+
+def text(value: Any, at: At) -> str:
+    """Write a value for a digest: numbers with nine digits, functions without what they compute."""
+    if isinstance(value, Whole):
+        return at(value)
+    if isinstance(value, Signal):
+        return value.describe()
+    if callable(value) or is_compiled(value):
+        return "a function of time"
+    if isinstance(value, tuple) and value and isinstance(value[0], Whole):
+        return "; ".join(map(at, value))
+    if isinstance(value, bool | str) or value is None:
+        return str(value)
+    return numbers(value)
+
+
+def specified(value: Any) -> Any:
+    """Return a vector that was given as an array of numbers; None and functions as they are."""
+    return value if value is None or callable(value) else np.array(value, dtype=float)

@@ -1,0 +1,62 @@
+"""A scene with one of everything that can be added, for what must hold of all of it."""
+
+import numpy as np
+
+import ancfsparse as ancf
+
+SECTION, MATERIAL = ancf.Circle(0.02), ancf.Material(1e7, 1e3)
+
+
+def gust(t):
+    return (t, 0.0, 0.0)
+
+
+def bulge(x):
+    return np.outer((x[:, 0] * (2.0 - x[:, 0])) ** 2, [0.0, 1.0, 0.0])
+
+
+def law(elongation):
+    return 100.0 * elongation + elongation**3
+
+
+def drag(q, v, t):
+    return -0.1 * v
+
+
+def length(t):
+    return 1.0 + 0.1 * t**3
+
+
+def still(t):
+    return 0.0
+
+
+def everything():
+    """Return the scene, in which every method has been called that adds something."""
+    scene = ancf.Scene((0.0, -9.81, 0.5))
+    rod = scene.add_beam(
+        "thick", (0, 0, 0), (2, 0, 0), 4, SECTION, MATERIAL,
+        curvature="section", up=(0, 1, 0.5), velocity=bulge, name="rod",
+    )  # fmt: skip
+    rope = scene.add_beam("thin", (2, 0, 0), (3, 1, 0), 3, SECTION, MATERIAL, strain="biot")
+    net = scene.add_mesh(
+        [(5, 0, 0), (6, 0, 0), (7, 0, 0), (6, 1, 0)], [(0, 1), (2, 1), (1, 3)],
+        "thin", SECTION, MATERIAL, velocity=(0.0, 0.0, 0.0),
+    )  # fmt: skip
+    scene.clamp(rod.start, stretch="fixed")
+    scene.connect(rod.end, rope.start)
+    scene.pin(net.node(0), as_constraint=True)
+    rise = ancf.Ramp((0.1, 0.0, 0.0), 0.5, smooth=True)
+    scene.drive(net.node(2), rise + np.array([7.0, 0.0, 0.0]))
+    scene.rod(rope.end, (3.0, 2.0, 0.0))
+    scene.rod(net.node(3), (6.0, 2.0, 0.0), length=length, rate=still, second_rate=still)
+    scene.point_force(rod.at(0.3), gust)
+    scene.point_force(net.at(1, 0.1), ancf.Table([0.0, 1.0], np.ones((2, 3)), outside="hold"))
+    scene.point_moment(rod.node(2), (0.0, 0.0, 0.25))
+    scene.distributed_force(net, ancf.Sine((0.0, 0.0, 1.0), 3.0))
+    scene.add_mass(rod.node(3), 0.5, inertia=(1e-3, 2e-3, 2.5e-3))
+    scene.add_mass(rope.at(0.1), 0.25)
+    scene.spring(rod.node(1), (0.0, -1.0, 0.0), stiffness=100.0, damping=0.5)
+    scene.spring(rope.node(1), net.node(0), stiffness=law, length=0.9)
+    scene.force([rope.node(2), net.node(3)], drag, coupled=True)
+    return scene
