@@ -123,10 +123,10 @@ def test_no_damage_of_a_file_is_read_as_a_run(tmp_path):
 
 def test_a_file_is_written_by_one_run_at_a_time(tmp_path):
     path = tmp_path / "run.h5"
-    told = r"run.h5' is in use by another run just now: take another name, or wait for its end"
+    message = r"run.h5' is in use by another run just now: take another name, or wait for its end"
     with Writer(path, 4, 0, None, {}, {}):
         for start in (lambda: Writer(path, 4, 0, None, {}, {}), lambda: run_to(path)):
-            with pytest.raises(InputError, match=told):
+            with pytest.raises(InputError, match=message):
                 start()
         with pytest.raises(InputError, match="because a run writes to it just now: wait for its"):
             load(path, pendulum()[0])
@@ -160,7 +160,7 @@ def test_of_runs_that_start_together_one_gets_the_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [
         ("x" * 300, "cannot be the file 'xxx.*: File name too long"),
         ("a\0b", r"cannot be the file 'a\\x00b': embedded null byte"),
@@ -168,12 +168,12 @@ def test_of_runs_that_start_together_one_gets_the_file(tmp_path):
         (b"run.h5", "must be the name of a file such as 'run.h5', got b'run.h5'"),
     ],
 )
-def test_names_that_no_file_can_have(tmp_path, monkeypatch, name, told):
+def test_names_that_no_file_can_have(tmp_path, monkeypatch, name, message):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=message):
         load(name, pendulum()[0])
     if name is not None:
-        with pytest.raises(InputError, match=told):
+        with pytest.raises(InputError, match=message):
             run_to(name)
 
 

@@ -263,7 +263,7 @@ def test_damping_scales_stiffness_by_time_and_mass_by_rate():
 
 
 @pytest.mark.parametrize(
-    ("said", "strain", "mass"),
+    ("damping", "strain", "mass"),
     [
         ({}, False, False),
         ({"axial_damping": 1e-3}, True, False),
@@ -272,8 +272,8 @@ def test_damping_scales_stiffness_by_time_and_mass_by_rate():
         ({"rayleigh": (1.0, 0.0)}, False, True),
     ],
 )
-def test_a_beam_says_what_is_damped(said, strain, mass):
-    beam = add(material=Material(1e8, 4000.0, **said))
+def test_a_beam_says_what_is_damped(damping, strain, mass):
+    beam = add(material=Material(1e8, 4000.0, **damping))
     assert (beam.strains_damped, beam.masses_damped) == (strain, mass)
 
 

@@ -84,7 +84,7 @@ def test_equal_signals_have_equal_hashes_and_readable_texts():
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (lambda: ancf.Table([0, 1], [1]), r"one for each of its 2 times, got shape \(1,\)"),
         (lambda: ancf.Table([], []), "times of a table must be a list of numbers"),
@@ -104,8 +104,8 @@ def test_equal_signals_have_equal_hashes_and_readable_texts():
         (lambda: ancf.Pulse(1.0, 0.0, 1.0, 0.6), "rise of a pulse must be between 0 and half of i"),
     ],
 )
-def test_impossible_signals(make, told):
-    with pytest.raises(InputError, match=told):
+def test_impossible_signals(make, message):
+    with pytest.raises(InputError, match=message):
         make()
 
 

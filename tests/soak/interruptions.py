@@ -55,9 +55,9 @@ def run(seed, index):
     wait = float(rng.uniform(0.0, 1.0))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "run.h5")
-        told, word = interrupt(path, how, wait)
+        reported, word = interrupt(path, how, wait)
         tried = f"{how.name} after {wait:.2f} s, which came to {word}"
-        if told is None:
+        if reported is None:
             return Report("hung", [f"the run did not end {PATIENCE:g} s after {how.name}"], tried)
         try:
             kept = load(path, pendulum())
@@ -71,9 +71,9 @@ def run(seed, index):
     every_tenth = np.array_equal(steps[:-1], np.arange(0, 10 * (n - 1), 10))  # and the last one
     if not (every_tenth and np.allclose(times, t[steps]) and np.array_equal(states, q[steps])):
         finds.append(f"the {n} states in its file are not those of the whole run")
-    if how == signal.SIGINT and isinstance(told, int) and told != n:
-        finds.append(f"the interruption carries {told} states and the file has {n}")
-    if how == signal.SIGINT and word == "an interruption" and not isinstance(told, int):
+    if how == signal.SIGINT and isinstance(reported, int) and reported != n:
+        finds.append(f"the interruption carries {reported} states and the file has {n}")
+    if how == signal.SIGINT and word == "an interruption" and not isinstance(reported, int):
         finds.append("the interruption carries no trajectory")
     return Report(word, finds, tried)
 
@@ -89,13 +89,13 @@ def interrupt(path, how, wait):
         here.recv()
         time.sleep(wait)
         os.kill(child.pid, how)
-        told = here.recv() if here.poll(PATIENCE) else None
+        reported = here.recv() if here.poll(PATIENCE) else None
     except EOFError:
-        told = "killed"
+        reported = "killed"
     child.join(PATIENCE)
     if child.is_alive():
         child.kill()
         child.join()
         return None, "a hang"
     words = {"killed": "a kill", "finished": "the end"}
-    return told if told is not None else "nothing", words.get(told, "an interruption")
+    return reported if reported is not None else "nothing", words.get(reported, "an interruption")

@@ -18,7 +18,7 @@ def simulate(t_end=0.1, dt=1e-3, **options):
 
 
 @pytest.mark.parametrize(
-    ("t_end", "dt", "said"),
+    ("t_end", "dt", "message"),
     [
         (1.0, 0.0, "dt must be positive, got 0 s"),
         (1.0, -1e-3, "dt must be positive, got -0.001 s"),
@@ -39,10 +39,10 @@ def simulate(t_end=0.1, dt=1e-3, **options):
         (1.0, 0.4, "try t_end = 0.8 s, or dt = 0.5 s"),
     ],
 )
-def test_times(t_end, dt, said):
+def test_times(t_end, dt, message):
     with pytest.raises(ancf.InputError) as caught:
         simulate(t_end, dt)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize(("t_end", "dt"), [(0.3, 0.1), (0.1, 1e-3), (2.1, 7e-4), (1 / 3, 1 / 3000)])
@@ -67,9 +67,9 @@ def test_what_it_suggests_works(t_end):
     for n in range(2, 60):
         with pytest.raises(ancf.InputError) as caught:
             count_steps(t_end, t_end / (n + 0.3))
-        said = str(caught.value)
-        assert count_steps(t_end, float(said.split("or dt = ")[1].split(" s")[0])) == n
-        end = float(said.split("try t_end = ")[1].split(" s")[0])
+        message = str(caught.value)
+        assert count_steps(t_end, float(message.split("or dt = ")[1].split(" s")[0])) == n
+        end = float(message.split("try t_end = ")[1].split(" s")[0])
         assert count_steps(end, t_end / (n + 0.3)) == n
 
 
@@ -85,7 +85,7 @@ def test_more_states_than_fit():
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "message"),
     [
         (lambda: ancf.QuasiNewton("davidson"), "unknown update 'davidson': did you mean 'davidon'"),
         (lambda: ancf.QuasiNewton("DFP"), "did you mean 'dfp'"),
@@ -107,14 +107,14 @@ def test_more_states_than_fit():
         (lambda: ancf.ModifiedNewton(max_iterations="many"), "must be an integer"),
     ],
 )
-def test_solvers(make, said):
+def test_solvers(make, message):
     with pytest.raises(ancf.InputError) as caught:
         make()
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"solver": "newton"}, "got 'newton': did you mean Newton()?"),
         ({"solver": "Davidon"}, "got 'Davidon': did you mean QuasiNewton('davidon')?"),
@@ -143,10 +143,10 @@ def test_solvers(make, said):
         ({"save_every": 1.5}, "save_every must be an integer"),
     ],
 )
-def test_settings(options, said):
+def test_settings(options, message):
     with pytest.raises(ancf.InputError) as caught:
         simulate(**options)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_dense_inverse_that_is_too_large_is_refused_with_its_size():
@@ -269,20 +269,20 @@ def test_a_blow_up_is_a_step_failure_and_no_warning():
 
 @pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.CentralDifference()])
 @pytest.mark.parametrize(
-    ("force", "velocity", "told"),
+    ("force", "velocity", "message"),
     [
         ((0.0, 1e308), None, r"where the force at beam 0, node 2, r_2 is 1e\+308 N: check the uni"),
         (lambda t: (-1e308, 0.0), None, r"where the force at beam 0, node 2, r_1 is -1e\+308 N"),
         ((0.0, 0.0), lambda x: 1e200 * x, r"where beam 0, node \d, r_x1 moves by 1e\+200 1/s"),
     ],
 )
-def test_a_start_beyond_the_range_of_numbers_is_refused(integrator, force, velocity, told):
+def test_a_start_beyond_the_range_of_numbers_is_refused(integrator, force, velocity, message):
     scene = ancf.Scene()
     section, material = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
     rod = scene.add_beam("thin", (0, 0), (1, 0), 2, section, material, velocity=velocity)
     scene.pin(rod.start)
     scene.point_force(rod.end, force)
-    with pytest.raises(ancf.InputError, match=told):
+    with pytest.raises(ancf.InputError, match=message):
         ancf.simulate(scene, 1e-3, 1e-5, integrator=integrator)
 
 

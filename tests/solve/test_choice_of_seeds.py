@@ -38,9 +38,9 @@ def groups_of(system):
 
 @pytest.mark.parametrize("make", [lambda: lattice(6).scene, lambda: net(20).scene])
 def test_where_the_factor_fills_in_it_is_incomplete(make):
-    told = solver_of(make())
-    assert INCOMPLETE in told
-    assert "more than 3 blocks for each of the matrix" in told
+    method = solver_of(make())
+    assert INCOMPLETE in method
+    assert "more than 3 blocks for each of the matrix" in method
 
 
 @pytest.mark.parametrize(
@@ -87,9 +87,9 @@ def test_fill_is_that_of_the_exact_factor(make):
 
 def test_what_does_not_fit_exactly_is_marched(monkeypatch):
     scene = lattice(9).scene
-    told = memory.estimate(scene, 3, None, False, "auto", incomplete=True)
+    estimated = memory.estimate(scene, 3, None, False, "auto", incomplete=True)
     for module in (memory, seed, way_back):
-        monkeypatch.setattr(module, "available", lambda: 1.2 * told.total)
+        monkeypatch.setattr(module, "available", lambda: 1.2 * estimated.total)
     with pytest.raises(ancf.InputError, match="would need about"):
         solver_of(scene, seed="exact")
     assert INCOMPLETE in solver_of(scene)
@@ -98,13 +98,13 @@ def test_what_does_not_fit_exactly_is_marched(monkeypatch):
 
 def test_if_neither_fits_both_are_named(monkeypatch):
     scene = lattice(9).scene
-    told = memory.estimate(scene, 3, None, False, "auto", incomplete=True)
-    monkeypatch.setattr(memory, "available", lambda: 0.5 * told.total)
+    estimated = memory.estimate(scene, 3, None, False, "auto", incomplete=True)
+    monkeypatch.setattr(memory, "available", lambda: 0.5 * estimated.total)
     sentence = r"the factor .* GB as an incomplete one, and as an exact one up to .* GB"
     with pytest.raises(ancf.InputError, match=sentence):
         solver_of(scene)
     exact = SparseSeed(*_pattern(scene))
-    assert exact.nbytes <= told.exact <= 8.0 * exact.nbytes
+    assert exact.nbytes <= estimated.exact <= 8.0 * exact.nbytes
 
 
 def _pattern(scene):
@@ -114,13 +114,13 @@ def _pattern(scene):
 
 def test_the_estimate_is_near_what_an_incomplete_factor_takes():
     system = System(lattice(12).scene)
-    told = memory.estimate(system.scene, 1, 0, False, ancf.ModifiedNewton(), incomplete=True)
+    estimated = memory.estimate(system.scene, 1, 0, False, ancf.ModifiedNewton(), incomplete=True)
     made, _ = seed.make_seed(system, "incomplete", "auto", 1, memory.NOTHING)
-    assert made.own.nbytes <= 1.05 * told.factor
-    assert told.factor <= 1.5 * made.own.nbytes
+    assert made.own.nbytes <= 1.05 * estimated.factor
+    assert estimated.factor <= 1.5 * made.own.nbytes
     # What learns on it keeps two pairs of two terms of two vectors beside.
     learning = memory.estimate(system.scene, 1, 0, False, "auto", incomplete=True)
-    assert learning.factor - told.factor == pytest.approx(8 * 8 * system.n_free, rel=0.01)
+    assert learning.factor - estimated.factor == pytest.approx(8 * 8 * system.n_free, rel=0.01)
 
 
 def test_long_steps_go_back_to_exact_seeds_where_those_cost_less():

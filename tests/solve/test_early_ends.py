@@ -53,10 +53,10 @@ LATE = {
 @pytest.mark.parametrize("kind", LATE)
 @pytest.mark.parametrize("to_file", [False, True])
 def test_a_load_that_fails_late_leaves_everything_before(tmp_path, kind, to_file):
-    force, told = LATE[kind]
+    force, message = LATE[kind]
     scene, rod = pendulum(force)
     path = tmp_path / "run.h5" if to_file else None
-    with pytest.raises(LoadFailure, match=told) as caught:
+    with pytest.raises(LoadFailure, match=message) as caught:
         ancf.simulate(scene, 0.5, 1e-4, output=path)
     assert caught.value.time == pytest.approx(0.4901)
     run = caught.value.trajectory
@@ -126,9 +126,9 @@ def alarm():
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs timers")
 @pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), CentralDifference()])
-@pytest.mark.parametrize(("error", "told"), [(KeyboardInterrupt, "interrupted"), (Halt, "ended")])
+@pytest.mark.parametrize(("error", "words"), [(KeyboardInterrupt, "interrupted"), (Halt, "ended")])
 def test_signals_are_answered_between_two_steps(
-    tmp_path, monkeypatch, alarm, integrator, error, told
+    tmp_path, monkeypatch, alarm, integrator, error, words
 ):
     # All steps in one go, which takes many seconds.
     monkeypatch.setattr(fixed, "CHUNK", 10**9)
@@ -155,7 +155,7 @@ def test_signals_are_answered_between_two_steps(
     assert run.t[-1] == pytest.approx(steps * 1e-5)
     assert len(run.t) == 1 + -(-steps // 1000)
     assert repr(caught.value.trajectory) == repr(run)
-    assert f"The run was {told}: its states up to t = " in caught.value.__notes__[0]
+    assert f"The run was {words}: its states up to t = " in caught.value.__notes__[0]
 
 
 def test_threads_without_signals_run_as_ever():

@@ -54,8 +54,8 @@ def test_files_of_others_are_not_replaced(tmp_path, content):
             file["mine"] = 1
         content = path.read_bytes()
     path.write_bytes(content)
-    told = r"precious.txt' exists and is not replaced: .*; take another name"
-    with pytest.raises(InputError, match=told):
+    message = r"precious.txt' exists and is not replaced: .*; take another name"
+    with pytest.raises(InputError, match=message):
         run_to(path)
     assert path.read_bytes() == content
 
@@ -68,7 +68,7 @@ def test_an_empty_file_is_taken_and_a_folder_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         (
             {"material": ancf.Material(2e11, 7800.0)},
@@ -83,10 +83,10 @@ def test_an_empty_file_is_taken_and_a_folder_refused(tmp_path):
         ({"velocity": lambda x: x @ [[0, 1], [-1, 0]]}, "the velocity at t = 0"),
     ],
 )
-def test_a_file_of_a_scene_that_differs_is_refused(tmp_path, changes, told):
+def test_a_file_of_a_scene_that_differs_is_refused(tmp_path, changes, message):
     run_to(tmp_path / "run.h5")
     load(tmp_path / "run.h5", pendulum()[0])
-    with pytest.raises(InputError, match=f"written for another scene. What differs is {told}"):
+    with pytest.raises(InputError, match=f"written for another scene. What differs is {message}"):
         load(tmp_path / "run.h5", pendulum(**changes)[0])
 
 
@@ -99,7 +99,7 @@ def text(name, value):
 
 
 @pytest.mark.parametrize(
-    ("break_it", "told"),
+    ("break_it", "message"),
     [
         (text("settings", "{"), "is damaged: copy it again, or run again"),
         (text("settings", "3"), "is damaged"),
@@ -113,12 +113,12 @@ def text(name, value):
         (lambda file: file.attrs.__setitem__("format", 4), "by a later version of ancfsparse"),
     ],
 )
-def test_damaged_files_are_told(tmp_path, break_it, told):
+def test_damaged_files_are_reported(tmp_path, break_it, message):
     path = tmp_path / "run.h5"
     scene, _, _ = run_to(path)
     with h5py.File(path, "r+") as file:
         break_it(file)
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=message):
         load(path, scene)
 
 
@@ -186,9 +186,9 @@ def test_a_full_disk_is_told_and_what_was_written_is_kept(tmp_path):
     command = [sys.executable, "-c", FULL, str(path), "3000000"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
-    told, counts = done.stdout.splitlines()
-    assert "run.h5 cannot take the states after t = 0." in told
-    assert "s: File too large. Free some space" in told
+    message, counts = done.stdout.splitlines()
+    assert "run.h5 cannot take the states after t = 0." in message
+    assert "s: File too large. Free some space" in message
     kept, read, steps = map(int, counts.split())
     assert steps >= kept - 1  # counted, although there is no room for more
     # A state has 3 x 404 numbers; half a megabyte is set aside for the counts.
@@ -199,8 +199,8 @@ def test_a_full_disk_is_told_and_what_was_written_is_kept(tmp_path):
 def test_states_that_no_disk_can_take_are_refused_at_once(tmp_path, monkeypatch):
     usage = type("Usage", (), {"free": 1000})()
     monkeypatch.setattr(record.shutil, "disk_usage", lambda _: usage)
-    told = r"states would take .* GB, but only 1e-06 GB are free in .*: try a larger save_every"
-    with pytest.raises(InputError, match=told):
+    message = r"states would take .* GB, but only 1e-06 GB are free in .*: try a larger save_every"
+    with pytest.raises(InputError, match=message):
         run_to(tmp_path / "run.h5")
 
 

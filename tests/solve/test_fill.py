@@ -50,8 +50,8 @@ def test_the_factor_of_a_lattice_that_may_not_fit_is_not_taken_for_that_of_a_net
     scene = lattice(10)
     seed = seed_of(scene)
     monkeypatch.setattr("ancfsparse.solve.memory.available", lambda: 2.0 * seed.nbytes)
-    told = estimate(scene, 1, 0, False, Newton()).factor
-    assert seed.nbytes <= told <= 2.0 * seed.nbytes
+    estimated = estimate(scene, 1, 0, False, Newton()).factor
+    assert seed.nbytes <= estimated <= 2.0 * seed.nbytes
 
 
 def test_nothing_is_counted_where_it_fits_in_any_case(monkeypatch):
@@ -69,9 +69,9 @@ def test_the_estimate_for_statics_is_near_the_truth(kind):
         scene.pin(rod.end)
     else:
         scene = net(40).scene
-    told = estimate(scene, 1, 0, False, Newton(), matrices=MATRICES).total
+    estimated = estimate(scene, 1, 0, False, Newton(), matrices=MATRICES).total
     tracemalloc.start()
     ancf.solve_static(scene)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert 0.6 * peak < told < 1.7 * peak
+    assert 0.6 * peak < estimated < 1.7 * peak

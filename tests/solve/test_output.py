@@ -148,11 +148,11 @@ def test_bad_output(options, message):
 
 def test_a_run_that_cannot_fit_is_refused_before_it_starts(monkeypatch):
     monkeypatch.setattr(memory, "available", lambda: 2e9)
-    told = (
+    message = (
         r"about 24\.\d GB, more than there is: 2 GB of memory are free, and saved states alone "
         r"would take 24\.\d GB; try a larger save_every, save_nodes=\[...\], or output="
     )
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=message):
         swing(100, t_end=2.5e3)
     scene = ancf.Scene()
     rod = scene.add_beam("l2t2", (0, 0), (2e3, 0), 30000, SECTION, MATERIAL)
@@ -178,10 +178,10 @@ def lattice(n):
 
 def test_a_lattice_whose_factor_cannot_fit_is_refused_before_it_is_factored(monkeypatch):
     scene = lattice(12)
-    told = memory.estimate(scene, 2, 1, False, "auto")
+    estimated = memory.estimate(scene, 2, 1, False, "auto")
     seed = seed_of(scene)
-    assert seed.nbytes > 2.0 * told.factor  # what a plane net of as many nodes would take
-    monkeypatch.setattr(memory, "available", lambda: told.total + 1e6)
+    assert seed.nbytes > 2.0 * estimated.factor  # what a plane net of as many nodes would take
+    monkeypatch.setattr(memory, "available", lambda: estimated.total + 1e6)
     with pytest.raises(InputError, match=r"the factor or inverse alone would take .* GB; try few"):
         ancf.simulate(scene, 1e-3, 1e-3, seed="exact")
     with pytest.raises(InputError, match=r"the factor or inverse alone would take .* GB; try few"):
@@ -202,8 +202,8 @@ def test_the_memory_of_a_factor_is_known_before_it_is_made(joint):
 
 def test_a_beam_that_cannot_fit_is_refused_before_it_is_made():
     scene = ancf.Scene()
-    told = r"^beam 0, 1000000000000 elements, would need about 5.2e\+04 GB, more than there is: .*"
-    with pytest.raises(InputError, match=told + "GB of memory are free; try a smaller n_elements$"):
+    text = r"^beam 0, 1000000000000 elements, would need about 5.2e\+04 GB, more than there is: .*"
+    with pytest.raises(InputError, match=text + "GB of memory are free; try a smaller n_elements$"):
         scene.add_beam("thin", (0, 0), (2, 0), 10**12, SECTION, MATERIAL)
 
 

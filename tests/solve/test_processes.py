@@ -113,5 +113,5 @@ print(process.exitcode)
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing forks here")
 def test_a_fork_of_a_process_with_threads_runs_on_one():
     command = [sys.executable, "-W", "ignore", "-c", FORKED]
-    said = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True).stdout
-    assert said.split() == ["11"]
+    output = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True).stdout
+    assert output.split() == ["11"]

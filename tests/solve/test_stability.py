@@ -105,11 +105,11 @@ def test_multipliers_are_refused_by_the_name_of_their_joint():
             attempt()
 
 
-@pytest.mark.parametrize("said", [{"solver": ancf.Newton()}, {"tolerance": "paper"}])
-def test_what_only_implicit_methods_need_is_refused(said):
+@pytest.mark.parametrize("option", [{"solver": ancf.Newton()}, {"tolerance": "paper"}])
+def test_what_only_implicit_methods_need_is_refused(option):
     scene, _ = pendulum()
-    with pytest.raises(ancf.InputError, match=f"{next(iter(said))}=.* means nothing"):
-        ancf.simulate(scene, 0.01, 1e-4, integrator=CENTRAL, **said)
+    with pytest.raises(ancf.InputError, match=f"{next(iter(option))}=.* means nothing"):
+        ancf.simulate(scene, 0.01, 1e-4, integrator=CENTRAL, **option)
 
 
 def test_only_explicit_integrators_have_a_stable_step():

@@ -104,7 +104,7 @@ def test_no_more_than_a_thousand_events_are_kept():
 
 
 def test_an_abandoned_run_to_an_accuracy_is_an_event(monkeypatch):
-    # The first run is told that it gained energy; the next ones have shorter steps.
+    # Here the first run has gained energy; the next ones have shorter steps.
     scene, _ = clamped(1e8, (0.0, -0.5), density=4000.0)
     plain, done = Stepper.run, []
 

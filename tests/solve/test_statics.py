@@ -328,7 +328,7 @@ def test_no_equilibrium_is_named_with_its_place(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"load_steps": 0}, "load_steps must be an integer of at least 1"),
         ({"load_steps": 2.5}, "load_steps must be an integer"),
@@ -340,9 +340,9 @@ def test_no_equilibrium_is_named_with_its_place(monkeypatch):
         ({"progress": "no"}, "progress must be True or False"),
     ],
 )
-def test_bad_settings(options, said):
+def test_bad_settings(options, message):
     scene, _ = cantilever("thin", 2)
-    with pytest.raises(ancf.InputError, match=said):
+    with pytest.raises(ancf.InputError, match=message):
         ancf.solve_static(scene, **options)
 
 

@@ -20,12 +20,12 @@ def _check(figure):
         if text.get_text().strip() and text.get_visible():
             least = NOTE_SIZE if text.get_fontfamily() == ["monospace"] else SMALL
             assert text.get_fontsize() >= least, text
-    said = [*figure.texts, *figure.legends, figure._suptitle]
+    texts = [*figure.texts, *figure.legends, figure._suptitle]
     for ax in figure.axes:
-        said += [ax.title, ax.xaxis.label, ax.yaxis.label]
+        texts += [ax.title, ax.xaxis.label, ax.yaxis.label]
     boxes = {
         each: each.get_window_extent().padded(-1.0)
-        for each in said
+        for each in texts
         if each is not None and not (isinstance(each, Text) and not each.get_text().strip())
     }
     for each, box in boxes.items():

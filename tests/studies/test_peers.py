@@ -29,9 +29,9 @@ def reference():
 def test_what_is_missing_is_said(monkeypatch):
     for name in ("exudyn", "ancfsparse.compiled.sundials", "elastica"):
         monkeypatch.setitem(sys.modules, name, None)
-    said = missing()
-    assert len(said) == 3
-    assert all("ancfsparse[peers]" in each or "make peers" in each for each in said)
+    reasons = missing()
+    assert len(reasons) == 3
+    assert all("ancfsparse[peers]" in each or "make peers" in each for each in reasons)
     assert {t.program for t in peers(EXUDYN_MODEL, 4, T_END, 1.0)} == {"SciPy"}
     with pytest.raises(InputError, match="SUNDIALS"):
         sundials_peer.load()

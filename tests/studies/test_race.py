@@ -76,9 +76,9 @@ def test_failures_stay_with_their_reason_and_are_not_repeated():
     assert points[0].note == "no convergence at t = 1.3 s"
     assert "off by 1e+10 m" in points[1].note
     assert points[0].record()["seconds"] is None
-    said = failures(points)
-    assert said[0] == "Newmark(0) (Newton), 10 Thin, dt = 0.001: no convergence at t = 1.3 s"
-    assert len(said) == 3
+    lines = failures(points)
+    assert lines[0] == "Newmark(0) (Newton), 10 Thin, dt = 0.001: no convergence at t = 1.3 s"
+    assert len(lines) == 3
 
 
 def test_waiting_for_the_processor_is_not_counted(monkeypatch):

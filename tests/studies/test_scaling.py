@@ -148,12 +148,12 @@ def test_missed_aims_and_missing_results_are_said():
         "auto / modified Newton, chain falling from rest, 100,000",
         "Exudyn, modified Newton / auto, chain falling from rest, 100,000",
     }
-    said = findings(result)
-    assert said[0] == ("`auto` beside the best fixed solver of each scene and size: 0.5 to 1.25 "
+    lines = findings(result)
+    assert lines[0] == ("`auto` beside the best fixed solver of each scene and size: 0.5 to 1.25 "
                        "(aim: at most 1.2, missed 1 of 5 times).")  # fmt: skip
-    assert said[1] == "Missed: auto / modified Newton, chain falling from rest, 100,000: 1.25."
-    assert "bytes per element" in said[4].lower()
-    assert "500 (aim: at most 1500, met)" in said[4]
+    assert lines[1] == "Missed: auto / modified Newton, chain falling from rest, 100,000: 1.25."
+    assert "bytes per element" in lines[4].lower()
+    assert "500 (aim: at most 1500, met)" in lines[4]
     assert skipped(result) == [
         "chain falling from rest, Davidon, dense, from 100,000 on: too large"
     ]  # fmt: skip
@@ -166,8 +166,8 @@ def test_panels_without_data_are_blank(readable):
     result = by_hand()
     result = Scaling([r for r in result.rows if r.job.case == "chain"], result.counts, QUICK, {})
     readable(chart(result))
-    told = chart(result).axes[2].texts[0].get_text()
-    assert told == "Net falling from rest: not run"
+    title = chart(result).axes[2].texts[0].get_text()
+    assert title == "Net falling from rest: not run"
     for row in result.rows:
         row.record = {"note": "too large"}
     readable(chart(result))
@@ -178,8 +178,8 @@ def test_the_chart_can_be_read_and_says_where_a_peer_wins(readable):
     readable(figure)
     crosses = [line for line in figure.axes[0].lines if line.get_marker() == "x"]
     assert [list(line.get_xdata()) for line in crosses if len(line.get_xdata())] == [[100_000]]
-    told = figure.axes[0].get_title().replace("\n", " ")
-    assert told == ("Chain falling from rest: Exudyn, modified Newton takes 0.5 times as long as "
+    title = figure.axes[0].get_title().replace("\n", " ")
+    assert title == ("Chain falling from rest: Exudyn, modified Newton takes 0.5 times as long as "
                     "auto at 100,000")  # fmt: skip
 
 

@@ -18,12 +18,12 @@ def test_what_is_worse_is_found_and_named(readable):
     rows += [row(seed, "failed", 1e-2, 1e3) for seed in SEEDS]
     assert worse(rows, "incomplete") == [rows[1]]
     assert worse(rows, "auto") == []
-    said = findings(rows)
+    sentences = findings(rows)
     assert (
         f"1 of 2 runs do not finish where exact seeds do, 1 of them at h omega up to {CLAIM:g}"
-        in (said[0])
+        in (sentences[0])
     )
-    assert "lattice, 1e+08 Pa, dt = 0.001 s (h omega = 100), Newmark(0)" in said[1]
+    assert "lattice, 1e+08 Pa, dt = 0.001 s (h omega = 100), Newmark(0)" in sentences[1]
     readable(chart(rows))
 
 

@@ -49,10 +49,10 @@ def test_what_is_said_follows_the_numbers():
         return LongRun(label, 1e-3, t, energy, 2.0, reason, 1.0, growth)
 
     result = LongRuns([run("a", -0.5), run("b", -0.01), run("c", 0.02, "EnergyGain", 9e6)], {})
-    said = findings(result)
-    assert "a; b. The one that keeps most is b: -1 % in 2 s." in said[0]
-    assert said[1] == "c was stopped at 2 s: gained energy."
-    assert said[2].startswith("Memory grew in c by more than 4 MB")
+    sentences = findings(result)
+    assert "a; b. The one that keeps most is b: -1 % in 2 s." in sentences[0]
+    assert sentences[1] == "c was stopped at 2 s: gained energy."
+    assert sentences[2].startswith("Memory grew in c by more than 4 MB")
     assert headline(result).startswith("2 of 3 runs come to 2 s; b keeps its energy best")
 
 

@@ -256,14 +256,14 @@ def test_a_table_that_is_none_is_refused(tmp_path, capsys):
         "column or number is missing": (rows[0].replace("outcome", "end") + "\n" + rows[1], []),
         "No such file": (None, []),
     }
-    for said, (text, words) in cases.items():
+    for message, (text, words) in cases.items():
         table.unlink(missing_ok=True)
         if text is not None:
             table.write_text(text + "\n", encoding="utf-8")
         with pytest.raises(SystemExit) as left:
             main(["study", "stability", "--from", str(table), *words, "--output", str(tmp_path)])
         assert left.value.code == 2
-        assert said in capsys.readouterr().err
+        assert message in capsys.readouterr().err
 
 
 def made_up(solver, outcome, dt=0.01):
@@ -297,7 +297,7 @@ def test_the_solver_chart_shows_the_worst_and_frames_what_differs():
 
 
 def test_unknown_scenes_and_bad_steps_are_refused():
-    for words, said in ((["--scene", "pendulums"], "scene"), (["--step", "-1"], "step")):
+    for words, name in ((["--scene", "pendulums"], "scene"), (["--step", "-1"], "step")):
         with pytest.raises(SystemExit) as left:
             main(["study", "stability", *words])
-        assert left.value.code != 0, said
+        assert left.value.code != 0, name

@@ -1,4 +1,4 @@
-"""Table 1 on a short run: shapes, files and what is said about them."""
+"""Table 1 on a short run: shapes, files and the sentences on them."""
 
 import csv
 import json

@@ -54,18 +54,24 @@ def test_hand_made_front_and_choices():
 
 
 def test_findings_follow_the_numbers():
-    said = findings(study(*LOCKING))
-    assert any("Thin, the paper's choice" in each and "on the front" in each for each in said)
-    assert any("Thick on 10 elements locks" in each and "10 times that" in each for each in said)
-    assert any("of the meshes that were run 40 do what 10 Thin ones do" in each for each in said)
-    assert any("dt = 0.004 s, 8 times the paper's, leaves it at 1.1e-02 m" in each for each in said)
+    sentences = findings(study(*LOCKING))
+    assert any("Thin, the paper's choice" in each and "on the front" in each for each in sentences)
+    assert any(
+        "Thick on 10 elements locks" in each and "10 times that" in each for each in sentences
+    )
+    assert any(
+        "of the meshes that were run 40 do what 10 Thin ones do" in each for each in sentences
+    )
+    assert any(
+        "dt = 0.004 s, 8 times the paper's, leaves it at 1.1e-02 m" in each for each in sentences
+    )
 
     free = [point("Thin", 10, 5e-4, 1e-2, 0.02), point("Thin", 10, 4e-3, 5e-2, 0.004),
             point("Thick", 10, 5e-4, 1.1e-2, 0.08)]  # fmt: skip
-    said = findings(study(*free))
-    assert any("does not lock" in each for each in said)
-    assert any("no step larger than dt = 0.0005 s" in each for each in said)
-    assert not any(" locks" in each for each in said)
+    sentences = findings(study(*free))
+    assert any("does not lock" in each for each in sentences)
+    assert any("no step larger than dt = 0.0005 s" in each for each in sentences)
+    assert not any(" locks" in each for each in sentences)
 
 
 def test_peers_may_win():
@@ -80,9 +86,9 @@ def test_headline_is_worked_out():
         "The paper's choice with Thin elements costs 1 times the cheapest run as good"
     )
     better = point("Thin", 14, 4e-3, 2e-3, 0.005)
-    said = headline(study(*LOCKING, better))
-    assert "costs 4 times" in said
-    assert "5 times smaller" in said
+    sentences = headline(study(*LOCKING, better))
+    assert "costs 4 times" in sentences
+    assert "5 times smaller" in sentences
     assert headline(study()) == "Whole error against cost"
 
 
