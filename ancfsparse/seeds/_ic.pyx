@@ -26,6 +26,22 @@ cdef extern from "ic.h":
         double *values
         double *sums
         const ancf_seed *factor
+    ctypedef struct Equations "ic_border":
+        ptrdiff_t n, n_own
+        const int32_t *first
+        const int64_t *entry
+        const int32_t *unknown
+        const int32_t *place
+        const int64_t *own
+        const int32_t *own_place
+        double *term
+        double *schur
+        double *size
+        double *off
+        double *of_x
+        double *of_p
+        double *of_z
+        double *sums
     ctypedef struct Factor "ic":
         ptrdiff_t n, n_triples, n_blocks
         ptrdiff_t first[4]
@@ -45,6 +61,7 @@ cdef extern from "ic.h":
         float *p
         float *w
         Ways modes
+        Equations border
         int slides
         int mode
         double share
@@ -75,8 +92,10 @@ cdef class Ic:
 
     Parameters
     ----------
-    indptr, indices : (n + 1,) int64 and int32 arrays
-        Lower triangle of the matrix by columns.
+    indptr, indices : int64 and int32 arrays
+        Lower triangle of the matrix by columns, equations after the coordinates.
+    n : int
+        Number of coordinates.
     unknown : (n_triples, 3) int32
         Unknowns of each triple in order of elimination, each in one of them; -1 where none is.
     start, row : (n_triples + 1,) and (at least 1,) int32
@@ -93,7 +112,7 @@ cdef class Ic:
     cdef object coarse
     cdef readonly object capsule
 
-    def __cinit__(self, const int64_t[::1] indptr, const int32_t[::1] indices,
+    def __cinit__(self, const int64_t[::1] indptr, const int32_t[::1] indices, ptrdiff_t n,
                   const int32_t[:, ::1] unknown, const int32_t[::1] start,
                   const int32_t[::1] row, first):
         cdef Factor *data = &self.data
@@ -101,7 +120,7 @@ cdef class Ic:
         cdef double[::1] blocks, column, scale
         cdef const int32_t[::1] place
         cdef ptrdiff_t middle, width
-        data.n, data.n_triples = indptr.shape[0] - 1, unknown.shape[0]
+        data.n, data.n_triples = n, unknown.shape[0]
         data.n_blocks = data.n_triples + start[data.n_triples]
         for k in range(FRONTS + 2):
             data.first[k] = first[k]
@@ -112,8 +131,10 @@ cdef class Ic:
         self.arrays = a = {
             "indptr": np.asarray(indptr), "indices": np.asarray(indices),
             "unknown": np.asarray(unknown), "start": np.asarray(start), "row": np.asarray(row),
-            "place": places(indptr, indices, unknown, start, row, first),
-            "scale": np.ones(data.n), "blocks": np.zeros(BLOCK * (data.n_blocks + image) + PAST),
+            "place": places(indptr, indices, n, unknown, start, row, first,
+                            BLOCK * (data.n_blocks + image) + PAST),
+            "scale": np.ones(indptr.shape[0] - 1),
+            "blocks": np.zeros(BLOCK * (data.n_blocks + image) + PAST + FRONTS),
             "column": np.zeros(FRONTS * (BLOCK * data.longest + PAST)),
             "vectors": np.zeros((5, TRIPLE * (data.n_triples + width)), dtype=np.float32),
         }
@@ -124,10 +145,10 @@ cdef class Ic:
         data.scale, data.blocks, data.column = &scale[0], &blocks[0], &column[0]
         data.x, data.r = &vectors[0, 0], &vectors[1, 0]
         data.z, data.p, data.w = &vectors[2, 0], &vectors[3, 0], &vectors[4, 0]
-        data.per_sweep = 2.0 * indices.shape[0]
+        data.per_sweep = 2.0 * indptr[n]
         data.per_round = 2.0 * data.per_sweep + 10.0 * data.n
         data.per_slide = data.per_sweep + 6.0 * data.n
-        self.interface.context, self.interface.n = data, data.n
+        self.interface.context, self.interface.n = data, indptr.shape[0] - 1
         self.interface.factor, self.interface.solve = factor, solve
         self.interface.mend, self.interface.refine = mend, refine
         self.interface.extra = &data.extra
@@ -178,6 +199,31 @@ cdef class Ic:
         own.way, own.values, own.sums = &way[0, 0], &values[0], &sums[0]
         own.factor = <const ancf_seed *>PyCapsule_GetPointer(self.coarse.capsule, "ancf_seed")
 
+    def take_border(self, border):
+        """Take the equations, a `border.Border`, before the first factor."""
+        cdef Equations *own = &self.data.border
+        cdef const int32_t[::1] first = border.first, unknown = border.unknown, place = border.place
+        cdef const int32_t[::1] own_place = border.own_place
+        cdef const int64_t[::1] entry = border.entry, entries = border.own
+        cdef double[::1] term = np.zeros(len(border.entry))
+        cdef double[:, ::1] schur = np.zeros((border.n, border.n)), rows = np.zeros((6, border.n))
+        self.arrays |= {"term": np.asarray(term), "schur": np.asarray(schur),
+                        "rows": np.asarray(rows), "first": border.first,
+                        "entry": border.entry, "held": border.unknown, "lane": border.place,
+                        "own": border.own, "own place": border.own_place}
+        own.n, own.n_own = border.n, entries.shape[0]
+        own.first, own.entry, own.unknown, own.place = &first[0], &entry[0], &unknown[0], &place[0]
+        own.own, own.own_place = &entries[0], &own_place[0]
+        own.term, own.schur = &term[0], &schur[0, 0]
+        own.size, own.off, own.of_x = &rows[0, 0], &rows[1, 0], &rows[2, 0]
+        own.of_p, own.of_z, own.sums = &rows[3, 0], &rows[4, 0], &rows[5, 0]
+        self.data.per_round += self.data.per_sweep
+
+    @property
+    def sizes(self):
+        """By what each equation is multiplied to be compared with residuals of one, (m,)."""
+        return self.arrays["rows"][0] if "rows" in self.arrays else np.zeros(0)
+
     @property
     def coarse_values(self):
         """Entries of the coarse matrix, of the last factor that used the modes."""
@@ -206,13 +252,13 @@ cdef class Ic:
 
     def solve(self, const double[::1] r):
         """Return the solution ``x (n,)`` for the right-hand side ``r (n,)`` as compiled callers get it."""
-        x = np.empty(self.data.n)
+        x = np.empty(self.interface.n)
         cdef double[::1] view = x
         solve(&self.data, &r[0], &view[0])
         return x
 
     def sweep(self, const double[::1] r):
-        """Return what one sweep makes of ``r (n,)``; it is not counted."""
+        """Return what one sweep makes of ``r (n,)``, without equations; it is not counted."""
         x = np.empty(self.data.n)
         cdef double[::1] view = x
         cdef int power = gather(&self.data, &r[0], self.data.x)
@@ -233,7 +279,7 @@ cdef class Ic:
         most : int
             Rounds that are allowed.
         """
-        x = np.empty(self.data.n)
+        x = np.empty(self.interface.n)
         cdef double[::1] view = x
         cdef int64_t sweeps = self.data.sweeps, products = self.data.products
         cdef int power = gather(&self.data, &r[0], self.data.r)
@@ -255,15 +301,19 @@ cdef class Ic:
         return a["unknown"], a["start"], row, blocks, a["scale"]
 
 
-def places(const int64_t[::1] indptr, const int32_t[::1] indices, const int32_t[:, ::1] unknown,
-           const int32_t[::1] start, const int32_t[::1] row, first):
-    """Return for each entry of the matrix its place among the numbers of the blocks, int32."""
-    cdef ptrdiff_t n = indptr.shape[0] - 1, n_triples = unknown.shape[0], t, k, j
+def places(const int64_t[::1] indptr, const int32_t[::1] indices, ptrdiff_t n,
+           const int32_t[:, ::1] unknown, const int32_t[::1] start, const int32_t[::1] row, first,
+           ptrdiff_t beside):
+    """Return for each entry of the coordinates its place among the numbers of the blocks, int32.
+
+    Those of equations are put `beside`, where each front has a place for what is not read.
+    """
+    cdef ptrdiff_t n_triples = unknown.shape[0], t, k, j
     cdef int64_t p, low, high, between, block
     cdef ptrdiff_t second = first[1], middle = first[2]
     cdef int32_t a, b, r, c
     of_unknown = np.empty(n, dtype=np.int32)
-    out = np.empty(indices.shape[0], dtype=np.int32)
+    out = np.empty(indptr[n], dtype=np.int32)
     cdef int32_t[::1] lane = of_unknown, place = out
     for t in range(n_triples):
         for k in range(3):
@@ -271,6 +321,9 @@ def places(const int64_t[::1] indptr, const int32_t[::1] indices, const int32_t[
                 lane[unknown[t, k]] = <int32_t>(3 * t + k)
     for j in range(n):
         for p in range(indptr[j], indptr[j + 1]):
+            if indices[p] >= n:
+                place[p] = <int32_t>(beside + (j >= n // FRONTS))
+                continue
             a, b = lane[indices[p]], lane[j]
             if a < b:
                 a, b = b, a

@@ -52,6 +52,19 @@ typedef struct {
     const ancf_seed *factor;        /* of E; NULL where there are no modes */
 } ic_modes;
 
+/* Equations that are held exactly, see ic_border.h. */
+typedef struct {
+    ptrdiff_t n, n_own;      /* equations; entries of their own block */
+    const int32_t *first;    /* term of each equation, and the end */
+    const int64_t *entry;    /* of each term among the values of the matrix */
+    const int32_t *unknown, *place; /* its coordinate, and where that is in vectors over triples */
+    const int64_t *own;      /* entries of -E among the values, and where they are in S */
+    const int32_t *own_place;
+    double *term, *schur;    /* B by equations, scaled; S by rows, or its factor */
+    double *size;            /* 1 / sqrt of the diagonal of S */
+    double *off, *of_x, *of_p, *of_z, *sums; /* g, multipliers of the vectors, room */
+} ic_border;
+
 typedef struct {
     ptrdiff_t n, n_triples, n_blocks; /* blocks: those on the diagonal, then those below it */
     ptrdiff_t first[IC_FRONTS + 2];   /* triple of each front and of the middle, and the end */
@@ -62,11 +75,12 @@ typedef struct {
     const int32_t *start;          /* first block below the diagonal of each column, and the end */
     const int32_t *row;            /* triple of each of these, ascending; of the second front in its image */
     const int32_t *place_of_entry; /* of A, counted in numbers of `blocks` */
-    double *scale;                 /* of each unknown */
+    double *scale;                 /* of each unknown; of equations one */
     double *blocks;                /* and then the image of those of the middle */
     double *column;                /* room for the longest one of each front */
     float *x, *r, *z, *p, *w;      /* vectors over the triples and the image of the middle */
     ic_modes modes;
+    ic_border border;
     int use, slides;               /* of modes: in the run, and with this factor */
     ptrdiff_t n_threads;
     int mode;

@@ -2,6 +2,7 @@
 #ifndef ANCF_IC_FACTOR_H
 #define ANCF_IC_FACTOR_H
 
+#include "ic_border.h"
 #include "ic_coarse.h"
 
 /* What is first added to the diagonal where elimination breaks down, and how often that is doubled. */
@@ -229,6 +230,8 @@ static ptrdiff_t ic_factor_shifted(ic *self, const double *values, double shift)
     ic_on_fronts(self, ic_spread_singles);
     ic_on_fronts(self, ic_mirror);
     self->slides = self->use == IC_KEPT && ic_find_modes(self);
+    if (ic_is_held(self))
+        ic_find_border(self);
     return 0;
 }
 

@@ -2,6 +2,7 @@
 #ifndef ANCF_IC_SOLVE_H
 #define ANCF_IC_SOLVE_H
 
+#include "ic_border.h"
 #include "ic_coarse.h"
 #include "ic_sweeps.h"
 
@@ -12,10 +13,13 @@ enum { IC_MANY = 6 };
 /* Unknowns that tell the size of a residual. */
 enum { IC_SAMPLE = 256 };
 
-/* From z, which is r, what a sweep and the modes make of it; the sum of r z */
+/* From z, which is r, what a sweep and the modes or the equations make of it; the sum of r z */
 static double ic_precondition(ic *self)
 {
-    double sum = ic_sweep(self, self->r, self->z);
+    double sum;
+    if (ic_is_held(self))
+        return ic_hold(self, NULL, self->r, self->z, self->border.of_z);
+    sum = ic_sweep(self, self->r, self->z);
     return self->slides ? ic_slide_after(self) : sum;
 }
 
@@ -44,36 +48,53 @@ static void ic_turn(void *context, ptrdiff_t front)
         ic_put(p + k, ic_get(self->z + k) + weight * ic_get(p + k));
 }
 
+/* to = a + weight from, of multipliers */
+static void ic_border_sum(const ic *self, double *to, const double *a, double weight, const double *from)
+{
+    for (ptrdiff_t i = 0; i < self->border.n; ++i)
+        to[i] = a[i] + weight * from[i];
+}
+
 /* Conjugate gradients from x = 0, until z.r has come down by share^2; how many rounds.  Where A curves
  * the wrong way they end with what there is. */
 static ptrdiff_t ic_conjugate(ic *self, double share, ptrdiff_t most)
 {
     size_t bytes = IC_TRIPLE * self->n_triples * sizeof(float);
+    const ic_border *border = &self->border;
     double zr, first, last;
     ptrdiff_t k = 0;
     memset(self->x, 0, bytes);
     first = self->slides ? ic_slide_first(self) : 0.0;
+    if (ic_is_held(self))
+        first = ic_hold_first(self);
     memcpy(self->z, self->r, bytes);
     zr = ic_precondition(self);
     first += zr;
     memcpy(self->p, self->z, bytes);
+    ic_border_sum(self, border->of_p, border->of_z, 0.0, border->of_z);
     while (k < most) {
         double curvature = ic_product(self, self->p, self->z);
+        if (ic_is_held(self))
+            curvature += ic_add_border(self);
         if (!(curvature > 0.0)) { /* a NaN ends here too */
             if (k == 0)
                 for (ptrdiff_t i = 0; i < IC_TRIPLE * self->n_triples; i += 4)
                     ic_put(self->x + i, ic_get(self->x + i) + ic_get(self->p + i));
+            if (k == 0)
+                ic_border_sum(self, border->of_x, border->of_x, 1.0, border->of_p);
             break;
         }
         ++k;
         self->weight = zr / curvature;
         ic_on_fronts(self, ic_step);
+        ic_border_sum(self, border->of_x, border->of_x, self->weight, border->of_p);
         last = zr;
         zr = ic_precondition(self);
         if (!(zr > share * share * first))
             break;
         self->weight = zr / last;
         ic_on_fronts(self, ic_turn);
+        ic_border_sum(self, border->of_p, border->of_z, self->weight, border->of_p);
     }
     self->extra += k * self->per_round + (self->slides ? (k + 2) * self->per_slide : 0.0);
     return k;
@@ -118,10 +139,13 @@ static int ic_gather(ic *self, const double *r, float *out)
     double largest = ic_largest(self, r, self->n / IC_SAMPLE + 1);
     if (largest == 0.0)
         largest = ic_largest(self, r, 1);
+    largest = fmax(largest, ic_largest_off(&self->border, r + self->n));
     if (largest < INFINITY)
         frexp(largest, &power);
     self->from = r, self->to = out, self->weight = ldexp(1.0, -power);
     ic_on_fronts(self, ic_gather_front);
+    for (ptrdiff_t i = 0; i < self->border.n; ++i)
+        self->border.off[i] = self->weight * r[self->n + i];
     return power;
 }
 
@@ -129,6 +153,8 @@ static void ic_scatter(ic *self, double *out, int power)
 {
     self->into = out, self->weight = ldexp(1.0, power);
     ic_on_fronts(self, ic_scatter_front);
+    for (ptrdiff_t i = 0; i < self->border.n; ++i)
+        out[self->n + i] = self->weight * self->border.of_x[i];
 }
 
 /* Solve again for the same right-hand side with the modes, which are kept if that takes fewer rounds. */
@@ -147,8 +173,11 @@ static void ic_try_modes(ic *self, const double *r, ptrdiff_t rounds)
 static void ic_solve(void *context, const double *r, double *x)
 {
     ic *self = context;
-    int power = ic_gather(self, r, self->mode == IC_PLAIN ? self->x : self->r);
-    if (self->mode == IC_PLAIN) {
+    int plain = self->mode == IC_PLAIN;
+    int power = ic_gather(self, r, plain && !ic_is_held(self) ? self->x : self->r);
+    if (plain && ic_is_held(self)) {
+        ic_hold(self, self->border.off, self->r, self->x, self->border.of_x);
+    } else if (plain) {
         ic_sweep(self, NULL, self->x);
     } else {
         ptrdiff_t rounds = ic_conjugate(self, self->share, IC_MOST_ROUNDS);

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
+from ancfsparse.seeds.border import Border
 from ancfsparse.seeds.groups import Groups
 from ancfsparse.seeds.modes import Coarse, Slides
 from ancfsparse.seeds.sparse import Indices
@@ -36,7 +37,7 @@ MOST_COARSE = 0.1
 
 
 class IncompleteSeed:
-    """Approximate inverse of a symmetric positive definite matrix through an incomplete factor.
+    """Approximate inverse of a symmetric quasi-definite matrix through an incomplete factor.
 
     Cholesky's factor in blocks of up to three unknowns each, positions and slopes, of which only
     the blocks are kept that the matrix has.  Nodes stand in reverse order of Cuthill and McKee,
@@ -44,27 +45,29 @@ class IncompleteSeed:
     dropped is the fill between cables that cross, on chains and trees nothing.
 
     Compiled callers get a correction: one sweep, or a few conjugate gradients on the matrix as it
-    was factored, where one sweep is found to be too little (``ic_solve.h``).
+    was factored, where one sweep is found to be too little (``ic_solve.h``).  A few equations, the
+    multipliers of which come after the coordinates, are held to single precision in each, by a
+    second sweep (``ic_border.h``); of those that follow from others the multipliers are left alone.
 
     Parameters
     ----------
     indptr, indices : integer arrays
         Lower triangle by columns, diagonal included.
     groups : Groups
-        Up to three unknowns that are taken together, and the nodes that they belong to; in a node
-        they are eliminated in the order given.
+        Up to three coordinates that are taken together, and the nodes that they belong to; in a
+        node they are eliminated in the order given.
     threads : int, optional
         Most threads, of which two find work; digits do not depend on it.
     slides : Slides, optional
-        Modes that conjugate gradients use where counts say that they pay.
+        Modes that conjugate gradients use where counts say that they pay; not beside equations.
 
     Attributes
     ----------
     n, n_positive : int
-        Number of unknowns; all must have positive pivots.
+        Number of unknowns, and of coordinates, which come first.
     nnz, factor_flops : int
-        Entries below the diagonal, as many as the matrix has; operations of one factorisation, as
-        they are measured to be for each of these.
+        Entries below the diagonal between coordinates, as many as the matrix has; operations of one
+        factorisation, as they are measured to be for each of these.
     threads : int
         2 where the factor has two fronts and two threads are allowed, else 1.
     nbytes : float
@@ -83,10 +86,10 @@ class IncompleteSeed:
         threads: int = 1,
         slides: Slides | None = None,
     ) -> None:
-        self.n = self.n_positive = len(indptr) - 1
+        self.n, self.n_positive = len(indptr) - 1, int(np.count_nonzero(groups.members >= 0))
         self._pattern = np.asarray(indptr, dtype=np.int64), np.asarray(indices, dtype=np.int32)
-        self.nnz = len(indices) - self.n
-        self.factor_flops = FACTOR_FLOPS * self.nnz
+        equations = self.n - self.n_positive
+        self._sweeps = 2 if equations else 1
         (order, self._first), tree = groups.fronts(), compiled("tree")
         start, row = tree.lower_columns(*tree.permuted_upper(*groups.meeting, order))
         self._unknown = np.ascontiguousarray(groups.members[order], dtype=np.int32)
@@ -98,8 +101,14 @@ class IncompleteSeed:
                 f"an incomplete factor has at most {MOST_BLOCKS:,} blocks, and this one would have "
                 f"{blocks:,}: try fewer elements"
             )
+        self._border: Border | None = None
+        self.nnz = int(self._pattern[0][self.n_positive]) - self.n_positive
+        if equations:
+            self._border = Border.of(*self._pattern, self.n_positive, self._unknown)
+            self.nnz -= len(self._border.entry)
+        self.factor_flops = FACTOR_FLOPS * self.nnz + equations * self._sweep_flops
         self._coarse: Coarse | None = None
-        if slides is not None and len(slides.mode):
+        if slides is not None and len(slides.mode) and not equations:
             coarse = Coarse.of(slides, self._unknown, start, row)
             self._coarse = coarse if coarse.factor.nnz <= MOST_COARSE * self.nnz else None
         # The second front counts the rows of the middle from the end on, see ic.h.
@@ -109,18 +118,26 @@ class IncompleteSeed:
         self._start, self._row = start.astype(np.int32), row
         self.threads = min(threads, 1 + (second < middle))
         self.nbytes = float(BLOCK_BYTES * blocks + TRIPLE_BYTES * triples + 4 * len(indices))
-        self.nbytes += 0.0 if self._coarse is None else self._coarse.nbytes
+        for beside in (self._coarse, self._border):
+            self.nbytes += 0.0 if beside is None else beside.nbytes
 
     @property
     def own(self) -> Any:
         """The compiled factor."""
         if self._own is None:
             self._own = compiled("ic").Ic(
-                *self._pattern, self._unknown, self._start, self._row, self._first
+                *self._pattern,
+                self.n_positive,
+                self._unknown,
+                self._start,
+                self._row,
+                self._first,
             )
             self._own.set_threads(self.threads)
             if self._coarse is not None:
                 self._own.take_modes(self._coarse)
+            if self._border is not None:
+                self._own.take_border(self._border)
         return self._own
 
     @property
@@ -137,8 +154,12 @@ class IncompleteSeed:
 
     @property
     def solve_flops(self) -> int:
-        """Operations of a sweep."""
-        return 4 * self.nnz + 2 * self.n
+        """Operations of the plainest solve: a sweep, or two where there are equations."""
+        return self._sweeps * self._sweep_flops
+
+    @property
+    def _sweep_flops(self) -> int:
+        return 4 * self.nnz + 2 * self.n_positive
 
     def factor(self, values: NDArray[np.float64]) -> int:
         """Factor again; return 0, or 1 + the first unknown whose pivot was not positive.
@@ -181,7 +202,9 @@ class IncompleteSeed:
         return best
 
     def _size(self, r: NDArray[np.float64]) -> float:
-        """Length of a residual by the diagonal, so that units do not count."""
+        """Length of a residual by the diagonals of A and S, so that units do not count."""
         assert self._matrix is not None
-        diagonal = np.abs(self._matrix.data[self._pattern[0][:-1]])
-        return float(np.sqrt(np.sum(r**2 / diagonal)))
+        n = self.n_positive
+        diagonal = np.abs(self._matrix.data[self._pattern[0][:n]])
+        of_equations = np.sum((r[n:] * self.own.sizes) ** 2)
+        return float(np.sqrt(np.sum(r[:n] ** 2 / diagonal) + of_equations))

@@ -16,6 +16,7 @@ from ancfsparse.machine import GIGABYTE, available
 from ancfsparse.nonlinear import Method, QuasiNewton
 from ancfsparse.scene import Beam, Mesh, Scene
 from ancfsparse.seeds import DeflatedSeed, Seed, SparseSeed
+from ancfsparse.seeds.border import MOST_EQUATIONS
 from ancfsparse.seeds.sparse import BLOCK_ENTRY
 from ancfsparse.solve.choose import SPARING_PAIRS
 from ancfsparse.solve.fill import counted_fill
@@ -138,15 +139,15 @@ def estimate(
     extra = 8.0 * PAIR * pairs * coordinates
     if incomplete and isinstance(solver, str):
         extra = 8.0 * PAIR * SPARING_PAIRS * coordinates
-    if incomplete and not _has_multipliers(scene) and _cycles(scene) > 0.1 * n_nodes:
+    if incomplete and _held(scene) <= MOST_EQUATIONS and _cycles(scene) > 0.1 * n_nodes:
         factor, most = incomplete_entry * entries, _cube(entries, n_nodes)
         return replace(needed, factor=factor + extra, exact=most + extra)
     return replace(needed, factor=_factor(scene, entries, n_nodes, needed.total) + extra)
 
 
-def _has_multipliers(scene: Scene) -> bool:
-    """Whether joints surely have multipliers; clamps may have some too."""
-    return any(joint.has_multipliers for joint in scene.joints)
+def _held(scene: Scene) -> int:
+    """Return how many joints surely have multipliers; clamps may have some too."""
+    return sum(joint.has_multipliers for joint in scene.joints)
 
 
 def _cycles(scene: Scene) -> int:

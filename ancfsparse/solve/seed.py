@@ -10,6 +10,7 @@ from ancfsparse.machine import available
 from ancfsparse.nonlinear import Method, QuasiNewton
 from ancfsparse.scene import Mesh
 from ancfsparse.seeds import DeflatedSeed, Groups, IncompleteSeed, Seed, SparseSeed
+from ancfsparse.seeds.border import MOST_EQUATIONS, leading
 from ancfsparse.seeds.sparse import OWN_ENTRY, Indices
 from ancfsparse.solve.memory import Memory, check_factor
 from ancfsparse.system import System
@@ -24,6 +25,8 @@ SMALL = 300
 # Blocks of an exact factor for each of the matrix up to which it is taken: its solves cost three
 # sweeps, and incomplete seeds take half as many corrections again.
 MOST_FILL = 3.0
+# The same beside equations, with which each sweep is two.
+MOST_HELD_FILL = 6.0
 # The same in statics, whose solutions on incomplete seeds take some forty sweeps each: lattices of
 # 10 nodes a side (12 blocks) take as long with both, of 16 (27) five times as long with exact ones.
 MOST_STATIC_FILL = 16.0
@@ -62,8 +65,8 @@ def make_seed(
     """Make the seed of a run, ordered but not yet factored.
 
     Where the choice is free, it is the exact factor as long as that does not fill in: on trees, and
-    up to three blocks for each of the matrix.  A solver that is asked for gets the exact factor
-    too, wherever it fits.
+    up to three blocks for each of the matrix, or six beside multipliers.  A solver that is asked
+    for gets the exact factor too, wherever it fits.
 
     Parameters
     ----------
@@ -90,18 +93,18 @@ def make_seed(
     Raises
     ------
     InputError
-        If an incomplete seed is asked for where there are multipliers, or if no seed fits.
+        If an incomplete seed is asked for beside too many multipliers, or if no seed fits.
     """
     indptr, indices = system.pattern.indptr, system.pattern.indices
-    if kind == "incomplete" and system.n_multipliers:
+    if kind == "incomplete" and system.n_multipliers > MOST_EQUATIONS:
         raise InputError(
-            "seed='incomplete' needs a positive definite matrix, which multipliers prevent: "
-            f"the {system.constraints.labels[0]} has one ({system.n_multipliers} in all); "
-            "leave out seed, or use joints without multipliers, such as pins"
+            f"seed='incomplete' holds at most {MOST_EQUATIONS} equations, and this scene has "
+            f"{system.n_multipliers}, the first of the {system.constraints.labels[0]}: leave out "
+            "seed, or use joints without multipliers, such as pins"
         )
     if kind == "incomplete" or (kind == "auto" and _may_fill_in(system, solver)):
-        groups = Groups.of(indptr, indices, *vectors_of(system.places, system.dim, system.n_free))
-        if kind == "incomplete" or _fills_in(groups, solver, needed):
+        groups = groups_of(system)
+        if kind == "incomplete" or _fills_in(groups, solver, needed, most_fill(system)):
             from ancfsparse.solve.coarse import slides_of
 
             incomplete = IncompleteSeed(indptr, indices, groups, threads, slides_of(system, dt))
@@ -139,11 +142,17 @@ def make_static_seed(
     return SparseSeed(indptr, indices, system.n_free), None
 
 
+def groups_of(system: System) -> Groups:
+    """Return the vectors of the free coordinates, and which meet in the matrix of a step."""
+    own = leading(system.pattern.indptr, system.pattern.indices, system.n_free)
+    return Groups.of(*own, *vectors_of(system.places, system.dim, system.n_free))
+
+
 def _may_fill_in(system: System, solver: Method | str) -> bool:
     """Whether there may be more fill than is worth a thought, and no need of an exact factor."""
     if isinstance(solver, QuasiNewton) and solver.memory == "full":
         return False
-    return not system.n_multipliers and _meshed(system)
+    return system.n_multipliers <= MOST_EQUATIONS and _meshed(system)
 
 
 def _meshed(system: System) -> bool:
@@ -155,12 +164,17 @@ def _meshed(system: System) -> bool:
     )
 
 
-def _fills_in(groups: Groups, solver: Method | str, needed: Memory) -> bool:
+def most_fill(system: System) -> float:
+    """Return up to how many blocks for each of the matrix an exact factor costs less in time."""
+    return MOST_HELD_FILL if system.n_multipliers else MOST_FILL
+
+
+def _fills_in(groups: Groups, solver: Method | str, needed: Memory, most: float) -> bool:
     """Whether an exact factor costs more than a sweep or two, or does not fit."""
     if groups.cycles == 0:
         return False
     if isinstance(solver, str):
-        return groups.exact_fill(MOST_FILL) is None
+        return groups.exact_fill(most) is None
     free = available()
     if free is None:
         return False

@@ -19,7 +19,7 @@ from ancfsparse.solve.continuation import continues, recall, recall_contribution
 from ancfsparse.solve.criterion import Criterion
 from ancfsparse.solve.drives import drive_march
 from ancfsparse.solve.memory import NOTHING, Memory
-from ancfsparse.solve.seed import MOST_FILL, make_seed
+from ancfsparse.solve.seed import make_seed, most_fill
 from ancfsparse.solve.start import regularize, starting_state
 from ancfsparse.solve.threads import divide
 from ancfsparse.solve.way_back import WayBack
@@ -97,7 +97,8 @@ def prepare(
     if by_differences:
         why += ", first inverse from finite differences"
     if groups is not None:
-        why += f"; an exact one would have more than {MOST_FILL:g} blocks for each of the matrix"
+        most = most_fill(system)
+        why += f"; an exact one would have more than {most:g} blocks for each of the matrix"
     if groups is None:
         return march, iteration, seed, criterion, why, a, None
 

@@ -98,10 +98,11 @@ def simulate(
         What corrections are solved with.  ``"exact"``: the factor of the matrix of a step, which
         fills in the more the larger a net or lattice is.  ``"incomplete"``: a factor without fill,
         whose time and memory are linear in the mesh, with a few conjugate gradients where a sweep
-        is too little; without multipliers only.  ``"auto"``, with ``solver="auto"``: incomplete
-        where an exact factor would have more than three times the blocks of the matrix, and back to
-        exact in the middle of the run where counts say that this costs less, or where a step fails;
-        with a solver or an accuracy that is asked for exact wherever that fits.
+        is too little; with up to 500 multipliers.  ``"auto"``, with ``solver="auto"``: incomplete
+        where an exact factor would have more than three times the blocks of the matrix (six times
+        beside multipliers), and back to exact in the middle of the run where counts say that this
+        costs less, or where a step fails; with a solver or an accuracy that is asked for exact
+        wherever that fits.
     tolerance : "default", "paper" or float, optional
         What the iteration of a step may leave.  ``"default"``: a two-thousandth of what the step
         changes in the accelerations, which is less than a hundredth of the integrator's own error,

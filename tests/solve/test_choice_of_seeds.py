@@ -57,10 +57,26 @@ def test_solvers_and_accuracies_that_are_asked_for_get_the_exact_one():
     assert INCOMPLETE not in run.stats.solver
 
 
-def test_multipliers_get_the_exact_one():
-    scene, mesh = lattice(5)
+def on_a_rod(n):
+    scene, mesh = lattice(n)
     scene.rod(mesh.node(0), (0.0, 0.0, -1.0))
-    assert INCOMPLETE not in solver_of(scene)
+    return scene
+
+
+def test_multipliers_get_the_exact_one_up_to_twice_the_fill():
+    assert INCOMPLETE in solver_of(lattice(5).scene)
+    assert INCOMPLETE not in solver_of(on_a_rod(5))
+    told = solver_of(on_a_rod(9))
+    assert INCOMPLETE in told
+    assert "more than 6 blocks for each of the matrix" in told
+
+
+def test_too_many_multipliers_get_the_exact_one(monkeypatch):
+    for module in (seed, memory):
+        monkeypatch.setattr(module, "MOST_EQUATIONS", 0)
+    assert INCOMPLETE not in solver_of(on_a_rod(9))
+    with pytest.raises(ancf.InputError, match=r"at most 0 equations, and this scene has 1, the"):
+        solver_of(on_a_rod(4), seed="incomplete")
 
 
 def test_cycles_are_those_of_the_graph():

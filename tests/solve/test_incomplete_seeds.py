@@ -88,7 +88,6 @@ def test_set_up_without_a_march_is_linear():
 
 def test_what_they_cannot_do_is_refused():
     scene = net(3).scene
-    beam = scene.beams[0]
     for options, words in (
         ({"seed": "inexact"}, "unknown seed .inexact."),
         (
@@ -100,6 +99,66 @@ def test_what_they_cannot_do_is_refused():
     ):
         with pytest.raises(ancf.InputError, match=words):
             ancf.simulate(scene, 0.01, 1e-3, **options)
-    scene.rod(beam.node(1), (0.2, 1.0, 0.0))
-    with pytest.raises(ancf.InputError, match=r"the rod at .* has one"):
-        ancf.simulate(scene, 0.01, 1e-3, seed="incomplete")
+
+
+def on_rods(n, motion, rods, youngs_modulus, density, **options):
+    """A lattice of which some nodes of one side are tied to points below it."""
+    scene, mesh = lattice(n, motion, youngs_modulus, density)
+    for k in range(rods):  # evenly over x = 0, which no motion moves at first
+        scene.rod(mesh.node(n * (k % n) + k // n), (0.1 * k, 0.3, -2.0), **options)
+    return scene
+
+
+@pytest.mark.parametrize(
+    ("stiff", "motion", "dt"),
+    [(SOFT, "rest", 1e-3), (SOFT, "rough", 1e-3), (STEEL, "rest", 1e-3), (STEEL, "rest", 1e-2)],
+    ids=["soft", "soft and rough", "steel", "steel, long steps"],
+)
+def test_lattices_on_rods_move_as_on_exact_seeds(stiff, motion, dt):
+    exact, incomplete = both(lambda: on_rods(5, motion, 7, **stiff), 20 * dt, dt)
+    assert incomplete.stats.factorizations > 0
+    assert "on an incomplete seed" in incomplete.stats.solver
+    moved = np.abs(exact.q[-1] - exact.q[0]).max()
+    assert np.abs(exact.q - incomplete.q).max() <= 2e-4 * moved
+    assert np.abs(exact.lam - incomplete.lam).max() <= 2e-3 * np.abs(exact.lam).max()
+    drifts = [run.energy.drift for run in (exact, incomplete)]
+    assert drifts[1] <= max(1.1 * drifts[0], 1e-5)
+    rod = incomplete.system.scene.joints[-1]
+    lengths = np.linalg.norm(incomplete.position(rod.nodes[0]) - rod.anchor, axis=1)
+    assert np.ptp(lengths) <= 1e-6 * lengths[0]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"integrator": ancf.EnergyMomentum()},
+        {"solver": ancf.Newton()},
+        {"solver": ancf.QuasiNewton("broyden", 4)},
+        {"tolerance": "paper"},
+        {"threads": 2},
+    ],
+    ids=str,
+)
+def test_equations_go_with_all_that_takes_incomplete_seeds(options):
+    exact, incomplete = both(lambda: on_rods(4, "rough", 3, **SOFT), 0.01, 1e-3, **options)
+    moved = np.abs(exact.q[-1] - exact.q[0]).max()
+    assert np.abs(exact.q - incomplete.q).max() <= 2e-4 * moved
+
+
+def test_a_winch_pulls_as_on_exact_seeds():
+    _, mesh = lattice(4)
+    anchor = np.array([0.0, 0.3, -2.0])
+    far = float(np.linalg.norm(mesh.node(0).position - anchor))
+
+    course = {
+        "length": lambda t: far - 4.0 * t * t,
+        "rate": lambda t: -8.0 * t,
+        "second_rate": lambda t: -8.0,
+    }
+
+    def winch():
+        return on_rods(4, "rest", 1, **SOFT, **course)
+
+    exact, incomplete = both(winch, 0.05, 1e-3)
+    moved = np.abs(exact.q[-1] - exact.q[0]).max()
+    assert np.abs(exact.q - incomplete.q).max() <= 2e-4 * moved
