@@ -106,7 +106,7 @@ class IncompleteSeed:
         if equations:
             self._border = Border.of(*self._pattern, self.n_positive, self._unknown)
             self.nnz -= len(self._border.entry)
-        self.factor_flops = FACTOR_FLOPS * self.nnz + equations * self._sweep_flops
+        self.factor_flops = FACTOR_FLOPS * self.nnz + equations * self.sweep_flops
         self._coarse: Coarse | None = None
         if slides is not None and len(slides.mode) and not equations:
             coarse = Coarse.of(slides, self._unknown, start, row)
@@ -155,10 +155,11 @@ class IncompleteSeed:
     @property
     def solve_flops(self) -> int:
         """Operations of the plainest solve: a sweep, or two where there are equations."""
-        return self._sweeps * self._sweep_flops
+        return self._sweeps * self.sweep_flops
 
     @property
-    def _sweep_flops(self) -> int:
+    def sweep_flops(self) -> int:
+        """Operations of a sweep."""
         return 4 * self.nnz + 2 * self.n_positive
 
     def factor(self, values: NDArray[np.float64]) -> int:

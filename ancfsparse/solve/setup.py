@@ -112,6 +112,7 @@ def prepare(
         iteration.take_seed(exact, inverse, True, cost.iteration, cost.seed)
         return exact
 
+    assert isinstance(seed, IncompleteSeed)
     back = WayBack(groups, lambda each: costs(system, integrator, each, None), seed, take_exact)
     return march, iteration, seed, criterion, why, a, back
 

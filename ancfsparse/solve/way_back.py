@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from ancfsparse.machine import available
 from ancfsparse.nonlinear.iteration import Costs
-from ancfsparse.seeds import Fill, Groups, Seed
+from ancfsparse.seeds import Fill, Groups, IncompleteSeed, Seed
 from ancfsparse.seeds.sparse import BLOCK_ENTRY
 
 # Steps after which costs are compared for the first time; then after twice as many, and so on.
@@ -14,6 +14,9 @@ FIRST_LOOK = 5
 # Where incomplete seeds are dear, exact ones take as many corrections, and are taken the less often
 # the more they cost: a fifth to two thirds as often.
 RARER = 0.33
+# Where a third of the corrections have a seed of their own, motion is so rough that exact ones are
+# taken as often: 248 and 327 times where incomplete ones are 186 and 301 times.
+OFTEN = 3.0
 # By what factor the exact seed must be cheaper as counted: its entries take a third longer than
 # those of an incomplete one, and it has to be ordered.
 MARGIN = 0.6
@@ -30,7 +33,7 @@ class WayBack:
         Of what the exact factor would be made.
     costs_of : callable
         Gives the costs of an iteration and of a seed that has the operations of `Fill`.
-    incomplete : Seed
+    incomplete : IncompleteSeed
         What the run is on.
     take : callable
         Makes the exact seed and lets the compiled loop go on with it.
@@ -40,14 +43,15 @@ class WayBack:
         self,
         groups: Groups,
         costs_of: Callable[[Seed | Fill], Costs],
-        incomplete: Seed,
+        incomplete: IncompleteSeed,
         take: Callable[[], Seed],
     ) -> None:
         self._groups, self._take = groups, take
         fill = groups.exact_fill(MOST_FILL)
         self._exact = None if fill is None else costs_of(fill)
         self._solve = 0.0 if fill is None else 0.5 * fill.solve_flops
-        self._costs, self._sweep = costs_of(incomplete), 0.5 * incomplete.solve_flops
+        self._costs, self._sweep = costs_of(incomplete), 0.5 * incomplete.sweep_flops
+        self._residual = self._costs.iteration - 0.5 * incomplete.solve_flops
         self._seen = dict.fromkeys(("residual_evaluations", "solves", "factorizations"), 0)
         self._swept = 0
 
@@ -66,11 +70,12 @@ class WayBack:
         self._seen, self._swept = {key: counts[key] for key in since}, sum(inner)
         if self._exact is None:
             return False
-        residual = self._costs.iteration - self._sweep
-        cost = residual * since["residual_evaluations"] + self._sweep * swept
+        residual = self._residual * since["residual_evaluations"]
+        cost = residual + self._sweep * swept
         cost += self._costs.seed * since["factorizations"]
-        exact = residual * since["residual_evaluations"] + self._solve * since["solves"]
-        exact += RARER * self._exact.seed * since["factorizations"]
+        exact = residual + self._solve * since["solves"]
+        rarer = min(1.0, max(RARER, OFTEN * since["factorizations"] / max(since["solves"], 1)))
+        exact += rarer * self._exact.seed * since["factorizations"]
         return exact < MARGIN * cost
 
     def take(self) -> Seed | None:
