@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ancfsparse.scene.beams import Beam, BeamSpec
@@ -111,12 +110,13 @@ class Bodies(Records):
         section: AnySection,
         material: Material,
         *,
+        n_elements: int = 1,
         smooth: float = 5.0,
         strain: str = "green",
         velocity: ArrayLike | VelocityField | None = None,
         name: str | None = None,
     ) -> Mesh:
-        """Add a net or lattice of cables: one element for each edge between two nodes.
+        """Add a net or lattice of cables along the edges between nodes.
 
         All edges at a node share its position.  Edges that run on through it in a line share
         their slope, as the elements of one cable do; all others are free to turn against each
@@ -135,6 +135,9 @@ class Bodies(Records):
             ``inertia_z``.
         material : Material
             What they are made of.
+        n_elements : int, optional
+            Number of elements of every edge, at least 1.  Nodes inside edges are numbered after
+            those given.
         smooth : float, optional
             Edges that deviate by less than this from running on straight make one cable
             [degrees], 0 to 90.  Where several could, the straightest two are taken first, and an
@@ -161,14 +164,24 @@ class Bodies(Records):
         label = self._label(name, "mesh")
         given = {"strain": strain}
         mesh = mesh_of(
-            label, self.dim, nodes, edges, element, section, material, given, smooth, velocity
-        )
-        record = MeshSpec(
-            mesh.positions,
-            np.where(mesh.flipped[:, None], mesh.edges[:, ::-1], mesh.edges),
+            label,
+            self.dim,
+            nodes,
+            edges,
             element,
             section,
             material,
+            given,
+            n_elements,
+            smooth,
+            velocity,
+        )
+        record = MeshSpec(
+            *mesh.given(),
+            element,
+            section,
+            material,
+            mesh.n_each,
             float(smooth),
             strain,
             specified(velocity),

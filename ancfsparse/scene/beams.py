@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,7 +13,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Body, Node, Numbers, Vector, VelocityField
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection
-from ancfsparse.scene.spec import Spec
+from ancfsparse.scene.spec import Point, Spec
 
 # A point closer to a node than this share of an element is that node: rounding, not a place.
 NODE_SNAP = 1e-9
@@ -36,6 +37,35 @@ class BeamSpec(Spec):
     name: str | None = None
     method = "add_beam"
     units: ClassVar = {"start": "m", "end": "m", "velocity": "m/s"}
+
+
+def resettled(index: int, xi: float, n: int, to: int) -> tuple[int, float]:
+    """Return the element that a point is in, and where in it, when n elements become others.
+
+    Parameters
+    ----------
+    index : int
+        Number of its element, or of its node if `xi` is 0.
+    xi : float
+        Share of the element's length.
+    n, to : int
+        Numbers of elements on one length, before and after.
+
+    Returns
+    -------
+    index : int
+        As before, among the new elements.
+    xi : float
+        Likewise; exact where every element is divided.
+    """
+    common = math.gcd(n, to)
+    n, to = n // common, to // common
+    whole, left = divmod(index * to, n)
+    share = (left + xi * to) / n
+    nearest = round(share)
+    if abs(share - nearest) <= NODE_SNAP:
+        return whole + nearest, 0.0
+    return whole + int(share), share - int(share)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -74,6 +104,10 @@ class Beam(Body):
     def parts(self) -> Numbers:
         """Zero for every row: a beam is one piece."""
         return np.zeros(self.n_nodes, dtype=np.int32)
+
+    def among(self, n_each: int, point: Node) -> Point:
+        """Return a point as data of a beam with another number of elements."""
+        return Point(self.name, *resettled(point.index, point.xi, self.n_elements, n_each))
 
     def arc(self, point: Node) -> float:
         """Return the distance of a point from the start along the undeformed axis [m]."""

@@ -48,6 +48,8 @@ class Body(ABC):
         What it is made of.
     positions : ndarray, shape (n_nodes, dim)
         Reference positions of the nodes [m], read-only.
+    n_each : int
+        Number of elements that was given: of a beam, or of every edge of a mesh.
     lengths : ndarray, shape (n_elements,)
         Length of every element [m], read-only.
     row_nodes : ndarray, shape (n_rows,)
@@ -67,6 +69,7 @@ class Body(ABC):
     section: AnySection
     material: Material
     positions: Vector
+    n_each: int
     lengths: Vector
     row_nodes: Numbers
     ends: Numbers
@@ -122,6 +125,10 @@ class Body(ABC):
     @abstractmethod
     def hint(self, point: Node) -> str:
         """Say which node to take instead of a point inside an element."""
+
+    @abstractmethod
+    def among(self, n_each: int, point: Node) -> Point:
+        """Return a point as data of a body with another such number, at the same place."""
 
     @property
     def reference(self) -> Whole:

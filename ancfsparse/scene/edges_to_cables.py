@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite
-from ancfsparse.errors import InputError
+from ancfsparse.checks import check_count, check_finite
+from ancfsparse.errors import InputError, Parameter, Sentence
 from ancfsparse.kernels.catalog import OPTIONS, element_kind
+from ancfsparse.machine import check_room
 from ancfsparse.scene.bodies import Numbers, Vector, VelocityField
 from ancfsparse.scene.elements import check_make, options_of
 from ancfsparse.scene.graph import checked_graph
@@ -31,6 +32,7 @@ def mesh_of(
     section: AnySection,
     material: Material,
     options: Mapping[str, str],
+    n_elements: int,
     smooth: float,
     velocity: ArrayLike | VelocityField | None,
 ) -> Mesh:
@@ -42,7 +44,7 @@ def mesh_of(
         Its name.
     dim : int
         Dimension of its scene.
-    nodes, edges, element, section, material, smooth, velocity
+    nodes, edges, element, section, material, n_elements, smooth, velocity
         As in `Scene.add_mesh`.
     options : mapping of str to str
         A value for every option of every element.
@@ -63,12 +65,19 @@ def mesh_of(
     angle = check_finite(f"smooth of {label}", smooth, "degrees")
     if not 0.0 <= angle <= 90.0:
         raise InputError(f"smooth of {label} must lie between 0 and 90 degrees, got {angle:.6g}")
+    count = check_count(f"n_elements of {label}", n_elements)
     positions, given, lengths = checked_graph(label, dim, nodes, edges)
     directions = (positions[given[:, 1]] - positions[given[:, 0]]) / lengths[:, None]
     # Half-edge 2 e is where edge e begins, 2 e + 1 where it ends; each points away from its node.
     at = given.ravel()
     outward = np.stack([directions, -directions], axis=1).reshape(-1, dim)
     partners = _partners(at, outward, 2.0 * np.sin(0.5 * np.radians(angle)))
+    if count > 1:
+        fewer = Sentence("a smaller {n_elements}", n_elements=Parameter("n_elements"))
+        check_room(f"{label}, {count * len(given)} elements,", 400.0 * count * len(given), fewer)
+        positions, given, partners = _divided(positions, given, partners, count)
+        at, lengths = given.ravel(), np.repeat(lengths / count, count)
+        directions = np.repeat(directions, count, axis=0)
     flipped = _turned_round(len(given), partners)
     row_nodes, row_of = _rows(at, partners)
     slopes = _mean_slopes(len(row_nodes), row_of, directions, flipped)
@@ -86,6 +95,7 @@ def mesh_of(
         material=material,
         positions=positions,
         velocity=None if velocity is None else velocity_field(label, velocity, positions),
+        n_each=count,
         edges=given,
         flipped=flipped,
         lengths=lengths,
@@ -133,6 +143,22 @@ def _partners(at: Numbers, outward: Vector, bend: float) -> tuple[Integers, Inte
     rank = np.argsort(np.concatenate(how), kind="stable")
     a, b = order[np.concatenate(one)][rank], order[np.concatenate(other)][rank]
     return _matched(a, b, len(at))
+
+
+def _divided(
+    positions: Vector, edges: Numbers, partners: tuple[Integers, Integers], k: int
+) -> tuple[Vector, Numbers, tuple[Integers, Integers]]:
+    """Divide every edge into k, which continue one another; new nodes come after those given."""
+    m, n = len(edges), len(positions)
+    tail, head = positions[edges[:, 0], None], positions[edges[:, 1], None]
+    inner = tail + (np.arange(1, k) / k)[:, None] * (head - tail)
+    numbers = np.arange(n, n + m * (k - 1), dtype=np.int32).reshape(m, k - 1)
+    chains = np.hstack([edges[:, :1], numbers, edges[:, 1:]])
+    pairs = np.stack([chains[:, :-1], chains[:, 1:]], axis=-1).reshape(-1, 2)
+    a, b = (2 * (k * (half // 2) + (k - 1) * (half % 2)) + half % 2 for half in partners)
+    before = (k * np.arange(m)[:, None] + np.arange(k - 1)).ravel()
+    both = np.concatenate([a, 2 * before + 1]), np.concatenate([b, 2 * before + 2])
+    return np.concatenate([positions, inner.reshape(-1, positions.shape[1])]), pairs, both
 
 
 def _matched(a: Integers, b: Integers, n: int) -> tuple[Integers, Integers]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
-from ancfsparse.scene.beams import NODE_SNAP
+from ancfsparse.scene.beams import NODE_SNAP, resettled
 from ancfsparse.scene.bodies import Body, Node, Numbers, Vector, VelocityField
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection
@@ -30,6 +30,7 @@ class MeshSpec(Spec):
     element: str
     section: AnySection
     material: Material
+    n_elements: int = 1
     smooth: float = 5.0
     strain: str = "green"
     velocity: tuple[float, ...] | VelocityField | None = None
@@ -47,13 +48,13 @@ class Mesh(Body):
 
     Attributes
     ----------
-    name, element, options, section, material, positions, lengths, velocity
-        As in `Body`; every edge is an element.
+    name, element, options, section, material, positions, n_each, lengths, velocity
+        As in `Body`.  Nodes inside edges come after those that were given.
     edges : ndarray, shape (n_elements, 2)
-        Nodes at the two ends of every edge in the order given, turned round where that lets all
-        edges of a line point the same way, read-only.
+        Nodes at the two ends of every element, edge after edge in the order given, turned round
+        where that lets all elements of a line point the same way, read-only.
     flipped : ndarray, shape (n_elements,)
-        Which edges were turned round, read-only.
+        Which elements were turned round, read-only.
     """
 
     edges: Numbers
@@ -98,7 +99,7 @@ class Mesh(Body):
         """Return the distance of a point from the first end of its edge, as given [m]."""
         if point.is_node:
             raise InputError(f"{point!r} has no arc coordinate: several edges may meet there")
-        share = 1.0 - point.xi if self.flipped[point.index] else point.xi
+        share = point.index % self.n_each + self._as_given(point)
         return float(share * self.lengths[point.index])
 
     def refer(self, point: Node) -> Point:
@@ -108,6 +109,32 @@ class Mesh(Body):
     def point(self, place: Point) -> Node:
         """Return the handle of such a point."""
         return Node(self, place.index, self._as_given(place))
+
+    def given(self) -> tuple[Vector, Numbers]:
+        """Return the arrays that it was made of: nodes (n, dim) [m] and edges (m, 2)."""
+        edges = np.where(self.flipped[:, None], self.edges[:, ::-1], self.edges)
+        edges = np.stack([edges[:: self.n_each, 0], edges[self.n_each - 1 :: self.n_each, 1]], 1)
+        edges.flags.writeable = False
+        return self.positions[: self._n_given], edges
+
+    def among(self, n_each: int, point: Node) -> Point:
+        """Return a point as data of a mesh with another number of elements on every edge."""
+        index, xi = point.index, self._as_given(point)
+        if point.is_node:
+            edge, inside = divmod(index - self._n_given, max(1, self.n_each - 1))
+            if edge < 0:
+                return Point(self.name, index)
+            index = edge * self.n_each + inside + 1
+        index, xi = resettled(index, xi, self.n_each, n_each)
+        if xi:
+            return Point(self.name, index, xi)
+        edge, inside = divmod(index, n_each)
+        return Point(self.name, self._n_given + edge * (n_each - 1) + inside - 1)
+
+    @property
+    def _n_given(self) -> int:
+        """Number of the nodes that were given."""
+        return self.n_nodes - self.n_elements // self.n_each * (self.n_each - 1)
 
     def _as_given(self, point: Node | Point) -> float:
         """Turn the share of an element round where its edge was turned round."""
@@ -122,7 +149,7 @@ class Mesh(Body):
         """Say where a point is."""
         if point.is_node:
             return f"{self.name}, node {point.index}"
-        return f"{self.name}, edge {point.index} at s = {self.arc(point):.6g} m"
+        return f"{self.name}, edge {point.index // self.n_each} at s = {self.arc(point):.6g} m"
 
     def hint(self, point: Node) -> str:
         """Say which node to take instead of a point inside an element."""
@@ -145,23 +172,25 @@ class Mesh(Body):
             A node where `s` falls on one (to rounding), else a point inside the edge.
         """
         check_count("the number of an edge", edge, 0)
-        if edge >= self.n_elements:
-            raise InputError(
-                f"{self.name} has edges 0 to {self.n_elements - 1}, there is no edge {edge}"
-            )
-        length = float(self.lengths[edge])
+        n_edges = self.n_elements // self.n_each
+        if edge >= n_edges:
+            raise InputError(f"{self.name} has edges 0 to {n_edges - 1}, there is no edge {edge}")
+        first = edge * self.n_each
+        length = float(self.lengths[first])
         share = check_finite(f"s on edge {edge} of {self.name}", s, "m") / length
-        if not -NODE_SNAP <= share <= 1.0 + NODE_SNAP:
+        if not -NODE_SNAP <= share <= self.n_each + NODE_SNAP:
             raise InputError(
                 f"s = {s:.6g} m lies outside edge {edge} of {self.name}: it runs from 0 to "
-                f"{length:.6g} m"
+                f"{self.n_each * length:.6g} m"
             )
-        if self.flipped[edge]:
+        inside = min(max(int(share), 0), self.n_each - 1)
+        index, share = first + inside, share - inside
+        if self.flipped[index]:
             share = 1.0 - share
-        for end, node in enumerate(self.edges[edge]):
+        for end, node in enumerate(self.edges[index]):
             if abs(share - end) <= NODE_SNAP:
                 return Node(self, int(node))
-        return Node(self, int(edge), share)
+        return Node(self, int(index), share)
 
 
 def _components(n: int, pairs: Numbers) -> Numbers:

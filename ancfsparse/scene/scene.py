@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
 from ancfsparse.scene.add_bodies import Bodies
 from ancfsparse.scene.add_joints import Joints
 from ancfsparse.scene.add_loads import Loads
+from ancfsparse.scene.copies import counterpart, refined, replaced
 from ancfsparse.scene.digest import digest
 from ancfsparse.scene.forces import Forces
 from ancfsparse.scene.masses import Masses
+from ancfsparse.scene.printing import line
+from ancfsparse.scene.spec import equal
 from ancfsparse.scene.springs import Springs
-from ancfsparse.words import shown
+from ancfsparse.words import numbers, shown
 
 
 class Scene(
@@ -59,9 +64,95 @@ class Scene(
             f"loads {len(self.loads)}" + f", attached {len(self.attached)}" * bool(self.attached)
         )
 
+    def __str__(self) -> str:
+        """Write what was specified, a line for each call."""
+        kind = "planar" if self.dim == 2 else "spatial"
+        first = f"{kind} scene, gravity {numbers(self.gravity)} m/s2"
+        return "\n".join([first, *(line(record, self) for record in self.records)])
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the same was specified in the same order; functions are equal if they are one."""
+        if not isinstance(other, Scene):
+            return NotImplemented
+        return equal(self.gravity, other.gravity) and self.records == other.records
+
+    __hash__ = None  # type: ignore[assignment]
+
     def digest(self) -> dict[str, str]:
         """Describe its parts, so that its file can be distinguished from that of another scene."""
         return digest(self)
+
+    def refined(self, factor: int = 2) -> Scene:
+        """Return a copy with every element divided into `factor` elements of one length.
+
+        Joints, loads and what is attached stay at their places.  Of a mesh every edge is divided;
+        a bend between two edges stays at its node.
+
+        Parameters
+        ----------
+        factor : int, optional
+            Number of elements in place of one, at least 1.
+
+        Returns
+        -------
+        Scene
+            The copy; `counterpart` gives its handles.
+        """
+        return refined(self, factor)
+
+    def replaced(
+        self, handle: object = None, /, *, gravity: ArrayLike | None = None, **changes: Any
+    ) -> Scene:
+        """Return a copy with other arguments in one call, such as another material.
+
+        Points stay at their places if a beam gets another number of elements.
+
+        Parameters
+        ----------
+        handle : object, optional
+            What the call returned: a beam, a mesh, a joint, a load, a mass, a spring or a force.
+        gravity : array_like, shape (dim,), optional
+            Another acceleration of gravity [m/s2].
+        **changes
+            Other arguments of the method, by name.
+
+        Returns
+        -------
+        Scene
+            The copy; `counterpart` gives its handles.
+
+        Raises
+        ------
+        InputError
+            If the handle is of another scene, the method has no such argument, or the copy would
+            not be a scene.
+
+        Examples
+        --------
+        >>> stiffer = scene.replaced(rod, material=ancf.Material(2e8, 4000))
+        >>> on_the_moon = scene.replaced(gravity=(0.0, -1.62))
+        """
+        return replaced(self, handle, gravity, changes)
+
+    def counterpart(self, handle: Any) -> Any:
+        """Return the handle in this scene for a beam, a mesh or a point of another one.
+
+        Parameters
+        ----------
+        handle : Beam, Mesh or Node
+            A handle of a scene whose body of the same name has the same place.
+
+        Returns
+        -------
+        Beam, Mesh or Node
+            The body of that name, or the point at the same place of it.
+
+        Raises
+        ------
+        InputError
+            If there is no body of that name.
+        """
+        return counterpart(self, handle)
 
 
 def check_scene(scene: object) -> None:

@@ -7,8 +7,8 @@ written, changed and built a second time, in another scene.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -111,6 +111,10 @@ class Spec:
         """Add it to a scene; return the handle."""
         handles = {k: mapped(value, lambda each: each.of(scene)) for k, value in self.given.items()}
         return getattr(scene, self.method)(**handles)
+
+    def moved(self, move: Callable[[Whole], Whole]) -> Self:
+        """Return a copy with other references."""
+        return replace(self, **{name: mapped(value, move) for name, value in self.given.items()})
 
     def describe(self, at: At, made: Any) -> str:
         """Describe what decides how a scene moves, for its digest.

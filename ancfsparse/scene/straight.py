@@ -94,6 +94,7 @@ def straight_beam(
         section=section,
         material=material,
         positions=positions,
+        n_each=count,
         lengths=np.broadcast_to(length / count, (count,)),
         row_nodes=rows,
         ends=ends,

@@ -31,17 +31,20 @@ def still(t):
     return 0.0
 
 
-def everything():
-    """Return the scene, in which every method has been called that adds something."""
+def everything(fine=1):
+    """Return the scene, in which every method has been called that adds something.
+
+    With every element in `fine` elements, by hand.
+    """
     scene = ancf.Scene((0.0, -9.81, 0.5))
     rod = scene.add_beam(
-        "thick", (0, 0, 0), (2, 0, 0), 4, SECTION, MATERIAL,
+        "thick", (0, 0, 0), (2, 0, 0), 4 * fine, SECTION, MATERIAL,
         curvature="section", up=(0, 1, 0.5), velocity=bulge, name="rod",
     )  # fmt: skip
-    rope = scene.add_beam("thin", (2, 0, 0), (3, 1, 0), 3, SECTION, MATERIAL, strain="biot")
+    rope = scene.add_beam("thin", (2, 0, 0), (3, 1, 0), 3 * fine, SECTION, MATERIAL, strain="biot")
     net = scene.add_mesh(
         [(5, 0, 0), (6, 0, 0), (7, 0, 0), (6, 1, 0)], [(0, 1), (2, 1), (1, 3)],
-        "thin", SECTION, MATERIAL, velocity=(0.0, 0.0, 0.0),
+        "thin", SECTION, MATERIAL, n_elements=fine, velocity=(0.0, 0.0, 0.0),
     )  # fmt: skip
     scene.clamp(rod.start, stretch="fixed")
     scene.connect(rod.end, rope.start)
@@ -51,12 +54,12 @@ def everything():
     scene.rod(rope.end, (3.0, 2.0, 0.0))
     scene.rod(net.node(3), (6.0, 2.0, 0.0), length=length, rate=still, second_rate=still)
     scene.point_force(rod.at(0.3), gust)
-    scene.point_force(net.at(1, 0.1), ancf.Table([0.0, 1.0], np.ones((2, 3)), outside="hold"))
-    scene.point_moment(rod.node(2), (0.0, 0.0, 0.25))
+    scene.point_force(net.at(1, 0.125), ancf.Table([0.0, 1.0], np.ones((2, 3)), outside="hold"))
+    scene.point_moment(rod.node(2 * fine), (0.0, 0.0, 0.25))
     scene.distributed_force(net, ancf.Sine((0.0, 0.0, 1.0), 3.0))
-    scene.add_mass(rod.node(3), 0.5, inertia=(1e-3, 2e-3, 2.5e-3))
+    scene.add_mass(rod.node(3 * fine), 0.5, inertia=(1e-3, 2e-3, 2.5e-3))
     scene.add_mass(rope.at(0.1), 0.25)
-    scene.spring(rod.node(1), (0.0, -1.0, 0.0), stiffness=100.0, damping=0.5)
-    scene.spring(rope.node(1), net.node(0), stiffness=law, length=0.9)
-    scene.force([rope.node(2), net.node(3)], drag, coupled=True)
+    scene.spring(rod.node(fine), (0.0, -1.0, 0.0), stiffness=100.0, damping=0.5)
+    scene.spring(rope.node(fine), net.node(0), stiffness=law, length=0.9)
+    scene.force([rope.node(2 * fine), net.node(3)], drag, coupled=True)
     return scene
