@@ -8,35 +8,22 @@ from typing import Any
 from ancfsparse.checks import check_choice
 from ancfsparse.dispatch import instruction_set
 from ancfsparse.errors import InputError, Parameter
-from ancfsparse.integrators import (
-    HHT,
-    CentralDifference,
-    DormandPrince,
-    EnergyMomentum,
-    Explicit,
-    GeneralizedAlpha,
-    Implicit,
-    Newmark,
-    RungeKuttaNystrom,
-)
-from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.integrators import Explicit, Implicit, names
+from ancfsparse.nonlinear import Method
+from ancfsparse.nonlinear.methods import BY_NAME as METHODS
 from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.problems import pendulum
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
 
-EXPLICIT = ("central-difference", "rkn4", "rkn8", "dormand-prince")
-INTEGRATORS = (
-    *("newmark", "hht", "generalized-alpha", "energy-momentum"),
-    *EXPLICIT,
-)
+INTEGRATORS = tuple(names.BY_NAME)
 AUTO = "auto"
 """The integrator of a run to an accuracy where none is given: whichever costs least."""
-ALPHAS = {"newmark": 0.0, "hht": 0.05}
-ALPHA_METHOD, RHO_INF = "generalized-alpha", 0.9
+DAMPINGS = {"alpha": "--alpha", "rho_inf": "--rho-inf"}
+"""Options of numerical damping by the parameter that they set."""
 THICK, POISSON = "thick", 0.3
 """The element that Poisson's ratio means something to, and the ratio where none is given."""
-SOLVERS = ("newton", "modified-newton", *UPDATES, "auto")
+SOLVERS = (*METHODS, "auto")
 
 
 @dataclass(frozen=True)
@@ -118,10 +105,8 @@ def run_pendulum(asked: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
     """
     name = asked.integrator or ("newmark" if asked.accuracy is None else AUTO)
     asked = replace(asked, integrator=name)
-    alpha = ALPHAS.get(name, 0.0) if asked.alpha is None else asked.alpha
-    rho_inf = RHO_INF if asked.rho_inf is None else asked.rho_inf
-    integrator = AUTO if name == AUTO else integrator_of(name, alpha, rho_inf)
-    fixed = asked.accuracy is None and isinstance(integrator, Implicit)
+    integrator = AUTO if name == AUTO else integrator_of(name, asked)
+    fixed = asked.accuracy is None and name not in (AUTO, *names.EXPLICIT)
     solver = asked.solver or ("davidon" if fixed else "auto")
     memory = asked.memory or "full"
     check_options(asked, solver)
@@ -144,8 +129,7 @@ def run_pendulum(asked: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
     settings = asdict(asked) | {
         "solver": solver,
         "tolerance": tolerance,
-        "alpha": alpha if name in ALPHAS else None,
-        "rho_inf": rho_inf if isinstance(integrator, GeneralizedAlpha) else None,
+        **{each: getattr(integrator, each) for each in DAMPINGS if each == damping_of(name)},
         "memory": memory if solver in UPDATES else None,
         "nu": nu if asked.element == THICK else None,
     }
@@ -180,16 +164,15 @@ def check_options(asked: PendulumRun, solver: str) -> None:
     """
     integrator = f"--integrator {asked.integrator}"
     what_solves = f"--solver {solver}" + ("" if asked.solver else ", the default here")
-    implicit = asked.integrator not in EXPLICIT
+    implicit = asked.integrator not in names.EXPLICIT
     solves = "--integrator generalized-alpha"
     for option, value, taken, owners, chosen in (
         ("--solver", asked.solver, implicit or asked.solver == "auto", solves, integrator),
         ("--tolerance", asked.tolerance, implicit, solves, integrator),
         ("--seed", asked.seed, implicit, solves, integrator),
-        ("--alpha", asked.alpha, asked.integrator in ALPHAS, "--integrator " + " or ".join(ALPHAS),
-         integrator),
-        ("--rho-inf", asked.rho_inf, asked.integrator == ALPHA_METHOD,
-         f"--integrator {ALPHA_METHOD}", integrator),
+        *((option, getattr(asked, each), damping_of(asked.integrator) == each,
+           "--integrator " + " or ".join(n for n in INTEGRATORS if damping_of(n) == each),
+           integrator) for each, option in DAMPINGS.items()),
         ("--memory", asked.memory, solver in UPDATES, "--solver " + " or ".join(UPDATES),
          what_solves),
         ("--nu", asked.nu, asked.element == THICK, f"--element {THICK}",
@@ -218,30 +201,16 @@ def check_options(asked: PendulumRun, solver: str) -> None:
         )
 
 
-def integrator_of(name: str, alpha: float = 0.0, rho_inf: float = 0.9) -> Implicit | Explicit:
-    """Return the integrator behind a name of the command line.
+def damping_of(name: str | None) -> str | None:
+    """Return which parameter sets the numerical damping of an integrator, None if there is none."""
+    return names.BY_NAME[name].damping if name in names.BY_NAME else None
 
-    Parameters
-    ----------
-    name : str
-        One of `INTEGRATORS`.
-    alpha, rho_inf : float, optional
-        Damping, read by those that have one [-].
-    """
+
+def integrator_of(name: str, asked: PendulumRun) -> Implicit | Explicit:
+    """Return the integrator behind a name, with the damping that was given or its default."""
     check_choice("integrator", name, INTEGRATORS)
-    if name == "newmark":
-        return Newmark(alpha)
-    if name == "hht":
-        return HHT(alpha)
-    if name == ALPHA_METHOD:
-        return GeneralizedAlpha(rho_inf)
-    if name == "energy-momentum":
-        return EnergyMomentum()
-    if name == "central-difference":
-        return CentralDifference()
-    if name == "dormand-prince":
-        return DormandPrince()
-    return RungeKuttaNystrom(int(name.removeprefix("rkn")))
+    damping = damping_of(name)
+    return names.integrator_of(name, None if damping is None else getattr(asked, damping))
 
 
 def solver_of(name: str, memory: str = "full") -> Method | str:
@@ -257,16 +226,14 @@ def solver_of(name: str, memory: str = "full") -> Method | str:
     check_choice("solver", name, SOLVERS)
     if name == "auto":
         return name
-    if name == "newton":
-        return Newton()
-    if name == "modified-newton":
-        return ModifiedNewton()
+    if name not in UPDATES:
+        return METHODS[name]()
     pairs = _number_or_name("memory", memory, ("full",))
     if isinstance(pairs, float):
         if not pairs.is_integer():
             raise InputError(f"memory must be 'full' or a whole number of pairs, got {memory}")
         pairs = int(pairs)
-    return QuasiNewton(name, memory=pairs)
+    return METHODS[name](memory=pairs)
 
 
 def _number_or_name(what: str, text: str, names: tuple[str, ...]) -> str | float:

@@ -29,7 +29,7 @@ cdef struct Scheme:
 include "loop.pxi"
 
 
-cdef class Conserving(TimeLoop):
+cdef class March(TimeLoop):
     """A motion by the energy-momentum method, see `TimeLoop`; it has no weights and no ``b``.
 
     Accelerations and multipliers of its state are means over the step before.

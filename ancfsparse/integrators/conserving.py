@@ -10,7 +10,10 @@ phi(q1) - phi(q0) = 0 and they do no work.  See Simo and Tarnow (1992), Gonzalez
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import ClassVar
 
 from ancfsparse.integrators.implicit import Implicit
 
@@ -25,6 +28,14 @@ class EnergyMomentum(Implicit):
     bodies oscillate where those of `GeneralizedAlpha` do not.  Accelerations and multipliers are
     means over the step before the time they are given at.
     """
+
+    loop = "conserving"
+    keeps_energy = True
+    matrices = 2  # the sum, and what is added to it
+    residual_kernels: ClassVar[Mapping[str, int]] = MappingProxyType(
+        {"residual": 1, "discrete_gradient": 1, "force": -1}
+    )
+    matrix_kernels: ClassVar[Mapping[str, int]] = MappingProxyType({"tangent": 2, "material": 3})
 
     alpha_m = 0.0
     alpha_f = 0.0

@@ -4,27 +4,43 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
+from ancfsparse.integrators.interface import Integrator
 from ancfsparse.integrators.march import Mechanics
 from ancfsparse.integrators.nystrom import EIGHTH, FOURTH, VERLET, Tableau, dormand_prince
 from ancfsparse.words import shown
 
+if TYPE_CHECKING:
+    from ancfsparse.integrators.loops import ExplicitLoop
+
 Vector = NDArray[np.float64]
 
 
-class Explicit(ABC):
+class Explicit(Integrator, ABC):
     """A method that solves no equations but for accelerations."""
+
+    loop = "explicit"
 
     @property
     @abstractmethod
     def tableau(self) -> Tableau:
         """Coefficients."""
+
+    @property
+    def order(self) -> int:
+        """Power of the step in the error."""
+        return self.tableau.order
+
+    @property
+    def stages(self) -> Vector:
+        """Times in a step at which loads are evaluated, over the step, after its start."""
+        return self.tableau.c[1:]
 
     @property
     def takes_velocities(self) -> bool:
@@ -99,7 +115,7 @@ def make_explicit(
     mass: Any,
     largest_gain: float,
     noise: float,
-) -> Any:
+) -> ExplicitLoop:
     """Build the compiled loop.
 
     Parameters
@@ -122,7 +138,7 @@ def make_explicit(
         Energy that rounding makes [J].
     """
     method = integrator.tableau
-    return compiled("explicit").Explicit(
+    loop: ExplicitLoop = compiled(integrator.loop).Explicit(
         system,
         mass,
         dt,
@@ -138,3 +154,4 @@ def make_explicit(
         largest_gain,
         noise,
     )
+    return loop

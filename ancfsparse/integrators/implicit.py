@@ -12,14 +12,28 @@ of the step, so one evaluation of the forces serves it whatever the weights are 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import ClassVar
 
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
+from ancfsparse.integrators.interface import Integrator
 
 
-class Implicit:
-    """The weights of the family; see the module for what they do."""
+class Implicit(Integrator):
+    """The weights of the family; see the module for what they do.
+
+    Attributes
+    ----------
+    residual_kernels, matrix_kernels : mapping of str to int
+        Kernels that a residual and a matrix of a step call, and how often.
+    """
+
+    loop = "march"
+    residual_kernels: ClassVar[Mapping[str, int]] = MappingProxyType({"residual": 1})
+    matrix_kernels: ClassVar[Mapping[str, int]] = MappingProxyType({"tangent": 1})
 
     alpha_m: float
     alpha_f: float
@@ -101,6 +115,11 @@ class Newmark(Implicit):
                 f"Newmark's alpha must be between 0 (no damping) and 1, got {self.alpha:g}: "
                 "0.05 is a common damping"
             )
+
+    @property
+    def order(self) -> int:
+        """Power of the step in the error."""
+        return 2 if self.alpha == 0.0 else 1
 
     @property
     def gamma(self) -> float:

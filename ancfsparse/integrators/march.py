@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.integrators.conserving import EnergyMomentum
 from ancfsparse.integrators.implicit import Implicit
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators.loops import ControlledLoop
 
 Vector = NDArray[np.float64]
 
@@ -57,8 +59,8 @@ def make_march(
     start: Start,
     largest_gain: float,
     noise: float,
-) -> Any:
-    """Build the compiled march.
+) -> ControlledLoop:
+    """Build the compiled march; only those of Newmark's family can be controlled.
 
     Parameters
     ----------
@@ -75,11 +77,7 @@ def make_march(
     noise : float
         Energy that rounding makes [J].
     """
-    if isinstance(integrator, EnergyMomentum):
-        make = compiled("conserving").Conserving
-    else:
-        make = compiled("march").March
-    return make(
+    march: ControlledLoop = compiled(integrator.loop).March(
         system,
         dt,
         integrator,
@@ -93,3 +91,4 @@ def make_march(
         largest_gain,
         noise,
     )
+    return march

@@ -3,7 +3,7 @@
 This room knows vectors and ``solve(r)``, and no mechanics.
 """
 
-from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton, seed_frame_of
+from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.nonlinear.outcome import Outcome, Rung
 
-__all__ = ["Method", "ModifiedNewton", "Newton", "Outcome", "QuasiNewton", "Rung", "seed_frame_of"]
+__all__ = ["Method", "ModifiedNewton", "Newton", "Outcome", "QuasiNewton", "Rung"]

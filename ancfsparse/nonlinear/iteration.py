@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,12 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_positive
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError, Parameter
-from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton, seed_frame_of
+from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.seeds import Fill, Seed
+
+if TYPE_CHECKING:
+    from ancfsparse.abi.frame import Frame
+    from ancfsparse.nonlinear.loops import DenseInverse, Inverse, NonlinearLoop, OwnInverse
 
 EPSILON = float(np.finfo(float).eps)
 DENSE_LIMIT = 4000
@@ -37,7 +41,9 @@ LARGEST_RATIO = 10.0
 class Equations(Protocol):
     """What the loop solves; see ``ancf_equations`` in abi/solver_abi.h."""
 
-    capsule: object
+    @property
+    def capsule(self) -> object:
+        """The equations, "ancf_equations"."""
 
     def residual(self) -> NDArray[np.float64]:
         """Return the scaled residual."""
@@ -138,7 +144,9 @@ class Costs:
     rotation: float = 0.0
 
     @classmethod
-    def of(cls, residual: int, tangent: int, seed: Seed | Fill, frame: Any = None) -> Costs:
+    def of(
+        cls, residual: int, tangent: int, seed: Seed | Fill, frame: Frame | None = None
+    ) -> Costs:
         """Weigh operation counts as the parts were measured to take them, within a factor of two.
 
         Kernels run in SIMD lanes.  Of a factor every entry has its price, where they are few for
@@ -157,7 +165,7 @@ def make_inverse(
     weights: NDArray[np.float64] | None,
     norm: NDArray[np.float64],
     smallest_y: float,
-) -> Any:
+) -> OwnInverse:
     """Build the compiled inverse of a method on a seed.
 
     Parameters
@@ -175,7 +183,8 @@ def make_inverse(
     smallest_y : float
         Differences of residuals below this are rounding, and their pairs are skipped.
     """
-    if isinstance(method, QuasiNewton) and method.memory == "full":
+    inverse: OwnInverse
+    if isinstance(method, QuasiNewton) and method.is_dense:
         if seed.n > DENSE_LIMIT:
             raise InputError(
                 f"memory='full' would keep a dense inverse of {seed.n} x {seed.n} numbers, "
@@ -183,7 +192,7 @@ def make_inverse(
             )
         inverse = compiled("dense").Dense(seed, method.update, weights)
     elif isinstance(method, QuasiNewton):
-        inverse = compiled("limited").Limited(seed, method.update, int(method.memory), weights)
+        inverse = compiled("limited").Limited(seed, method.update, method.pairs, weights)
     else:
         inverse = compiled("limited").Limited(seed, "broyden", 0)
     inverse.set_guard(norm, smallest_y, LARGEST_RATIO)
@@ -193,14 +202,14 @@ def make_inverse(
 def make_iteration(
     equations: Equations,
     seed: Seed,
-    inverse: Any,
+    inverse: OwnInverse,
     method: Method,
     tolerance: Tolerance,
     costs: Costs,
-    frame: Any = None,
+    frame: Frame | None = None,
     reach: NDArray[np.float64] | float = 1e-6,
     sparing: bool = False,
-) -> Any:
+) -> NonlinearLoop:
     """Build the compiled loop; a finite-difference seed is taken at the present iterate.
 
     Parameters
@@ -210,7 +219,7 @@ def make_iteration(
     method, tolerance, costs
         How it is solved.
     frame : compiled object with a ``capsule`` "ancf_frame", optional
-        Rotations of the body, needed unless `methods.seed_frame_of` says fixed.
+        Rotations of the body, needed unless `Solver.frame` is fixed.
     reach : float or (n,) float, optional
         By how much unknowns are moved for a finite-difference seed, see `finite_difference`.
     sparing : bool, optional
@@ -221,12 +230,11 @@ def make_iteration(
     InputError
         If a finite-difference seed cannot be inverted.
     """
-    seed_frame = seed_frame_of(method)
-    full = isinstance(method, QuasiNewton) and method.memory == "full"
+    seed_frame, full = method.frame, method.is_dense
     carry = full or (isinstance(method, QuasiNewton) and method.carry)
     learns = isinstance(method, QuasiNewton)
     davidon = isinstance(method, QuasiNewton) and method.update == "davidon"
-    loop = compiled("iteration").Iteration(
+    loop: NonlinearLoop = compiled("iteration").Iteration(
         equations,
         seed,
         turned(inverse, method, frame),
@@ -255,10 +263,10 @@ def make_iteration(
         work=tolerance.work,
         floor=tolerance.floor,
     )
-    if isinstance(method, QuasiNewton) and method.seed == "finite-difference":
+    if method.by_differences:
         try:
             matrix = finite_difference(equations, reach, seed.n - seed.n_positive)
-            inverse.matrix = np.linalg.inv(matrix)
+            cast("DenseInverse", inverse).matrix = np.linalg.inv(matrix).astype(np.float64)
         except np.linalg.LinAlgError:
             raise InputError(
                 "the matrix from finite differences is singular: leave seed='tangent', which is "
@@ -268,11 +276,12 @@ def make_iteration(
     return loop
 
 
-def turned(inverse: Any, method: Method, frame: Any) -> Any:
+def turned(inverse: Inverse, method: Method, frame: Frame | None) -> Inverse:
     """Return an inverse as the loop of a method takes it: in a frame, if its seeds may turn."""
-    if seed_frame_of(method) == "fixed":
+    if method.frame == "fixed":
         return inverse
-    return compiled("corotated").Corotated(inverse, frame)
+    turning: Inverse = compiled("corotated").Corotated(inverse, frame)
+    return turning
 
 
 def finite_difference(

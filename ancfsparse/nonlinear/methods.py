@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass
+from functools import partial
 
 from ancfsparse.checks import check_choice, check_count, check_flag
 from ancfsparse.errors import InputError
@@ -12,8 +14,32 @@ SEEDS = ("tangent", "finite-difference")
 SEED_FRAMES = ("auto", "fixed", "rotating")
 
 
+class Solver:
+    """What every method states about itself, so that no other room asks for its class."""
+
+    @property
+    def is_dense(self) -> bool:
+        """Whether it keeps a dense inverse, which is never renewed."""
+        return False
+
+    @property
+    def by_differences(self) -> bool:
+        """Whether its first inverse comes from finite differences."""
+        return False
+
+    @property
+    def pairs(self) -> int:
+        """Secant pairs that it keeps on a sparse seed."""
+        return 0
+
+    @property
+    def frame(self) -> str:
+        """Which frame its seeds have: "auto", "fixed" or "rotating"."""
+        return "fixed"
+
+
 @dataclass(frozen=True)
-class Newton:
+class Newton(Solver):
     """Full Newton: the generated tangent is factored again in every iteration.
 
     Parameters
@@ -30,7 +56,7 @@ class Newton:
 
 
 @dataclass(frozen=True)
-class ModifiedNewton:
+class ModifiedNewton(Solver):
     """Newton with one factor for many steps, renewed when counts say that it pays.
 
     Parameters
@@ -50,9 +76,14 @@ class ModifiedNewton:
         check_count("max_iterations", self.max_iterations)
         check_choice("seed_frame", self.seed_frame, SEED_FRAMES)
 
+    @property
+    def frame(self) -> str:
+        """Which frame its seeds have."""
+        return self.seed_frame
+
 
 @dataclass(frozen=True)
-class QuasiNewton:
+class QuasiNewton(Solver):
     """Quasi-Newton: an inverse that learns from the corrections (equations 12 to 16).
 
     Parameters
@@ -102,14 +133,33 @@ class QuasiNewton:
                     "leave seed='tangent'"
                 )
 
+    @property
+    def is_dense(self) -> bool:
+        """Whether it keeps a dense inverse, which is never renewed."""
+        return self.memory == "full"
+
+    @property
+    def by_differences(self) -> bool:
+        """Whether its first inverse comes from finite differences."""
+        return self.seed == "finite-difference"
+
+    @property
+    def pairs(self) -> int:
+        """Secant pairs that it keeps on a sparse seed."""
+        return 0 if self.is_dense else int(self.memory)
+
+    @property
+    def frame(self) -> str:
+        """Which frame its seeds have: a dense inverse learns the rotation by itself."""
+        return "fixed" if self.is_dense and self.seed_frame == "auto" else self.seed_frame
+
 
 Method = Newton | ModifiedNewton | QuasiNewton
 
 
-def seed_frame_of(method: Method) -> str:
-    """Return which frame the seeds of a method have: "auto", "fixed" or "rotating"."""
-    if isinstance(method, Newton):
-        return "fixed"
-    if isinstance(method, QuasiNewton) and method.memory == "full" and method.seed_frame == "auto":
-        return "fixed"
-    return method.seed_frame
+BY_NAME: dict[str, Callable[..., Method]] = {
+    "newton": Newton,
+    "modified-newton": ModifiedNewton,
+    **{update: partial(QuasiNewton, update) for update in UPDATES},
+}
+"""Names as the command line takes them, where "auto" comes on top; parameters follow."""

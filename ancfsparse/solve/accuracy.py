@@ -17,14 +17,13 @@ from ancfsparse.errors import AccuracyFailure, InputError, Parameter, StepFailur
 from ancfsparse.integrators import (
     CentralDifference,
     DormandPrince,
-    EnergyMomentum,
     Explicit,
     GeneralizedAlpha,
     Implicit,
     Newmark,
     RungeKuttaNystrom,
 )
-from ancfsparse.nonlinear import Method, ModifiedNewton, QuasiNewton
+from ancfsparse.nonlinear import Method
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
 from ancfsparse.solve.attempts import Attempts, add_counts
@@ -90,7 +89,7 @@ def check_accuracy(
             f"accuracy={accuracy:g} sets the tolerance of the iteration by itself: leave out "
             f"tolerance={tolerance!r}, or give dt and no accuracy"
         )
-    if isinstance(integrator, Newmark) and integrator.alpha > 0.0:
+    if integrator is not None and integrator.order == 1:
         raise InputError(
             "{integrator!r} is of first order, whose error cannot be had from its steps: take "
             "HHT(alpha), {implicit} or Newmark(0)",
@@ -103,7 +102,7 @@ def check_accuracy(
             f"{system.prescribed.differences} has none: give rate and second_rate, or a smooth "
             "Ramp or Sine"
         )
-    if isinstance(integrator, EnergyMomentum):
+    if integrator is not None and integrator.keeps_energy:
         raise InputError(
             "{accuracy} changes steps by an error estimate, which {integrator!r} does not make: "
             "take {implicit}, or give {dt} and no {name}",
@@ -124,12 +123,12 @@ def check_accuracy(
             first=system.constraints.labels[0],
             implicit=Parameter("integrator", "GeneralizedAlpha(0.9)", "="),
         )
-    if isinstance(solver, QuasiNewton) and solver.memory == "full":
+    if not isinstance(solver, str) and solver.is_dense:
         raise InputError(
             f"accuracy={accuracy:g} needs a factor that is renewed as the body moves, and "
             f"{solver!r} keeps its first: take solver='auto' or a number of pairs"
         )
-    if isinstance(solver, ModifiedNewton | QuasiNewton) and solver.seed_frame == "rotating":
+    if not isinstance(solver, str) and solver.frame == "rotating":
         raise InputError(
             f"accuracy={accuracy:g} estimates errors with a factor of the body as it lies, which "
             "a rotating one is not: leave out seed_frame='rotating'"

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ancfsparse.integrators import EnergyMomentum, Implicit
+from ancfsparse.integrators import Implicit
 from ancfsparse.scene import Scene
 
 # Amplitude that a step leaves of vibrations which it cannot follow, in what may be advised; less
@@ -29,7 +29,7 @@ def for_steps(scene: Scene, integrator: Implicit, max_halvings: int) -> str:
         How often a step could be halved.
     """
     tries = _more_damping(integrator)
-    if not isinstance(integrator, EnergyMomentum):
+    if not integrator.keeps_energy:
         tries.append("EnergyMomentum()")
     tries.append("a smaller dt")
     if not max_halvings:

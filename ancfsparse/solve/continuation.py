@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeGuard
+from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
 
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
-from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.integrators.interface import Integrator
 from ancfsparse.results import Equilibrium
 from ancfsparse.scene.digest import difference
 from ancfsparse.system import System
 from ancfsparse.system.state import State
 from ancfsparse.words import shown
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators.loops import Loop
+    from ancfsparse.nonlinear.loops import NonlinearLoop
 
 # Share of the largest amplitude by which loads may differ from those before: rounding.
 SAME_LOADS = 1e-9
@@ -41,7 +45,12 @@ def check_start(start: object) -> State | None:
 
 
 def remember(
-    system: System, integrator: Implicit | Explicit, march: Any, iteration: Any, t: float, dt: float
+    system: System,
+    integrator: Integrator,
+    march: Loop,
+    iteration: NonlinearLoop | None,
+    t: float,
+    dt: float,
 ) -> State:
     """Return the state that a march has come to, and what its next steps depend on."""
     q, v, a, lam = march.state
@@ -56,7 +65,7 @@ def remember(
 
 
 def continues(
-    state: State | None, system: System, integrator: Implicit | Explicit, dt: float
+    state: State | None, system: System, integrator: Integrator, dt: float
 ) -> TypeGuard[State]:
     """Whether a run with these steps goes on from a state without a new beginning.
 
@@ -84,7 +93,9 @@ def recall_contributions(state: State | None, system: System) -> bool:
     return True
 
 
-def recall(state: State, system: System, march: Any, iteration: Any = None) -> None:
+def recall(
+    state: State, system: System, march: Loop, iteration: NonlinearLoop | None = None
+) -> None:
     """Let a march go on with what the run before remembered."""
     memory = dict(state.memory)
     if state.b is not None:

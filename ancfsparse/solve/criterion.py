@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.integrators import EnergyMomentum, Implicit
+from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear.iteration import EPSILON, Tolerance, tolerance_of
 from ancfsparse.system import System
 
@@ -84,7 +84,7 @@ class Criterion:
             Error of the coordinates that a step may leave [m], in the place of the tolerance.
         """
         scale = self._integrator.scale * dt**2
-        keeps = isinstance(self._integrator, EnergyMomentum)
+        keeps = self._integrator.keeps_energy
         work = KEEPING if keeps else UNDAMPED if self._integrator.gamma == 0.5 else DAMPED
         return tolerance_of(
             self._tolerance if error is None else error / scale,

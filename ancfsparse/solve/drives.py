@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,11 @@ from ancfsparse.errors import InputError
 from ancfsparse.system import System
 from ancfsparse.system.numbering import ROUNDING, speeds
 from ancfsparse.system.state import State
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators.loops import ImplicitLoop
+
+Vector = NDArray[np.float64]
 
 # Share of the largest coordinate by which a start may be off from where a drive begins: what steps
 # leave of equations in another run, otherwise rounding.
@@ -88,7 +93,7 @@ def inputs_at(system: System, times: NDArray[np.float64]) -> NDArray[np.float64]
     return table
 
 
-def drive_march(system: System, march: Any, a: Any, lam: Any) -> None:
+def drive_march(system: System, march: ImplicitLoop, a: Vector, lam: Vector) -> None:
     """Tell a march what is prescribed, and the forces that this takes at the start."""
     prescribed = system.prescribed
     if not prescribed:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from ancfsparse.solve.stability import (
 from ancfsparse.solve.times import divides, plain
 from ancfsparse.system import System
 from ancfsparse.system.state import State
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators.loops import ExplicitLoop, Loop
 
 # Up to so many operations of a product for each one of a sweep the dense blocks are faster:
 # measured on cables of 3 to 60 elements, where they meet at 5.
@@ -65,7 +68,7 @@ def prepare_explicit(
     integrator: Explicit,
     max_energy_gain: float,
     start: State | None = None,
-) -> tuple[Any, SparseSeed | BlockInverse, str]:
+) -> tuple[ExplicitLoop, SparseSeed | BlockInverse, str]:
     """Return the compiled march, the inverse of the mass matrix, and a sentence on both.
 
     Raises
@@ -112,7 +115,7 @@ def prepare_explicit(
     return march, mass, why
 
 
-def check_held(system: System, march: Any, integrator: Explicit) -> None:
+def check_held(system: System, march: ExplicitLoop, integrator: Explicit) -> None:
     """Refuse constraints whose multipliers cannot be found."""
     if not (march.finite and np.isfinite(march.state[2]).all()):
         raise InputError(
@@ -142,7 +145,7 @@ def count_forces(stats: RunStats, integrator: Explicit) -> None:
 
 def instability(
     system: System,
-    march: Any,
+    march: Loop,
     mass: SparseSeed | BlockInverse,
     integrator: Explicit,
     outcome: Outcome,

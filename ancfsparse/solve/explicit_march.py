@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,9 @@ from ancfsparse.solve.stability import fastest_vibration, mass_matrix
 from ancfsparse.solve.start import check_energy
 from ancfsparse.solve.states import States
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators.loops import ExplicitLoop
 
 Vector = NDArray[np.float64]
 
@@ -150,7 +153,7 @@ class ExplicitMarch:
 
     def _march(
         self,
-        march: Any,
+        march: ExplicitLoop,
         integrator: Explicit,
         span: tuple[float, float, int],
         begin: float,
@@ -163,7 +166,7 @@ class ExplicitMarch:
         Loads are evaluated from the begin to the end of the time in which they are smooth alone.
         """
         start, stop, steps = span
-        n, nodes = self._system.n_all, integrator.tableau.c[1:]
+        n, nodes = self._system.n_all, integrator.stages
         chunk = max(1, min(CHUNK, COORDINATES // n, steps))
         widths = (n, n, n, self._system.n_multipliers)
         buffer = [np.zeros((chunk + 1, width)) for width in widths]

@@ -3,89 +3,110 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ancfsparse.errors import LoadFailure, OutputFailure
-from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.errors import AncfError, LoadFailure, OutputFailure
 from ancfsparse.nonlinear import Outcome
-from ancfsparse.results import Event, RunStats
-from ancfsparse.seeds import Seed
-from ancfsparse.seeds.blocks import BlockInverse
+from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.solve.continuation import remember
-from ancfsparse.solve.explicit import count_forces
-from ancfsparse.solve.halving import CURABLE, Halving
+from ancfsparse.solve.memory import give_back
 from ancfsparse.solve.progress import progress_bar
 from ancfsparse.solve.record import Recorder, buffer_rows
-from ancfsparse.solve.setup import CAUSES, count, events
-from ancfsparse.solve.times import Clock
-from ancfsparse.solve.way_back import FIRST_LOOK, WayBack
+from ancfsparse.solve.request import Request
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators.loops import Loop
+    from ancfsparse.nonlinear.loops import NonlinearLoop
+
+Vector = NDArray[np.float64]
 
 # Steps that are taken in one go, and rows of loads that are tabulated at once: at most CHUNK, and
 # of large systems so many that about so many coordinates move.
 CHUNK, COORDINATES = 2000, 4_000_000
 
+# Coordinates from which memory that set-up has freed is worth giving back: vectors of a megabyte.
+LARGE = 125_000
 
-class FixedSteps:
-    """A run in steps of one length, after its first state was recorded.
+
+class Failing(Protocol):
+    """What may have failed inside a compiled loop."""
+
+    @property
+    def error(self) -> BaseException | None:
+        """What it has raised there."""
+
+
+class FixedRun(ABC):
+    """A run in steps of one length.
 
     Parameters
     ----------
     system : System
         What moves.
-    integrator : Implicit or Explicit
-        How.
-    march, iteration, seed
-        Compiled loops of the integrator and of the nonlinear solver (None for explicit ones), and
-        what they solve with.
-    back : WayBack or None
-        Leads to an exact seed.
-    halving : Halving or None
-        Crosses steps that fail.
-    stats : RunStats
-        Where steps, iterations and seconds are counted.
-    recorder : Recorder
-        Takes the states.
-    save_every : int
-        Steps from one recorded state to the next.
-    clock : Clock
-        Times of the steps.
+    request : Request
+        The steps, and which of them are recorded.
+    march : Loop
+        Compiled loop of the integrator, at the start.
+    nonlinear : NonlinearLoop or None
+        Compiled loop that solves the equations of a step.
+    a : (n_all,) float
+        Accelerations at the start, to be recorded [m/s2, 1/s2].
+    why : str
+        How the steps are solved.
+    threads : int
+        How many share the work.
     """
 
     def __init__(
         self,
         system: System,
-        integrator: Implicit | Explicit,
-        march: Any,
-        iteration: Any,
-        seed: Seed | BlockInverse,
-        back: WayBack | None,
-        halving: Halving | None,
-        stats: RunStats,
-        recorder: Recorder,
-        save_every: int,
-        clock: Clock,
+        request: Request,
+        march: Loop,
+        nonlinear: NonlinearLoop | None,
+        a: Vector,
+        why: str,
+        threads: int = 1,
     ) -> None:
-        self._system, self._integrator = system, integrator
-        self._march, self._iteration, self._seeds = march, iteration, [seed]
-        self._back, self._events = back, list[Event]()
-        self._halving, self._stats, self._recorder = halving, stats, recorder
-        self._save_every, self._clock, self._dt = save_every, clock, clock.dt
-        # Times in a step at which loads are needed, over the step.
-        self._nodes = np.ones(1)
-        if isinstance(integrator, Explicit):
-            self._nodes = integrator.tableau.c[1:]
+        self._system, self._request, self._clock = system, request, request.clock
+        self._march, self._nonlinear, self._first = march, nonlinear, [a]
+        self._stages, self._dt = request.integrator.stages, request.clock.dt
+        self._n_steps, self._save_every = request.n_steps, request.save_every
         self._chunk = max(1, min(CHUNK, COORDINATES // system.n_all))
-        if back is not None:
-            self._most, self._chunk = self._chunk, min(self._chunk, FIRST_LOOK)
+        seconds = {"set-up": time.perf_counter() - request.begun}
+        self._stats = RunStats(solver=why, seconds=seconds, threads=threads)
         # Steps of the run, and of the march, before those whose states are in the buffer; None
         # while the march stands inside a step.
         self._before: tuple[int, int] | None = (0, march.steps)
 
-    def run(self, n_steps: int, progress: bool) -> Outcome:
-        """Take steps; return how they ended.
+    @property
+    @abstractmethod
+    def _seeds(self) -> Sequence[Failing]:
+        """What is solved with; one that is written in Python keeps its error."""
+
+    @abstractmethod
+    def _count_costs(self) -> None:
+        """Count in the statistics what the steps have cost so far."""
+
+    @abstractmethod
+    def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
+        """Return the error for a run that ended with an outcome."""
+
+    def _mend(self, outcome: Outcome) -> Outcome:
+        """Try other ways across a step that failed, or choose another way for the next ones."""
+        return outcome
+
+    def _last_look(self) -> Outcome:
+        """Look at a run that has taken all its steps."""
+        return Outcome.CONVERGED
+
+    def march(self, recorder: Recorder) -> Outcome:
+        """Record the start and take the steps; return how they ended.
 
         Raises
         ------
@@ -94,13 +115,14 @@ class FixedSteps:
         OutputFailure
             If there is no room for their states.
         """
-        self._n_steps = n_steps
-        most = min(n_steps, self._chunk) // self._save_every + 1
+        self._recorder = recorder
+        self._record_start()
+        most = min(self._n_steps, self._chunk) // self._save_every + 1
         self._room = buffer_rows(self._system.n_all, most)
         self._buffer = [np.empty((self._room + 1, self._system.n_all)) for _ in range(3)]
         self._buffer.append(np.empty((self._room + 1, self._system.n_multipliers)))
         try:
-            outcome = self._run(progress)
+            outcome = self._run()
             self._keep_last()
             self._count()
         except OutputFailure:
@@ -113,20 +135,26 @@ class FixedSteps:
             raise
         return outcome
 
-    def _run(self, progress: bool) -> Outcome:
+    def _record_start(self) -> None:
+        system, first = self._system, self._march.state
+        # Velocity and acceleration that the integrator goes on from are others, see solve.start.
+        a = self._first.pop()
+        when = np.array([system.t0])
+        self._recorder.append(when, first[0][None], system.v0[None], a[None], first[3][None])
+        del first, a
+        if system.n_all >= LARGE:
+            give_back()
+
+    def _run(self) -> Outcome:
         stats, outcome = self._stats, Outcome.CONVERGED
-        with progress_bar("step", progress, self._n_steps) as bar:
+        with progress_bar("step", self._request.progress, self._n_steps) as bar:
             while stats.steps < self._n_steps and outcome == Outcome.CONVERGED:
-                outcome = self._advance()
-                if self._back is not None:
-                    outcome = self._consider(self._back, outcome)
-                if self._halving is not None and outcome in CURABLE:
-                    outcome = self._cross(self._halving, outcome)
+                outcome = self._mend(self._advance())
                 bar.update(stats.steps - bar.n)
         if outcome != Outcome.CONVERGED:
             self._check_functions(stats.steps + 1)
-        gained = self._halving is not None and outcome == Outcome.CONVERGED
-        return Outcome.HAD_GAINED if gained and self._march.gained_energy() else outcome
+            return outcome
+        return self._last_look()
 
     def _check_functions(self, step: int) -> None:
         """Raise what a function of the motion has done wrong in a step that failed, if it did."""
@@ -139,19 +167,19 @@ class FixedSteps:
 
     def _advance(self) -> Outcome:
         """Take as many steps as are taken in one go."""
-        begin, p = self._stats.steps, len(self._nodes)
+        begin, p = self._stats.steps, len(self._stages)
         since = begin % self._save_every  # steps since the last recorded state
         room = self._room * self._save_every - since
         wanted = min(self._chunk, self._n_steps - begin, room)
         steps = np.arange(wanted, dtype=np.float64)[:, None] + begin
-        times = self._clock.at(steps + self._nodes)
+        times = self._clock.at(steps + self._stages)
         amplitudes, failure = self._system.inputs(times.ravel())
         wanted = len(amplitudes) // p
         self._before = begin, self._march.steps
         clock = time.perf_counter()
         try:
             _, code = self._march.advance(
-                self._iteration, wanted, amplitudes, self._save_every, since, *self._buffer
+                self._nonlinear, wanted, amplitudes, self._save_every, since, *self._buffer
             )
         finally:
             self._stats.march_seconds += time.perf_counter() - clock
@@ -164,26 +192,6 @@ class FixedSteps:
             raise failure
         return outcome
 
-    def _consider(self, back: WayBack, outcome: Outcome) -> Outcome:
-        """Go on with an exact seed where the incomplete one fails or costs more, and it fits."""
-        failed, steps = outcome in CURABLE, self._stats.steps
-        assert not isinstance(self._seeds[0], BlockInverse)
-        if not failed and not back.pays(self._iteration.counts, self._seeds[0].inner):
-            self._chunk = min(2 * self._chunk, self._most)
-            return outcome
-        exact, self._back = back.take(), None
-        if exact is None:
-            return outcome
-        self._seeds.append(exact)
-        why = "which cost less"
-        if failed:
-            why, time = CAUSES[outcome], self._clock.at(steps + 1)
-            rate = self._iteration.contraction
-            self._events.append(Event(steps + 1, time, "exact seed", CAUSES[outcome], rate))
-        self._stats.solver += f"; from step {steps + 1} on an exact seed ({why})"
-        self._iteration.step = steps
-        return Outcome.CONVERGED
-
     def _collect(self) -> None:
         """Hand on and count what the march has taken; doing so again changes nothing."""
         if self._before is None or not self._buffer:  # the buffer goes once all is handed on
@@ -195,19 +203,6 @@ class FixedSteps:
         numbers = every * (first + np.arange(new.start, new.stop, dtype=np.float64))
         self._recorder.append(self._clock.at(numbers), *(table[new] for table in self._buffer))
 
-    def _cross(self, halving: Halving, outcome: Outcome) -> Outcome:
-        """Cross a step that failed in shorter ones."""
-        self._before, seconds = None, halving.seconds
-        outcome = halving.cross(self._stats.steps + 1, outcome)
-        self._stats.march_seconds += halving.seconds - seconds
-        if outcome == Outcome.CONVERGED:
-            self._stats.steps += 1
-            if self._stats.steps % self._save_every == 0:
-                self._append_state()
-        if not halving.stuck:
-            self._before = self._stats.steps, self._march.steps
-        return outcome
-
     def _keep_last(self) -> None:
         """Record the last state too, whatever its number."""
         steps = self._stats.steps
@@ -218,24 +213,13 @@ class FixedSteps:
     def _count(self) -> None:
         """Hand on what the steps have cost so far."""
         stats = self._stats
-        if isinstance(self._integrator, Explicit):
-            count_forces(stats, self._integrator)
-        else:
-            count(
-                stats, self._iteration, *(s for s in self._seeds if not isinstance(s, BlockInverse))
-            )
-            stats.events = (
-                events(self._iteration.events, self._clock.begin, self._dt) + self._events
-            )
-        if self._halving is not None:
-            stats.short_steps = self._halving.short_steps
-            stats.events += self._halving.events
+        self._count_costs()
         last = None
         self._buffer = []  # makes room for the last state
         if self._before is not None:
             t = self._clock.at(stats.steps)
-            iteration = self._iteration
-            last = remember(self._system, self._integrator, self._march, iteration, t, self._dt)
+            integrator, loop = self._request.integrator, self._nonlinear
+            last = remember(self._system, integrator, self._march, loop, t, self._dt)
         self._recorder.finish(stats, last)
 
     def _append_state(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,10 @@ from ancfsparse.solve.drives import inputs_at
 from ancfsparse.solve.setup import CAUSES
 from ancfsparse.solve.times import Clock
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators.loops import ImplicitLoop
+    from ancfsparse.nonlinear.loops import NonlinearLoop
 
 # What a shorter step may cure.
 CURABLE = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE, Outcome.WOULD_GAIN)
@@ -54,8 +58,8 @@ class Halving:
     def __init__(
         self,
         system: System,
-        march: Any,
-        iteration: Any,
+        march: ImplicitLoop,
+        iteration: NonlinearLoop,
         integrator: Implicit,
         criterion: Criterion,
         clock: Clock,

@@ -13,7 +13,7 @@ from ancfsparse.errors import InputError, Parameter, Sentence
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.kernels.layout import MANY_BLOCKS
 from ancfsparse.machine import GIGABYTE, available
-from ancfsparse.nonlinear import Method, QuasiNewton
+from ancfsparse.nonlinear import Method
 from ancfsparse.scene import Beam, Mesh, Scene
 from ancfsparse.seeds import DeflatedSeed, Seed, SparseSeed
 from ancfsparse.seeds.border import MOST_EQUATIONS
@@ -133,9 +133,9 @@ def estimate(
         8.0 * VECTORS * coordinates,
         24.0 * rows * (whole_runs * coordinates + (0.0 if to_file else columns)),
     )
-    if isinstance(solver, QuasiNewton) and solver.memory == "full":
+    if not isinstance(solver, str) and solver.is_dense:
         return replace(needed, factor=8.0 * coordinates**2)
-    pairs = int(solver.memory) if isinstance(solver, QuasiNewton) else 0
+    pairs = 0 if isinstance(solver, str) else solver.pairs
     extra = 8.0 * PAIR * pairs * coordinates
     if incomplete and isinstance(solver, str):
         extra = 8.0 * PAIR * SPARING_PAIRS * coordinates

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from ancfsparse.integrators import Implicit
 from ancfsparse.seeds import Seed
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators.loops import ControlledLoop
 
 Vector = NDArray[np.float64]
 
@@ -30,7 +33,9 @@ class Passage:
         Those that were made, each for one solution or two.
     """
 
-    def __init__(self, system: System, integrator: Implicit, march: Any, seed: Seed) -> None:
+    def __init__(
+        self, system: System, integrator: Implicit, march: ControlledLoop, seed: Seed
+    ) -> None:
         self._system, self._integrator, self._march, self._seed = system, integrator, march, seed
         self.factors = 0
 

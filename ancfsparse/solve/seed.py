@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.machine import available
-from ancfsparse.nonlinear import Method, QuasiNewton
+from ancfsparse.nonlinear import Method
 from ancfsparse.scene import Mesh
 from ancfsparse.seeds import DeflatedSeed, Groups, IncompleteSeed, Seed, SparseSeed
 from ancfsparse.seeds.border import MOST_EQUATIONS, leading
@@ -41,7 +41,7 @@ def check_seed(kind: str, solver: Method | str, accuracy: float | None) -> str:
         If it is not one of `SEEDS`, or if it is incomplete beside a dense inverse or an accuracy.
     """
     check_choice("seed", kind, SEEDS)
-    if kind == "incomplete" and isinstance(solver, QuasiNewton) and solver.memory == "full":
+    if kind == "incomplete" and not isinstance(solver, str) and solver.is_dense:
         raise InputError(
             f"seed='incomplete' approximates a sparse factor, and {solver!r} starts from the whole "
             "inverse: take solver='auto' or a number of pairs, or leave out seed"
@@ -150,7 +150,7 @@ def groups_of(system: System) -> Groups:
 
 def _may_fill_in(system: System, solver: Method | str) -> bool:
     """Whether there may be more fill than is worth a thought, and no need of an exact factor."""
-    if isinstance(solver, QuasiNewton) and solver.memory == "full":
+    if not isinstance(solver, str) and solver.is_dense:
         return False
     return system.n_multipliers <= MOST_EQUATIONS and _meshed(system)
 

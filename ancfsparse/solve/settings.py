@@ -7,15 +7,16 @@ import math
 from ancfsparse.checks import check_finite, check_positive
 from ancfsparse.errors import InputError, Parameter
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
-from ancfsparse.nonlinear.methods import UPDATES
+from ancfsparse.nonlinear.methods import BY_NAME, UPDATES
 from ancfsparse.words import shown
 
 # Solvers by the names a caller may give them, which are those of the command line too.
 SOLVERS = {
     "auto": "'auto'",
-    "newton": "Newton()",
-    "modified-newton": "ModifiedNewton()",
-    **{update: f"QuasiNewton({update!r})" for update in UPDATES},
+    **{
+        name: f"QuasiNewton({name!r})" if name in UPDATES else f"{make.__name__}()"
+        for name, make in BY_NAME.items()
+    },
 }
 
 

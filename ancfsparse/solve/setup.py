@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import EnergyGain, Parameter, Sentence, StepFailure
-from ancfsparse.integrators import EnergyMomentum, Implicit
+from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.march import make_march
-from ancfsparse.nonlinear import Method, ModifiedNewton, Outcome, QuasiNewton, Rung, seed_frame_of
+from ancfsparse.nonlinear import Method, ModifiedNewton, Outcome, Rung
 from ancfsparse.nonlinear.iteration import EPSILON, Costs, make_inverse, make_iteration, turned
 from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.seeds import Fill, IncompleteSeed, Seed, SparseSeed
@@ -27,6 +28,11 @@ from ancfsparse.system import System
 from ancfsparse.system.rotation import frame_of
 from ancfsparse.system.state import State
 
+if TYPE_CHECKING:
+    from ancfsparse.abi.frame import Frame
+    from ancfsparse.integrators.loops import ControlledLoop
+    from ancfsparse.nonlinear.loops import NonlinearLoop
+
 Vector = NDArray[np.float64]
 
 # Rungs of the ladder as the compiled loop numbers them.
@@ -40,6 +46,34 @@ SMALL = 1e-6
 ON_ALL_THE_SAME = " max_energy_gain=inf goes on all the same."
 
 
+class Prepared(NamedTuple):
+    """What an implicit run consists of.
+
+    Attributes
+    ----------
+    march, iteration
+        Compiled loops of the integrator and of the nonlinear solver.
+    seed : Seed
+        What corrections are solved with.
+    criterion : Criterion
+        When a step counts as solved.
+    why : str
+        The method, and why this one.
+    a : (n_all,) float
+        Accelerations at the start [m/s2, 1/s2].
+    back : WayBack or None
+        Leads to an exact seed where an incomplete one was chosen.
+    """
+
+    march: ControlledLoop
+    iteration: NonlinearLoop
+    seed: Seed
+    criterion: Criterion
+    why: str
+    a: Vector
+    back: WayBack | None
+
+
 def prepare(
     system: System,
     dt: float,
@@ -51,12 +85,12 @@ def prepare(
     needed: Memory = NOTHING,
     kind: str = "exact",
     state: State | None = None,
-) -> tuple[Any, Any, Seed, Criterion, str, Vector, WayBack | None]:
-    """Return compiled march and nonlinear loop, seed, criterion, why this method, and a at t = 0.
+) -> Prepared:
+    """Set an implicit run up.
 
-    The seed is of a kind of `SEEDS`; where an incomplete one was chosen, the way back comes last.
-    A factor is refused if it cannot fit beside what else is `needed`.  From the `state` that a run
-    of the same integrator and step has come to, it goes on as if there were no end between them.
+    The seed is of a kind of `SEEDS`.  A factor is refused if it cannot fit beside what
+    else is `needed`.  From the `state` that a run of the same integrator and step has come to, it
+    goes on as if there were no end between them.
     """
     pattern = system.pattern
     seed, groups = make_seed(system, kind, solver, threads, needed, dt)
@@ -74,9 +108,8 @@ def prepare(
     drive_march(system, march, a, start.lam)
     march.prepare(system.inputs(np.array([system.t0 + dt]))[0])
     weights = np.concatenate([criterion.mass, np.zeros(system.n_multipliers)])
-    papers = tolerance == "paper" and isinstance(method, QuasiNewton) and method.memory == "full"
-    by_differences = isinstance(method, QuasiNewton) and method.seed == "finite-difference"
-    frame = None if seed_frame_of(method) == "fixed" else frame_of(system)
+    papers = tolerance == "paper" and method.is_dense
+    frame = None if method.frame == "fixed" else frame_of(system)
     inverse = make_inverse(
         method, seed, None if papers else weights, criterion.norm, criterion.smallest_change(dt)
     )
@@ -88,33 +121,32 @@ def prepare(
         criterion.at(dt),
         costs(system, integrator, seed, frame),
         frame,
-        difference_steps(system) if by_differences else SMALL,
+        difference_steps(system) if method.by_differences else SMALL,
         sparing=sparing,
     )
     divide(system, threads, march, iteration, inverse)
     if continues(state, system, integrator, dt):
         recall(state, system, march, iteration)
-    if by_differences:
+    if method.by_differences:
         why += ", first inverse from finite differences"
     if groups is not None:
         most = most_fill(system)
         why += f"; an exact one would have more than {most:g} blocks for each of the matrix"
     if groups is None:
-        return march, iteration, seed, criterion, why, a, None
+        return Prepared(march, iteration, seed, criterion, why, a, None)
 
     def take_exact() -> Seed:
         exact = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
-        own = ModifiedNewton(seed_frame=seed_frame_of(method)) if sparing else method
+        own = ModifiedNewton(seed_frame=method.frame) if sparing else method
         inverse = make_inverse(own, exact, weights, criterion.norm, criterion.smallest_change(dt))
         inverse.set_threads(threads)
         cost = costs(system, integrator, exact, frame)
-        inverse = turned(inverse, own, frame)
-        iteration.take_seed(exact, inverse, True, cost.iteration, cost.seed)
+        iteration.take_seed(exact, turned(inverse, own, frame), True, cost.iteration, cost.seed)
         return exact
 
     assert isinstance(seed, IncompleteSeed)
     back = WayBack(groups, lambda each: costs(system, integrator, each, None), seed, take_exact)
-    return march, iteration, seed, criterion, why, a, back
+    return Prepared(march, iteration, seed, criterion, why, a, back)
 
 
 def difference_steps(system: System) -> Vector:
@@ -130,16 +162,16 @@ def difference_steps(system: System) -> Vector:
     return steps
 
 
-def costs(system: System, integrator: Implicit, seed: Seed | Fill, frame: Any) -> Costs:
+def costs(system: System, integrator: Implicit, seed: Seed | Fill, frame: Frame | None) -> Costs:
     """Weigh an iteration and a seed by the kernels that an integrator calls for them."""
-    residual, tangent = system.operations("residual"), system.operations("tangent")
-    if isinstance(integrator, EnergyMomentum):
-        residual += system.operations("discrete_gradient") - system.operations("force")
-        tangent += system.operations("tangent") + 3 * system.operations("material")
+    residual, tangent = (
+        sum(times * system.operations(kernel) for kernel, times in kernels.items())
+        for kernels in (integrator.residual_kernels, integrator.matrix_kernels)
+    )
     return Costs.of(residual, tangent, seed, frame)
 
 
-def count(stats: RunStats, iteration: Any, *seeds: Seed) -> None:
+def count(stats: RunStats, iteration: NonlinearLoop, *seeds: Seed) -> None:
     """Copy counts and times of the compiled loop and its seeds."""
     counts = iteration.counts
     stats.iterations = counts["iterations"]
@@ -162,18 +194,18 @@ def count(stats: RunStats, iteration: Any, *seeds: Seed) -> None:
         stats.seconds |= parts | {"rest": stats.march_seconds - sum(parts.values())}
 
 
-def events(found: Any, now: float, dt: float) -> list[Event]:
+def events(found: Iterable[tuple[int, int, int, float]], now: float, dt: float) -> list[Event]:
     """Return what was tried to save steps of a length, counted from those before the time `now`."""
     return [
-        Event(step, now + step * dt, Rung(rung).words, CAUSES[cause], rate)
+        Event(step, now + step * dt, Rung(rung).words, CAUSES[Outcome(cause)], rate)
         for step, rung, cause, rate in found
     ]
 
 
 def stopped(
     system: System,
-    march: Any,
-    iteration: Any,
+    march: ControlledLoop,
+    iteration: NonlinearLoop,
     outcome: Outcome,
     steps: int,
     now: float,

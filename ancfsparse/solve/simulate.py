@@ -1,52 +1,22 @@
-"""Motion in time: set up once, march compiled, hand back a trajectory."""
+"""Motion in time: check the arguments, build the run, march it, return its trajectory."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
-from ancfsparse.checks import check_count, check_finite, check_flag, check_positive
-from ancfsparse.errors import InputError
-from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
+from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method, Outcome
-from ancfsparse.results import Equilibrium, RunStats, Trajectory
-from ancfsparse.scene import Node, Scene, check_scene
-from ancfsparse.seeds import IncompleteSeed, Seed
-from ancfsparse.seeds.blocks import BlockInverse
-from ancfsparse.solve.advice import for_steps
-from ancfsparse.solve.continuation import check_start
+from ancfsparse.results import Equilibrium, Trajectory
+from ancfsparse.scene import Node, Scene
 from ancfsparse.solve.drives import start_drives
-from ancfsparse.solve.explicit import (
-    check_alone,
-    instability,
-    prepare_explicit,
-)
-from ancfsparse.solve.fixed import FixedSteps
-from ancfsparse.solve.halving import Halving
-from ancfsparse.solve.memory import check_fits, estimate, give_back
-from ancfsparse.solve.record import Record, check_nodes, check_output
-from ancfsparse.solve.seed import check_seed
-from ancfsparse.solve.settings import check_gain, check_solver, check_tolerance
-from ancfsparse.solve.setup import prepare, stopped
+from ancfsparse.solve.memory import check_fits
+from ancfsparse.solve.record import Record
+from ancfsparse.solve.request import Request, check_request
+from ancfsparse.solve.runs import build_run
 from ancfsparse.solve.start import check_constraints, check_energy
-from ancfsparse.solve.threads import check_threads, usable
-from ancfsparse.solve.times import Clock, as_double, count_steps_from
 from ancfsparse.system import System
 from ancfsparse.system.state import State
-from ancfsparse.words import shown
-
-# Second order, and what the step cannot follow is damped instead of growing (docs/accuracy.md,
-# docs/stability.md): as exact as the trapezoidal rule where that is, and stable where it is not.
-DEFAULT = GeneralizedAlpha(0.9)
-
-# States saved where an accuracy and nothing else is given.
-SAVED = 200
-
-# Coordinates from which memory that set-up has freed is worth giving back: vectors of a megabyte.
-LARGE = 125_000
 
 
 def simulate(
@@ -188,138 +158,47 @@ def simulate(
     least is taken, and the next regular look at the energy decides.  One whose energy only rises,
     in a motion that has lost some, is compared with Newton's.  No step is accepted unconverged.
     """
-    check_scene(scene)
-    state = check_start(start)
-    t_start = 0.0 if state is None else state.t
-    if accuracy is not None:
-        accuracy = check_positive("accuracy", accuracy, "m")
-        dt = (check_positive("t_end", t_end, "s") - t_start) / SAVED if dt is None else dt
-    if dt is None:
-        raise InputError(
-            "simulate needs a time step or an accuracy: say dt=1e-3 [s], or accuracy=1e-4 [m]"
-        )
-    n_steps = count_steps_from(t_start, t_end, dt)
-    t_end, clock = check_finite("t_end", t_end, "s"), Clock(t_start, as_double("dt", dt))
-    dt = clock.dt
-    save_every = min(check_count("save_every", save_every), n_steps)
-    named = integrator if isinstance(integrator, Implicit | Explicit) else None
-    if isinstance(integrator, str) and integrator == "auto":
-        integrator = DEFAULT
-    if not isinstance(integrator, Implicit | Explicit):
-        raise InputError(
-            "integrator must be Newmark(alpha), HHT(alpha), GeneralizedAlpha(rho_inf), "
-            "EnergyMomentum(), CentralDifference(), RungeKuttaNystrom(order) or DormandPrince(), "
-            f"got {shown(integrator)}"
-        )
-    check_solver(solver)
-    check_seed(seed, solver, accuracy)
-    tolerance, max_energy_gain = check_tolerance(tolerance), check_gain(max_energy_gain)
-    progress = check_flag("progress", progress)
-    max_halvings = check_count("max_halvings", max_halvings, 0)
-    threads = check_threads(threads)
-    check_nodes(save_nodes)
-    check_output(output)
-    begin = time.perf_counter()
-    rows = -(-n_steps // save_every) + 1
-    kept = None if save_nodes is None else len(save_nodes)
-    compared = 4 if accuracy is not None else 0
-    matrices = 2 if isinstance(integrator, EnergyMomentum) else 1
-    needed = estimate(
+    request = check_request(
         scene,
-        rows,
-        kept,
-        output is not None,
-        solver,
-        whole_runs=compared,
-        matrices=matrices,
-        incomplete=seed != "exact" and accuracy is None and isinstance(integrator, Implicit),
-    )
-    check_fits(needed)
-    system = System(scene, state)
-    start_drives(system, state, clock.dt, t_end)
-    check_energy(system)
-    check_constraints(system, state)
-    settings = {
-        "t_start": None if state is None else t_start,
-        "dt": dt,
-        "accuracy": accuracy,
-        "t_end": t_end,
-        "integrator": repr(integrator),
-        "solver": repr(solver),
-        "seed": seed,
-        "tolerance": tolerance,
-        "max_energy_gain": max_energy_gain,
-        "max_halvings": max_halvings,
-        "threads": threads,
-        "save_every": save_every,
-    }
-    record = Record(system, rows, save_nodes, output, settings)
-    threads = 1 if isinstance(integrator, Explicit) else usable(system, threads)
-    if accuracy is not None:
-        from ancfsparse.solve.accuracy import check_accuracy, solve_accurately
-        from ancfsparse.solve.attempts import Attempts
-
-        check_accuracy(system, accuracy, tolerance, named, solver, max_halvings)
-        times = clock.at(np.append(np.arange(0.0, n_steps, save_every), n_steps))
-        with record.open() as recorder:
-            attempts = Attempts(recorder, threads)
-            solve_accurately(
-                system, times, accuracy, named, solver, max_energy_gain, progress, attempts
-            )
-        return record.trajectory()
-    iteration, halving, back = None, None, None
-    inverse: Seed | BlockInverse
-    if isinstance(integrator, Explicit):
-        check_alone(integrator, solver, tolerance, max_halvings, seed)
-        march, inverse, why = prepare_explicit(
-            system, dt, n_steps, integrator, max_energy_gain, state
-        )
-        a = march.state[2]
-    else:
-        march, iteration, inverse, criterion, why, a, back = prepare(
-            system, dt, integrator, solver, tolerance, max_energy_gain, threads, needed, seed, state
-        )
-        halving = Halving(system, march, iteration, integrator, criterion, clock, max_halvings)
-    seconds = {"set-up": time.perf_counter() - begin}
-    stats = RunStats(solver=why, seconds=seconds, threads=threads)
-    with record.open() as recorder:
-        # Velocity and acceleration that the integrator goes on from are others, see solve.start.
-        first = march.state
-        when = np.array([system.t0])
-        recorder.append(when, first[0][None], system.v0[None], a[None], first[3][None])
-        del first, a
-        if system.n_all >= LARGE:
-            give_back()
-        steps = FixedSteps(
-            system,
-            integrator,
-            march,
-            iteration,
-            inverse,
-            back,
-            halving,
-            stats,
-            recorder,
-            save_every,
-            clock,
-        )
-        outcome = steps.run(n_steps, progress)
-    path = record.trajectory()
-    if outcome == Outcome.CONVERGED:
-        return path
-    now = clock.at(stats.steps)
-    if isinstance(integrator, Explicit):
-        assert not isinstance(inverse, IncompleteSeed)
-        raise instability(system, march, inverse, integrator, outcome, stats.steps, now, dt, path)
-    raise stopped(
-        system,
-        march,
-        iteration,
-        outcome,
-        stats.steps,
-        now,
+        t_end,
         dt,
-        max_energy_gain,
-        path,
-        for_steps(scene, integrator, max_halvings),
+        accuracy=accuracy,
+        integrator=integrator,
+        solver=solver,
+        seed=seed,
+        tolerance=tolerance,
+        max_energy_gain=max_energy_gain,
+        max_halvings=max_halvings,
+        threads=threads,
+        save_every=save_every,
+        save_nodes=save_nodes,
+        output=output,
+        progress=progress,
+        start=start,
     )
+    needed = request.memory()
+    check_fits(needed)
+    system = system_at_start(request)
+    record = Record(system, request.rows, save_nodes, output, request.settings)
+    run = build_run(request, system, needed)
+    with record.open() as recorder:
+        outcome = run.march(recorder)
+    path = record.trajectory()
+    if outcome != Outcome.CONVERGED:
+        raise run.failure(outcome, path)
+    return path
+
+
+def system_at_start(request: Request) -> System:
+    """Return what moves, at a start that is checked.
+
+    Raises
+    ------
+    InputError
+        If the start breaks a constraint or a drive, or leaves the range of numbers.
+    """
+    system = System(request.scene, request.state)
+    start_drives(system, request.state, request.clock.dt, request.t_end)
+    check_energy(system)
+    check_constraints(system, request.state)
+    return system

@@ -8,14 +8,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, Parameter
 from ancfsparse.integrators import Implicit
-from ancfsparse.nonlinear import Outcome
+from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Event, RunStats
 from ancfsparse.seeds import Seed
 from ancfsparse.solve.advice import for_accuracy
@@ -100,7 +99,7 @@ class Stepper:
         self,
         system: System,
         integrator: Implicit,
-        solver: Any,
+        solver: Method | str,
         local_error: float,
         dt: float,
         t: Vector,

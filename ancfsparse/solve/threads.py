@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Protocol
 
 from ancfsparse.checks import check_count
 from ancfsparse.errors import InputError
@@ -14,6 +14,13 @@ MOST = 256
 # Free coordinates from which a second thread gains: waking it takes some ten microseconds, several
 # times in each iteration.  Chains and nets of 20 000 gain 1.3 to 1.5, of 10 000 nothing.
 SMALLEST = 16_000
+
+
+class Threaded(Protocol):
+    """What takes passes over vectors."""
+
+    def set_threads(self, threads: int) -> None:
+        """Set the number of threads."""
 
 
 def check_threads(threads: object) -> int:
@@ -37,7 +44,7 @@ def usable(system: System, threads: int, smallest: int = SMALLEST) -> int:
     return threads if system.n_free >= smallest and not forked() else 1
 
 
-def divide(system: System, threads: int, *loops: Any) -> None:
+def divide(system: System, threads: int, *loops: Threaded) -> None:
     """Let the parts of a solver use threads.
 
     Parameters

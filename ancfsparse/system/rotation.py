@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,13 @@ from ancfsparse.dispatch import compiled
 from ancfsparse.scene.joints import LINEAR
 from ancfsparse.system.system import System
 
+if TYPE_CHECKING:
+    from ancfsparse.abi.frame import Frame
+
 Places = NDArray[np.int32]
 
 
-def frame_of(system: System) -> Any:
+def frame_of(system: System) -> Frame:
     """Return the compiled rotations of a system's nodes, see ``ancf_frame`` in solver_abi.h.
 
     Positions and slopes turn with their own row; a position that several rows share, as at the
@@ -52,7 +55,7 @@ def frame_of(system: System) -> Any:
     rotations += [single, n_rows + np.arange(len(shared), dtype=np.int32)]
     where, rotation_of = np.concatenate(vectors), np.concatenate(rotations)
     turning = turns[where].all(axis=1)
-    return compiled("rotation").Frame(
+    frame: Frame = compiled("rotation").Frame(
         n_free + system.n_multipliers,
         axes,
         start,
@@ -60,6 +63,7 @@ def frame_of(system: System) -> Any:
         np.ascontiguousarray(where[turning], dtype=np.int32),
         np.ascontiguousarray(rotation_of[turning], dtype=np.int32),
     )
+    return frame
 
 
 def _in_linear_constraints(system: System) -> Places:

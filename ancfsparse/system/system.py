@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from ancfsparse.system.numbering import Places, number
 from ancfsparse.system.pattern import build
 from ancfsparse.system.reactions import drive_power, reaction
 from ancfsparse.system.state import Layout, State, check_state, meanings
+
+if TYPE_CHECKING:
+    from ancfsparse.system.equations import Assembly
 
 Vector = NDArray[np.float64]
 
@@ -92,7 +95,7 @@ class System:
         cliques = [table for each in self.contributions for table in each.cliques()]
         self.pattern = build(self.n_free + self.n_multipliers, cliques)
         del cliques
-        self.assembly = compiled("assembly").Assembly(
+        self.assembly: Assembly = compiled("assembly").Assembly(
             self.n_free,
             self.n_all,
             self.loads.n_amplitudes,

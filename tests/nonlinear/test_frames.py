@@ -5,10 +5,9 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.dispatch import compiled
-from ancfsparse.nonlinear import seed_frame_of
 from ancfsparse.problems import chain, net, pendulum
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.simulate import prepare
+from ancfsparse.solve.setup import prepare
 from ancfsparse.system import System
 from ancfsparse.system.rotation import frame_of
 
@@ -188,12 +187,12 @@ def test_auto_costs_hardly_more_than_a_dense_inverse_in_rough_motion(n):
 
 
 def test_who_turns():
-    assert seed_frame_of(ancf.Newton()) == "fixed"
-    assert seed_frame_of(ancf.ModifiedNewton()) == "auto"
-    assert seed_frame_of(ancf.ModifiedNewton(seed_frame="fixed")) == "fixed"
-    assert seed_frame_of(ancf.QuasiNewton("bfgs")) == "fixed"
-    assert seed_frame_of(ancf.QuasiNewton("bfgs", seed_frame="rotating")) == "rotating"
-    assert seed_frame_of(ancf.QuasiNewton("bfgs", 10)) == "auto"
+    assert ancf.Newton().frame == "fixed"
+    assert ancf.ModifiedNewton().frame == "auto"
+    assert ancf.ModifiedNewton(seed_frame="fixed").frame == "fixed"
+    assert ancf.QuasiNewton("bfgs").frame == "fixed"
+    assert ancf.QuasiNewton("bfgs", seed_frame="rotating").frame == "rotating"
+    assert ancf.QuasiNewton("bfgs", 10).frame == "auto"
 
 
 @pytest.mark.parametrize("method", [ancf.ModifiedNewton, ancf.QuasiNewton])

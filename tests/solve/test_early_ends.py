@@ -136,13 +136,13 @@ def test_signals_are_answered_between_two_steps(
     scene, rod = pendulum(n=50)
     n = 1_000_000
 
-    advance = fixed.FixedSteps._advance
+    advance = fixed.FixedRun._advance
 
     def started(self):
         alarm(0.3, error)
         return advance(self)
 
-    monkeypatch.setattr(fixed.FixedSteps, "_advance", started)
+    monkeypatch.setattr(fixed.FixedRun, "_advance", started)
     with pytest.raises(error) as caught:
         ancf.simulate(
             scene, n * 1e-5, 1e-5, integrator=integrator, save_every=1000, save_nodes=[rod.end],
@@ -175,12 +175,12 @@ class Interrupter:
 
     def __call__(self, frame, event, _):
         name, me = frame.f_code.co_name, frame.f_locals.get("self")
-        steps = isinstance(me, fixed.FixedSteps) and name != "__init__"
+        steps = isinstance(me, fixed.FixedRun) and name != "__init__"
         kept = isinstance(me, (record.Kept, Writer)) and name in ("append", "finish", "_reserve")
         if not steps and not kept:
             return None
-        if steps:
-            self.march = me._march
+        if steps and getattr(me, "_recorder", None) is not None and me._recorder.rows:
+            self.march = me._march  # the start is recorded
         if self.march is not None and event == "line":
             self.left -= 1
             if self.left == 0:

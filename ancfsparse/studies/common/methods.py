@@ -8,6 +8,7 @@ from typing import TypeVar
 from ancfsparse.integrators import (
     HHT,
     CentralDifference,
+    DormandPrince,
     EnergyMomentum,
     Explicit,
     GeneralizedAlpha,
@@ -33,6 +34,7 @@ EXPLICIT: dict[str, Explicit] = {
     "CentralDifference": CentralDifference(),
     "RungeKuttaNystrom(4)": RungeKuttaNystrom(4),
     "RungeKuttaNystrom(8)": RungeKuttaNystrom(8),
+    "DormandPrince": DormandPrince(),
 }
 
 INTEGRATORS: dict[str, Implicit | Explicit] = {**IMPLICIT, **EXPLICIT}

@@ -11,11 +11,12 @@ from matplotlib.figure import Figure
 
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import EnergyGain, StepFailure
-from ancfsparse.integrators import GeneralizedAlpha, Newmark
 from ancfsparse.problems import lattice, octet
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
+from ancfsparse.studies.common import methods
 from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
+from ancfsparse.studies.common.methods import chosen
 from ancfsparse.studies.common.progress import bar
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.stability.run import STEPS, STIFFNESSES
@@ -24,7 +25,7 @@ from ancfsparse.studies.stability.scenes import SCENES
 DENSITY = 4000.0
 MOST_STEPS = 100
 SEEDS = ("exact", "incomplete", "auto")
-INTEGRATORS = {"Newmark(0)": Newmark(0.0), "GeneralizedAlpha(0.8)": GeneralizedAlpha(0.8)}
+INTEGRATORS = chosen(methods.IMPLICIT, "Newmark(0)", "GeneralizedAlpha(0.8)")
 # Product of step and highest axial frequency of an element up to which incomplete seeds must serve.
 CLAIM = 250.0
 # That frequency over the time of a wave through an element [-].

@@ -11,19 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ancfsparse.integrators import (
-    HHT,
-    EnergyMomentum,
-    Explicit,
-    GeneralizedAlpha,
-    Implicit,
-    Newmark,
-    RungeKuttaNystrom,
-)
-from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.nonlinear import Method, QuasiNewton
 from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.scene import Beam, Material, Rectangle, Scene
 from ancfsparse.solve import simulate
+from ancfsparse.studies.common import methods
+from ancfsparse.studies.common.methods import chosen
 from ancfsparse.studies.common.study import Study
 
 
@@ -49,19 +43,18 @@ GRAVITIES = (1e-6, 1e-4, 1e-2, 1.0, 9.81, 1e2, 1e3, 1e4)
 STANDARD = 9.81
 
 LENGTH, STEPS, SAVED = 2.0, 200, 20
+FEW_PAIRS = 5
 SOLVERS: tuple[Method | str, ...] = (
-    "auto",
-    ModifiedNewton(),
-    Newton(),
-    *(QuasiNewton(update) for update in UPDATES),
-    *(QuasiNewton(update, 5) for update in UPDATES),
+    *chosen(methods.SOLVERS, "auto", "modified Newton", "Newton").values(),
+    *chosen(methods.SOLVERS, *(f"{update}, full" for update in UPDATES)).values(),
+    *(QuasiNewton(update, FEW_PAIRS) for update in UPDATES),
 )
-INTEGRATORS: tuple[Implicit | Explicit, ...] = (
-    GeneralizedAlpha(0.9),
-    Newmark(0.0),
-    HHT(0.05),
-    EnergyMomentum(),
-    RungeKuttaNystrom(4),
+INTEGRATORS: tuple[Implicit | Explicit, ...] = tuple(
+    chosen(
+        methods.INTEGRATORS,
+        *("GeneralizedAlpha(0.9)", "Newmark(0)", "HHT(0.05)", "EnergyMomentum"),
+        "RungeKuttaNystrom(4)",
+    ).values()
 )
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.system.contributions.interface import Contribution, unknowns
+from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
 from ancfsparse.system.pattern import Pattern, Unknowns
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class Constraints(Contribution):
         coordinates = (unknowns(x, self._n_free) for x in (i, j))
         return [np.stack([self._n_free + row, *coordinates], axis=1)]
 
-    def compile(self, pattern: Pattern) -> Any:
+    def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled constraints."""
         c = self._constraints
         # Pairs by rows: (row, row), (i, row), (i, i), (j, row), (j, i), (j, j).
@@ -38,7 +38,8 @@ class Constraints(Contribution):
         }
         slots = {"slot_i": pairs[:, 1], "slot_j": pairs[:, 3], "slot_ij": pairs[:, 4]}
         copies = {name: column.copy() for name, column in slots.items()}
-        return compiled("constraints").Constraints(integers | reals | copies)
+        made: Compiled = compiled("constraints").Constraints(integers | reals | copies)
+        return made
 
 
 def of(system: System) -> list[Constraints]:

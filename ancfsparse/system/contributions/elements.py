@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -11,11 +11,28 @@ from ancfsparse.dispatch import compiled
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.layout import Layout, pack
 from ancfsparse.scene import Body
-from ancfsparse.system.contributions.interface import Contribution, Places, Vector, unknowns
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    Places,
+    Vector,
+    unknowns,
+)
 from ancfsparse.system.pattern import Pattern, Unknowns
 
 if TYPE_CHECKING:
     from ancfsparse.system.system import System
+
+
+class CompiledElements(Compiled, Protocol):
+    """The elements of all bodies (_elements.pyx)."""
+
+    @property
+    def groups(self) -> list[dict[str, Any]]:
+        """Arrays and kernels of each body."""
+
+    def divide(self, run_start: Any, runs: Any) -> None:
+        """Deal the elements out to threads."""
 
 
 class Elements(Contribution):
@@ -23,13 +40,13 @@ class Elements(Contribution):
 
     def __init__(self, system: System) -> None:
         self._system = system
-        self._compiled: Any = None
+        self._compiled: CompiledElements
 
     def cliques(self) -> list[Unknowns]:
         """Return the coordinates of every element, a table for each body."""
         return [self._unknowns(body) for body in self._system.scene.beams]
 
-    def compile(self, pattern: Pattern) -> Any:
+    def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled elements."""
         groups = []
         for body, kind in zip(self._system.scene.beams, self._system.kinds, strict=True):

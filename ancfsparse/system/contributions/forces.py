@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -13,11 +13,18 @@ from ancfsparse.scene.callbacks import capsule_of
 from ancfsparse.scene.forces import Force
 from ancfsparse.system.amplitudes import Clock
 from ancfsparse.system.contributions.attach import Points
-from ancfsparse.system.contributions.interface import Contribution, Vector
+from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
 from ancfsparse.system.pattern import Pattern, Unknowns
 
 if TYPE_CHECKING:
     from ancfsparse.system.system import System
+
+
+class CompiledForce(Compiled, Protocol):
+    """A function of the caller's as a contribution (_forces.pyx)."""
+
+    def power(self, q: Vector, v: Vector, amplitudes: Vector, /) -> float:
+        """Return the power of the force in a state [W]."""
 
 
 class UserForce(Contribution):
@@ -35,13 +42,13 @@ class UserForce(Contribution):
         self._speed = max(
             math.sqrt(each.material.youngs_modulus / each.material.density) for each in body
         )
-        self._compiled: Any = None
+        self._compiled: CompiledForce
 
     def cliques(self) -> list[Unknowns]:
         """Return the coordinates of each point, or of all of them."""
         return self._points.cliques(self._n_free, self._force.coupled)
 
-    def compile(self, pattern: Pattern) -> Any:
+    def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled force."""
         points = self._points
         self._compiled = compiled("forces").UserForce(

@@ -6,7 +6,7 @@ What the time loop asks of the compiled part is in abi/system_abi.h.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,14 @@ from ancfsparse.system.pattern import Pattern, Unknowns
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int32]
+
+
+class Compiled(Protocol):
+    """The compiled part of a contribution."""
+
+    @property
+    def capsule(self) -> object:
+        """What the assembly calls, "ancf_contribution"."""
 
 
 class Contribution(ABC):
@@ -36,7 +44,7 @@ class Contribution(ABC):
         return []
 
     @abstractmethod
-    def compile(self, pattern: Pattern) -> Any:
+    def compile(self, pattern: Pattern) -> Compiled:
         """Return an object with a ``capsule`` "ancf_contribution", once the pattern is known."""
 
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector | float:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.system.contributions.interface import Contribution, Vector
+from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
 from ancfsparse.system.pattern import Pattern
 
 if TYPE_CHECKING:
@@ -23,9 +23,10 @@ class Loads(Contribution):
         self._column = np.array(loads.column, dtype=np.int32)
         self._weight = np.array(loads.weight, dtype=float)
 
-    def compile(self, pattern: Pattern) -> Any:
+    def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled loads."""
-        return compiled("loads").Loads(self._place, self._column, self._weight)
+        made: Compiled = compiled("loads").Loads(self._place, self._column, self._weight)
+        return made
 
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:
         """Return the power of the loads, shape (k,) [W]."""

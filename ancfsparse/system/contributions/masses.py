@@ -8,7 +8,7 @@ import numpy as np
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.scene.masses import PointMass, second_moments
-from ancfsparse.system.contributions.interface import Contribution, unknowns
+from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
 from ancfsparse.system.pattern import Pattern, Unknowns
 
 if TYPE_CHECKING:
@@ -34,12 +34,15 @@ class Masses(Contribution):
         """Return the two coordinates of each entry."""
         return [unknowns(self._pairs.copy(), self._n_free)]
 
-    def compile(self, pattern: Pattern) -> Any:
+    def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled masses."""
         slots = pattern.slots(*self.cliques())  # (i, i), (j, i), (j, j)
         row, column = (np.ascontiguousarray(each) for each in self._pairs.T)
         slot = np.where(row == column, slots[:, 0], slots[:, 1])
-        return compiled("masses").Masses(row, column, np.ascontiguousarray(slot), self._value)
+        made: Compiled = compiled("masses").Masses(
+            row, column, np.ascontiguousarray(slot), self._value
+        )
+        return made
 
 
 def _add(entries: dict[tuple[int, int], float], places: Any, values: Any) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.system.contributions.interface import Contribution, Vector, unknowns
+from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector, unknowns
 from ancfsparse.system.pattern import Pattern, Unknowns
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class Moments(Contribution):
         """Return the coordinates that each moment acts on."""
         return [unknowns(self._places(), self._n_free)]
 
-    def compile(self, pattern: Pattern) -> Any:
+    def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled moments."""
         places = self._places()
         arrays = {
@@ -36,7 +36,8 @@ class Moments(Contribution):
             "slot": pattern.slots(*self.cliques()),
             "column": np.array(self._column, dtype=np.int32).ravel(),
         }
-        return compiled("moments").Moments(self._n_all, arrays)
+        made: Compiled = compiled("moments").Moments(self._n_all, arrays)
+        return made
 
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:
         """Return the power of the moments, shape (k,) [W]."""

@@ -12,7 +12,7 @@ from ancfsparse.scene import Node
 from ancfsparse.scene.callbacks import capsule_of
 from ancfsparse.scene.springs import LAWS, Spring
 from ancfsparse.system.contributions.attach import Points
-from ancfsparse.system.contributions.interface import Contribution, Vector
+from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
 from ancfsparse.system.pattern import Pattern, Unknowns
 
 if TYPE_CHECKING:
@@ -32,11 +32,11 @@ class Springs(Contribution):
         """Return the coordinates of each spring."""
         return self._points.cliques(self._n_free)
 
-    def compile(self, pattern: Pattern) -> Any:
+    def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled springs."""
         springs, points = self._springs, self._points
         linear = [0.0 if _is_law(each) else each.stiffness for each in springs]
-        return compiled("springs").Springs(
+        made: Compiled = compiled("springs").Springs(
             points.start,
             points.place,
             points.weight,
@@ -48,6 +48,7 @@ class Springs(Contribution):
             np.array([each.length or float(each.a.beam.lengths.min()) for each in springs]),
             [_law(each) if _is_law(each) else None for each in springs],
         )
+        return made
 
     def holds(self, q: Vector) -> Any:
         """Return the direction of each spring, or all where it is tight or has no length."""

@@ -1,0 +1,202 @@
+"""What a call of `simulate` asks for, checked: arguments in, valid values out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.checks import check_count, check_finite, check_flag, check_positive
+from ancfsparse.errors import InputError
+from ancfsparse.integrators import Explicit, GeneralizedAlpha, Implicit
+from ancfsparse.integrators.names import EXAMPLES
+from ancfsparse.nonlinear import Method
+from ancfsparse.results import Equilibrium
+from ancfsparse.scene import Node, Scene, check_scene
+from ancfsparse.solve.continuation import check_start
+from ancfsparse.solve.memory import Memory, estimate
+from ancfsparse.solve.record import check_nodes, check_output
+from ancfsparse.solve.seed import check_seed
+from ancfsparse.solve.settings import check_gain, check_solver, check_tolerance
+from ancfsparse.solve.threads import check_threads
+from ancfsparse.solve.times import Clock, as_double, count_steps_from
+from ancfsparse.system.state import State
+from ancfsparse.words import shown
+
+# Second order, and what the step cannot follow is damped instead of growing (docs/accuracy.md,
+# docs/stability.md): as exact as the trapezoidal rule where that is, and stable where it is not.
+DEFAULT = GeneralizedAlpha(0.9)
+
+# States saved where an accuracy and nothing else is given.
+SAVED = 200
+
+# Whole motions that a run to an accuracy keeps beside the states to be returned.
+COMPARED = 4
+
+
+@dataclass(frozen=True)
+class Request:
+    """Valid arguments of `simulate`, which describes them.
+
+    Attributes
+    ----------
+    state : State or None
+        Where the motion starts; None: at t = 0 from the stress-free shape.
+    clock : Clock
+        Times of the steps.
+    n_steps : int
+        Their number.
+    named : Implicit, Explicit or None
+        The integrator if the caller has named one.
+    begun : float
+        When the set-up began, by `time.perf_counter` [s].
+    """
+
+    scene: Scene
+    state: State | None
+    clock: Clock
+    t_end: float
+    n_steps: int
+    accuracy: float | None
+    integrator: Implicit | Explicit
+    named: Implicit | Explicit | None
+    solver: Method | str
+    seed: str
+    tolerance: str | float
+    max_energy_gain: float
+    max_halvings: int
+    threads: int
+    save_every: int
+    save_nodes: Sequence[Node] | None
+    output: str | Path | None
+    progress: bool
+    begun: float = field(default_factory=time.perf_counter)
+
+    @property
+    def rows(self) -> int:
+        """Number of states to be saved."""
+        return -(-self.n_steps // self.save_every) + 1
+
+    @property
+    def saved_times(self) -> NDArray[np.float64]:
+        """Times of these states [s]."""
+        steps = np.append(np.arange(0.0, self.n_steps, self.save_every), self.n_steps)
+        return np.asarray(self.clock.at(steps))
+
+    def memory(self) -> Memory:
+        """Estimate what the run needs."""
+        return estimate(
+            self.scene,
+            self.rows,
+            None if self.save_nodes is None else len(self.save_nodes),
+            self.output is not None,
+            self.solver,
+            whole_runs=0 if self.accuracy is None else COMPARED,
+            matrices=self.integrator.matrices,
+            incomplete=self.seed != "exact"
+            and self.accuracy is None
+            and isinstance(self.integrator, Implicit),
+        )
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What is written into files."""
+        return {
+            "t_start": None if self.state is None else self.state.t,
+            "dt": self.clock.dt,
+            "accuracy": self.accuracy,
+            "t_end": self.t_end,
+            "integrator": repr(self.integrator),
+            "solver": repr(self.solver),
+            "seed": self.seed,
+            "tolerance": self.tolerance,
+            "max_energy_gain": self.max_energy_gain,
+            "max_halvings": self.max_halvings,
+            "threads": self.threads,
+            "save_every": self.save_every,
+        }
+
+
+def check_request(
+    scene: Scene,
+    t_end: float,
+    dt: float | None,
+    *,
+    accuracy: float | None,
+    integrator: Implicit | Explicit | str,
+    solver: Method | str,
+    seed: str,
+    tolerance: str | float,
+    max_energy_gain: float,
+    max_halvings: int,
+    threads: int,
+    save_every: int,
+    save_nodes: Sequence[Node] | None,
+    output: str | Path | None,
+    progress: bool,
+    start: State | Equilibrium | None,
+) -> Request:
+    """Return the arguments of `simulate` as a request.
+
+    Raises
+    ------
+    InputError
+        If one of them is invalid.
+    """
+    check_scene(scene)
+    state = check_start(start)
+    t_start = 0.0 if state is None else state.t
+    if accuracy is not None:
+        accuracy = check_positive("accuracy", accuracy, "m")
+        dt = (check_positive("t_end", t_end, "s") - t_start) / SAVED if dt is None else dt
+    if dt is None:
+        raise InputError(
+            "simulate needs a time step or an accuracy: give dt=1e-3 [s], or accuracy=1e-4 [m]"
+        )
+    n_steps = count_steps_from(t_start, t_end, dt)
+    t_end, clock = check_finite("t_end", t_end, "s"), Clock(t_start, as_double("dt", dt))
+    save_every = min(check_count("save_every", save_every), n_steps)
+    named = check_integrator(integrator)
+    check_solver(solver)
+    check_seed(seed, solver, accuracy)
+    tolerance, max_energy_gain = check_tolerance(tolerance), check_gain(max_energy_gain)
+    progress = check_flag("progress", progress)
+    max_halvings = check_count("max_halvings", max_halvings, 0)
+    threads = check_threads(threads)
+    check_nodes(save_nodes)
+    check_output(output)
+    return Request(
+        scene,
+        state,
+        clock,
+        t_end,
+        n_steps,
+        accuracy,
+        DEFAULT if named is None else named,
+        named,
+        solver,
+        seed,
+        tolerance,
+        max_energy_gain,
+        max_halvings,
+        threads,
+        save_every,
+        save_nodes,
+        output,
+        progress,
+    )
+
+
+def check_integrator(integrator: object) -> Implicit | Explicit | None:
+    """Return an integrator, None for "auto"; refuse what is neither."""
+    if isinstance(integrator, Implicit | Explicit):
+        return integrator
+    if isinstance(integrator, str) and integrator == "auto":
+        return None
+    *others, last = EXAMPLES
+    raise InputError(f"integrator must be {', '.join(others)} or {last}, got {shown(integrator)}")

@@ -1,0 +1,248 @@
+"""The three kinds of runs behind `simulate`, with one interface."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from ancfsparse.errors import AncfError
+from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.nonlinear import Outcome
+from ancfsparse.results import Event, Trajectory
+from ancfsparse.seeds import Seed
+from ancfsparse.seeds.blocks import BlockInverse
+from ancfsparse.solve.advice import for_steps
+from ancfsparse.solve.explicit import check_alone, count_forces, instability, prepare_explicit
+from ancfsparse.solve.fixed import FixedRun
+from ancfsparse.solve.halving import CURABLE, Halving
+from ancfsparse.solve.memory import Memory
+from ancfsparse.solve.record import Recorder
+from ancfsparse.solve.request import Request
+from ancfsparse.solve.setup import CAUSES, count, events, prepare, stopped
+from ancfsparse.solve.threads import usable
+from ancfsparse.solve.way_back import FIRST_LOOK, WayBack
+from ancfsparse.system import System
+
+
+class Run(Protocol):
+    """A motion that is set up and waits to be marched."""
+
+    def march(self, recorder: Recorder) -> Outcome:
+        """March to the end and hand all states to a recorder; return how the run ended."""
+
+    def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
+        """Return the error for a run that ended with another outcome than convergence."""
+
+
+def build_run(request: Request, system: System, needed: Memory) -> Run:
+    """Set a run up.
+
+    Parameters
+    ----------
+    request : Request
+        What is asked for.
+    system : System
+        What moves, at its start.
+    needed : Memory
+        What the run needs beside factors.
+
+    Raises
+    ------
+    InputError
+        If the integrator does not take the scene, or a factor does not fit.
+    """
+    if request.accuracy is not None:
+        return AccurateRun(request, system, request.accuracy)
+    if isinstance(request.integrator, Explicit):
+        return ExplicitRun(request, system, request.integrator)
+    return ImplicitRun(request, system, request.integrator, needed)
+
+
+class ImplicitRun(FixedRun):
+    """Fixed steps, each with equations to solve; parameters as `build_run` takes them."""
+
+    def __init__(
+        self, request: Request, system: System, integrator: Implicit, needed: Memory
+    ) -> None:
+        threads = usable(system, request.threads)
+        ready = prepare(
+            system,
+            request.clock.dt,
+            integrator,
+            request.solver,
+            request.tolerance,
+            request.max_energy_gain,
+            threads,
+            needed,
+            request.seed,
+            request.state,
+        )
+        super().__init__(system, request, ready.march, ready.iteration, ready.a, ready.why, threads)
+        self._integrator, self._loop, self._iteration = integrator, ready.march, ready.iteration
+        self._solved_with: list[Seed] = [ready.seed]
+        self._back, self._exact = ready.back, list[Event]()
+        if self._back is not None:
+            self._most, self._chunk = self._chunk, min(self._chunk, FIRST_LOOK)
+        self._halving = Halving(
+            system,
+            ready.march,
+            ready.iteration,
+            integrator,
+            ready.criterion,
+            request.clock,
+            request.max_halvings,
+        )
+
+    @property
+    def _seeds(self) -> list[Seed]:
+        return self._solved_with
+
+    def _mend(self, outcome: Outcome) -> Outcome:
+        if self._back is not None:
+            outcome = self._consider(self._back, outcome)
+        return self._cross(outcome) if outcome in CURABLE else outcome
+
+    def _consider(self, back: WayBack, outcome: Outcome) -> Outcome:
+        """Go on with an exact seed where the incomplete one fails or costs more, and it fits."""
+        failed, steps = outcome in CURABLE, self._stats.steps
+        if not failed and not back.pays(self._iteration.counts, self._solved_with[0].inner):
+            self._chunk = min(2 * self._chunk, self._most)
+            return outcome
+        exact, self._back = back.take(), None
+        if exact is None:
+            return outcome
+        self._solved_with.append(exact)
+        why = "which cost less"
+        if failed:
+            why, time = CAUSES[outcome], self._clock.at(steps + 1)
+            rate = self._iteration.contraction
+            self._exact.append(Event(steps + 1, time, "exact seed", CAUSES[outcome], rate))
+        self._stats.solver += f"; from step {steps + 1} on an exact seed ({why})"
+        self._iteration.step = steps
+        return Outcome.CONVERGED
+
+    def _cross(self, outcome: Outcome) -> Outcome:
+        """Cross a step that failed in shorter ones."""
+        halving, stats = self._halving, self._stats
+        self._before, seconds = None, halving.seconds
+        outcome = halving.cross(stats.steps + 1, outcome)
+        stats.march_seconds += halving.seconds - seconds
+        if outcome == Outcome.CONVERGED:
+            stats.steps += 1
+            if stats.steps % self._save_every == 0:
+                self._append_state()
+        if not halving.stuck:
+            self._before = stats.steps, self._march.steps
+        return outcome
+
+    def _last_look(self) -> Outcome:
+        return Outcome.HAD_GAINED if self._loop.gained_energy() else Outcome.CONVERGED
+
+    def _count_costs(self) -> None:
+        stats, halving = self._stats, self._halving
+        count(stats, self._iteration, *self._solved_with)
+        recovered = events(self._iteration.events, self._clock.begin, self._dt)
+        stats.events = recovered + self._exact + halving.events
+        stats.short_steps = halving.short_steps
+
+    def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
+        """Return the error for a run that ended with an outcome."""
+        request, steps = self._request, self._stats.steps
+        return stopped(
+            self._system,
+            self._loop,
+            self._iteration,
+            outcome,
+            steps,
+            self._clock.at(steps),
+            self._dt,
+            request.max_energy_gain,
+            path,
+            for_steps(request.scene, self._integrator, request.max_halvings),
+        )
+
+
+class ExplicitRun(FixedRun):
+    """Fixed steps without equations; parameters as `build_run` takes them."""
+
+    def __init__(self, request: Request, system: System, integrator: Explicit) -> None:
+        check_alone(
+            integrator, request.solver, request.tolerance, request.max_halvings, request.seed
+        )
+        dt, n_steps, gain = request.clock.dt, request.n_steps, request.max_energy_gain
+        march, self._mass, why = prepare_explicit(
+            system, dt, n_steps, integrator, gain, request.state
+        )
+        super().__init__(system, request, march, None, march.state[2], why)
+        self._integrator = integrator
+
+    @property
+    def _seeds(self) -> list[Seed | BlockInverse]:
+        return [self._mass]
+
+    def _count_costs(self) -> None:
+        count_forces(self._stats, self._integrator)
+
+    def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
+        """Return the error for a run that ended with an outcome."""
+        steps = self._stats.steps
+        return instability(
+            self._system,
+            self._march,
+            self._mass,
+            self._integrator,
+            outcome,
+            steps,
+            self._clock.at(steps),
+            self._dt,
+            path,
+        )
+
+
+class AccurateRun:
+    """Whole motions, until the error of one is small enough; it ends so, or raises an error.
+
+    Parameters
+    ----------
+    request, system
+        As `build_run` takes them.
+    accuracy : float
+        Largest error of a position [m].
+    """
+
+    def __init__(self, request: Request, system: System, accuracy: float) -> None:
+        from ancfsparse.solve.accuracy import check_accuracy  # what few runs need
+
+        self._request, self._system, self._accuracy = request, system, accuracy
+        self._threads = 1
+        if not isinstance(request.integrator, Explicit):
+            self._threads = usable(system, request.threads)
+        check_accuracy(
+            system,
+            accuracy,
+            request.tolerance,
+            request.named,
+            request.solver,
+            request.max_halvings,
+        )
+
+    def march(self, recorder: Recorder) -> Outcome:
+        """March until the error is small enough."""
+        from ancfsparse.solve.accuracy import solve_accurately
+        from ancfsparse.solve.attempts import Attempts
+
+        request = self._request
+        solve_accurately(
+            self._system,
+            request.saved_times,
+            self._accuracy,
+            request.named,
+            request.solver,
+            request.max_energy_gain,
+            request.progress,
+            Attempts(recorder, self._threads),
+        )
+        return Outcome.CONVERGED
+
+    def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
+        """No run to an accuracy ends otherwise: errors are raised where they are found."""
+        raise AssertionError(outcome)

@@ -1,0 +1,118 @@
+"""What the compiled assembly gives to Python; types alone."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+
+class Assembly(Protocol):
+    """The equations of motion as a sum of contributions (_assembly.pyx).
+
+    Vectors have shape (n_all,), multipliers (m,), amplitudes (n_amplitudes,); units are those of
+    the coordinates they belong to.
+    """
+
+    memory: Vector
+
+    @property
+    def contributions(self) -> tuple[object, ...]:
+        """The compiled contributions."""
+
+    @property
+    def capsule(self) -> object:
+        """What time loops call, "ancf_system"."""
+
+    @property
+    def threads(self) -> int:
+        """How many threads share the work."""
+
+    @property
+    def damped(self) -> bool:
+        """Whether forces depend on velocities."""
+
+    @property
+    def mass(self) -> Vector:
+        """Values of the mass matrix on the pattern."""
+
+    def set_regularization(self, value: float) -> None:
+        """Set the negative diagonal of the constraint block."""
+
+    def set_threads(self, threads: int) -> None:
+        """Set how many threads share the work."""
+
+    def check(self) -> None:
+        """Raise what a function of the motion has done wrong."""
+
+    def residual(
+        self, q: Vector, v: Vector, a: Vector, lam: Vector, dead_load: Vector, amplitudes: Vector
+    ) -> tuple[Vector, Vector]:
+        """Return residual and constraints."""
+
+    def residual_between(
+        self,
+        q0: Vector,
+        q1: Vector,
+        v: Vector,
+        a: Vector,
+        lam: Vector,
+        dead_load: Vector,
+        amplitudes: Vector,
+    ) -> tuple[Vector, Vector]:
+        """Return the residual with discrete gradients, and constraints."""
+
+    def matrix(
+        self,
+        mass_factor: float,
+        stiffness_factor: float,
+        q: Vector,
+        lam: Vector,
+        amplitudes: Vector,
+        *,
+        damping_factor: float = 0.0,
+        v: Vector | None = None,
+        out: Vector | None = None,
+    ) -> Vector:
+        """Return values on the pattern of the matrix of a step."""
+
+    def material(
+        self,
+        mass_factor: float,
+        stiffness_factor: float,
+        q: Vector,
+        *,
+        damping_factor: float = 0.0,
+        out: Vector | None = None,
+    ) -> Vector:
+        """Return those of its definite part, without what stresses add."""
+
+    def load_work(
+        self,
+        q0: Vector,
+        amplitudes0: Vector,
+        q1: Vector,
+        amplitudes1: Vector,
+        *,
+        v0: Vector | None = None,
+        v1: Vector | None = None,
+    ) -> float:
+        """Return the work of changing loads between two states [J]."""
+
+    def load_reach(self, q0: Vector, q1: Vector, amplitudes: Vector) -> float:
+        """Return the most work that loads of any signs could do between two states [J]."""
+
+    def force(self, q: Vector) -> Vector:
+        """Return the elastic forces."""
+
+    def inertia(self, a: Vector) -> Vector:
+        """Return mass times acceleration."""
+
+    def damping(self, q: Vector, v: Vector) -> Vector:
+        """Return the forces of damping."""
+
+    def strain_energy(self, q: Vector) -> float:
+        """Return the strain energy [J]."""
