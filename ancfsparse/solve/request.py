@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_count, check_finite, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import Explicit, GeneralizedAlpha, Implicit
-from ancfsparse.integrators.names import EXAMPLES
 from ancfsparse.nonlinear import Method
 from ancfsparse.results import Equilibrium
 from ancfsparse.scene import Node, Scene, check_scene
@@ -198,5 +197,7 @@ def check_integrator(integrator: object) -> Implicit | Explicit | None:
         return integrator
     if isinstance(integrator, str) and integrator == "auto":
         return None
+    from ancfsparse.integrators.names import EXAMPLES  # for this message alone
+
     *others, last = EXAMPLES
     raise InputError(f"integrator must be {', '.join(others)} or {last}, got {shown(integrator)}")

@@ -10,7 +10,6 @@ from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, Trajectory
 from ancfsparse.seeds import Seed
 from ancfsparse.seeds.blocks import BlockInverse
-from ancfsparse.solve.advice import for_steps
 from ancfsparse.solve.explicit import check_alone, count_forces, instability, prepare_explicit
 from ancfsparse.solve.fixed import FixedRun
 from ancfsparse.solve.halving import CURABLE, Halving
@@ -146,6 +145,8 @@ class ImplicitRun(FixedRun):
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
         """Return the error for a run that ended with an outcome."""
+        from ancfsparse.solve.advice import for_steps
+
         request, steps = self._request, self._stats.steps
         return stopped(
             self._system,

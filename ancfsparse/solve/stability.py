@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, Parameter
 from ancfsparse.integrators.explicit import Explicit
-from ancfsparse.integrators.names import EXPLICIT_EXAMPLES
 from ancfsparse.nonlinear import Newton
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
@@ -71,6 +70,8 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
 def check_explicit(integrator: object) -> None:
     """Refuse what is not an explicit integrator."""
     if not isinstance(integrator, Explicit):
+        from ancfsparse.integrators.names import EXPLICIT_EXAMPLES  # for this message alone
+
         *others, last = EXPLICIT_EXAMPLES
         raise InputError(
             f"only {', '.join(others)} and {last} have a stable step, got {shown(integrator)}"

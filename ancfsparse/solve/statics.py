@@ -6,8 +6,7 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from ancfsparse.checks import check_choice, check_count, check_flag, check_positive
 from ancfsparse.errors import (
@@ -20,25 +19,17 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import DeflatedSeed, SparseSeed
-from ancfsparse.solve.balance import Balance, State
 from ancfsparse.solve.memory import DEFLATED_ENTRY, Memory, check_factor, estimate, memory_for
 from ancfsparse.solve.progress import progress_bar
-from ancfsparse.solve.relax import Found, NotFoundError, find, settle
 from ancfsparse.solve.seed import SEEDS
 from ancfsparse.system import System
 
-# Shares of the loads that may be asked for, and the one for load steps on the way.
-FINEST, COARSEST, ON_THE_WAY = 1e-14, 1e-3, 1e-3
+if TYPE_CHECKING:
+    from ancfsparse.solve.balance import Balance
+
+# Shares of the loads that may be asked for.
+FINEST, COARSEST = 1e-14, 1e-3
 MOST_STEPS = 100_000
-# Load steps where the whole load at once fails or ends in an unstable equilibrium, and how much
-# shorter they may get.
-CAREFUL, SHORTEST, SHORTEST_STABLE = 10, 1.0 / 4096.0, 1.0 / 640.0
-# Factors of an easy load step, after which a shortened one is doubled.
-EASY = 6
-FEWER = (
-    "Take fewer elements: their forces round by as much as the loads, because elements that are "
-    "short beside the scene are stiff."
-)
 # Arrays of values on the pattern: stiffness, its parts at three states, work and room to spare.
 MATRICES = 8
 
@@ -100,6 +91,9 @@ def solve_static(
     Mechanisms that only their load stiffens, such as a hanging chain of hinged cables, count as not
     held.  The theory is in docs/theory.md.
     """
+    from ancfsparse.solve.balance import Balance  # what motions do not need
+    from ancfsparse.solve.load_steps import find_equilibrium
+
     check_scene(scene)
     if check_count("load_steps", load_steps) > MOST_STEPS:
         raise InputError(f"load_steps must be at most {MOST_STEPS}, got {load_steps}")
@@ -132,13 +126,13 @@ def solve_static(
             stats.solver += ", on an incomplete seed with coarse modes"
         stats.seconds["set-up"] = time.perf_counter() - begin
         try:
-            found = _solve(balance, load_steps, tolerance)
+            found = find_equilibrium(balance, load_steps, tolerance)
         except EquilibriumFailure as failure:
             exact = _exact_instead(balance, needed, seed, bar.update)
             if exact is None:
                 raise
             try:
-                found = _solve(exact, load_steps, tolerance)
+                found = find_equilibrium(exact, load_steps, tolerance)
             except EquilibriumFailure:
                 raise failure from None
             stats.solver += ", then on an exact seed (which found an equilibrium)"
@@ -173,6 +167,8 @@ def _exact_instead(
     balance: Balance, needed: Memory, kind: str, on_factor: Callable[[], object]
 ) -> Balance | None:
     """Return the same equations on an exact seed, where one was not asked against and it fits."""
+    from ancfsparse.solve.balance import Balance
+
     if kind != "auto" or isinstance(balance.seed, SparseSeed):
         return None
     exact = Balance(balance.system, balance.stats, on_factor)
@@ -181,88 +177,3 @@ def _exact_instead(
     except InputError:
         return None
     return exact
-
-
-def _solve(balance: Balance, load_steps: int, tolerance: float) -> Found:
-    """Go by large load steps, then downhill, then by short load steps.
-
-    An unstable equilibrium that large steps have led to serves where no other is found.
-    """
-    start, stats = balance.start, balance.stats
-    kept: Found | None = None
-    try:
-        kept = _follow(balance, start, load_steps, tolerance)
-        if kept.negative == 0 or not balance.conservative:
-            return kept
-    except NotFoundError as lost:
-        if balance.lost_in_rounding():
-            raise _failure(balance, lost, lost.reason, FEWER) from None
-        if balance.conservative:
-            try:
-                return _settled(balance, balance.state(start.q, start.lam, 1.0), tolerance)
-            except NotFoundError:
-                pass
-    taken, stats.steps = stats.steps, 0
-    load_steps = max(CAREFUL, load_steps)
-    try:
-        return _follow(balance, start, load_steps, tolerance, patient=True)
-    except NotFoundError as lost:
-        try:
-            whole = balance.state(lost.state.q, lost.state.lam, 1.0)
-            return _settled(balance, whole, tolerance)
-        except NotFoundError as last:
-            if kept is None:
-                reason = f"{last.reason}; load steps reached {100 * lost.reached:.3g} %"
-                raise _failure(balance, last, reason) from None
-    stats.steps = taken
-    return kept
-
-
-def _settled(balance: Balance, state: State, tolerance: float) -> Found:
-    """Settle under the whole load, which counts as one more load step."""
-    found = settle(balance, state, 1.0, tolerance)
-    balance.stats.steps += 1
-    return found
-
-
-def _follow(
-    balance: Balance, state: State, load_steps: int, tolerance: float, *, patient: bool = False
-) -> Found:
-    """Apply the load in steps.
-
-    A patient one halves a step that fails, or that leaves stable equilibria, until it is very
-    short, and doubles it again where it is easy.
-    """
-    done, step, stable = 0.0, 1.0 / load_steps, patient and balance.conservative
-    found = Found(state, 0, 0.0)
-    while done < 1.0:
-        target = min(1.0, done + step)
-        if 1.0 - target < 1e-9:
-            target = 1.0
-        start = balance.state(found.state.q, found.state.lam, target)
-        factors = balance.stats.factorizations
-        definite = stable and step > SHORTEST_STABLE
-        share = tolerance if target == 1.0 else max(tolerance, ON_THE_WAY)
-        try:
-            new = find(balance, start, target, share, extrapolate=not patient, definite=definite)
-        except NotFoundError as lost:
-            if patient and step > SHORTEST:
-                step *= 0.5
-                continue
-            raise NotFoundError(lost.reason, found.state, target, done) from None
-        found, done, stable = new, target, stable and new.negative == 0
-        balance.stats.steps += 1
-        if balance.stats.factorizations - factors <= EASY:
-            step = min(2.0 * step, 1.0 / load_steps)
-    return found
-
-
-def _failure(
-    balance: Balance, last: NotFoundError, reason: str, *advice: str
-) -> EquilibriumFailure:
-    """Name the largest unbalanced force of the last state."""
-    system = balance.system
-    r = balance.state(last.state.q, last.state.lam, last.load).r
-    worst = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
-    where, unit = system.describe(worst), system.unit(worst)
-    return EquilibriumFailure(reason, last.load, abs(float(r[worst])), where, unit, *advice)

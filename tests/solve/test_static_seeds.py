@@ -140,7 +140,7 @@ def test_what_fails_and_does_not_fit_exactly_fails(monkeypatch):
         kinds.append(type(balance.seed).__name__)
         raise ancf.EquilibriumFailure("a reason", 1.0, 2.0, "somewhere", "N")
 
-    monkeypatch.setattr(statics, "_solve", failing)
+    monkeypatch.setattr("ancfsparse.solve.load_steps.find_equilibrium", failing)
     monkeypatch.setattr(seed, "MOST_STATIC_FILL", 1.0)
     with pytest.raises(ancf.EquilibriumFailure, match="a reason"):
         ancf.solve_static(hung(4))

@@ -1,0 +1,120 @@
+"""The way to an equilibrium: which share of the loads is applied next, and where to go downhill."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ancfsparse.errors import EquilibriumFailure
+from ancfsparse.solve.balance import Balance, State
+from ancfsparse.solve.relax import Found, NotFoundError, find, settle
+
+# Share of the loads that may stay unbalanced in load steps on the way.
+ON_THE_WAY = 1e-3
+# Load steps where the whole load at once fails or ends in an unstable equilibrium, and how much
+# shorter they may get.
+CAREFUL, SHORTEST, SHORTEST_STABLE = 10, 1.0 / 4096.0, 1.0 / 640.0
+# Factors of an easy load step, after which a shortened one is doubled.
+EASY = 6
+FEWER = (
+    "Take fewer elements: their forces round by as much as the loads, because elements that are "
+    "short beside the scene are stiff."
+)
+
+
+def find_equilibrium(balance: Balance, load_steps: int, tolerance: float) -> Found:
+    """Find an equilibrium by large load steps, then downhill, then by short load steps.
+
+    An unstable equilibrium that large steps have led to serves where no other is found.
+
+    Parameters
+    ----------
+    balance : Balance
+        The equations of the equilibrium, and their seed.
+    load_steps : int
+        Number of large steps.
+    tolerance : float
+        Share of the loads that may stay unbalanced [-].
+
+    Raises
+    ------
+    EquilibriumFailure
+        With the largest unbalanced force.
+    """
+    start, stats = balance.start, balance.stats
+    kept: Found | None = None
+    try:
+        kept = _follow(balance, start, load_steps, tolerance)
+        if kept.negative == 0 or not balance.conservative:
+            return kept
+    except NotFoundError as lost:
+        if balance.lost_in_rounding():
+            raise _failure(balance, lost, lost.reason, FEWER) from None
+        if balance.conservative:
+            try:
+                return _settled(balance, balance.state(start.q, start.lam, 1.0), tolerance)
+            except NotFoundError:
+                pass
+    taken, stats.steps = stats.steps, 0
+    load_steps = max(CAREFUL, load_steps)
+    try:
+        return _follow(balance, start, load_steps, tolerance, patient=True)
+    except NotFoundError as lost:
+        try:
+            whole = balance.state(lost.state.q, lost.state.lam, 1.0)
+            return _settled(balance, whole, tolerance)
+        except NotFoundError as last:
+            if kept is None:
+                reason = f"{last.reason}; load steps reached {100 * lost.reached:.3g} %"
+                raise _failure(balance, last, reason) from None
+    stats.steps = taken
+    return kept
+
+
+def _settled(balance: Balance, state: State, tolerance: float) -> Found:
+    """Settle under the whole load, which counts as one more load step."""
+    found = settle(balance, state, 1.0, tolerance)
+    balance.stats.steps += 1
+    return found
+
+
+def _follow(
+    balance: Balance, state: State, load_steps: int, tolerance: float, *, patient: bool = False
+) -> Found:
+    """Apply the load in steps.
+
+    A patient one halves a step that fails, or that leaves stable equilibria, until it is very
+    short, and doubles it again where it is easy.
+    """
+    done, step, stable = 0.0, 1.0 / load_steps, patient and balance.conservative
+    found = Found(state, 0, 0.0)
+    while done < 1.0:
+        target = min(1.0, done + step)
+        if 1.0 - target < 1e-9:
+            target = 1.0
+        start = balance.state(found.state.q, found.state.lam, target)
+        factors = balance.stats.factorizations
+        definite = stable and step > SHORTEST_STABLE
+        share = tolerance if target == 1.0 else max(tolerance, ON_THE_WAY)
+        try:
+            new = find(balance, start, target, share, extrapolate=not patient, definite=definite)
+        except NotFoundError as lost:
+            if patient and step > SHORTEST:
+                step *= 0.5
+                continue
+            raise NotFoundError(lost.reason, found.state, target, done) from None
+        found, done, stable = new, target, stable and new.negative == 0
+        balance.stats.steps += 1
+        if balance.stats.factorizations - factors <= EASY:
+            step = min(2.0 * step, 1.0 / load_steps)
+    return found
+
+
+def _failure(
+    balance: Balance, last: NotFoundError, reason: str, *advice: str
+) -> EquilibriumFailure:
+    """Name the largest unbalanced force of the last state."""
+    system = balance.system
+    r = balance.state(last.state.q, last.state.lam, last.load).r
+    worst = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
+    where, unit = system.describe(worst), system.unit(worst)
+    return EquilibriumFailure(reason, last.load, abs(float(r[worst])), where, unit, *advice)
