@@ -37,6 +37,7 @@ from ancfsparse.scene import (
     Sine,
     Table,
 )
+from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
 from ancfsparse.solve import simulate, solve_static, stable_step
 from ancfsparse.system import State
 
@@ -44,8 +45,10 @@ __all__ = [
     "HHT",
     "AccuracyFailure",
     "AncfError",
+    "Box",
     "CentralDifference",
     "Circle",
+    "Cylinder",
     "DormandPrince",
     "EnergyGain",
     "EnergyMomentum",
@@ -64,10 +67,12 @@ __all__ = [
     "QuasiNewton",
     "Ramp",
     "Rectangle",
+    "Rod",
     "RungeKuttaNystrom",
     "Scene",
     "Section",
     "Sine",
+    "Sphere",
     "State",
     "StepFailure",
     "Table",

@@ -17,7 +17,11 @@ enum ancf_part {
     ANCF_MATERIAL,  /* a positive semidefinite neighbour of it, which depends on q alone */
     ANCF_DAMPING,   /* derivative by v, symmetric likewise */
     ANCF_MASS,      /* constant */
-    ANCF_EQUATIONS  /* phi_q: rows below the coordinates */
+    ANCF_EQUATIONS, /* phi_q: rows below the coordinates */
+    /* phi_q^T W phi_q of some equations, added where masses are: with it the matrix is definite
+     * although a flat body's mass is not.  Where phi_q dx = -phi is solved beside it, dx does not
+     * depend on W, and multipliers do by W phi alone. */
+    ANCF_EQUATION_MASS
 };
 
 typedef struct {

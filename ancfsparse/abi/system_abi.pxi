@@ -8,6 +8,7 @@ cdef extern from "system_abi.h":
         DAMPING "ANCF_DAMPING"
         MASS "ANCF_MASS"
         EQUATIONS "ANCF_EQUATIONS"
+        EQUATION_MASS "ANCF_EQUATION_MASS"
 
     ctypedef struct ancf_contribution:
         void *context

@@ -1,5 +1,6 @@
 """The elements there are, in the user's words, and what their modules say about themselves."""
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import product
@@ -31,6 +32,9 @@ MODULES: dict[str, dict[int, str]] = {
 
 PLANAR = tuple(element for element, names in MODULES.items() if 3 not in names)
 """Elements that have no spatial form."""
+
+RIGID = "rigid"
+"""What rigid bodies, which have no elements, have in the place of an element's name."""
 
 REFERENCES = ("thick_axis_consistent_gauss",)
 """Modules that are there to be compared with, for tests and benchmarks only."""
@@ -100,6 +104,31 @@ class ElementKind:
         return sizes.get(kernel, n)
 
 
+def rigid_kind(dim: int, vectors: str) -> ElementKind:
+    """Return the coordinates of a rigid body, which has no kernels.
+
+    Parameters
+    ----------
+    dim : int
+        Dimension of the scene.
+    vectors : str
+        Number of its unit vectors.
+    """
+    names = ("r_x", "r_y", "r_z")[: int(vectors)]
+    return ElementKind(
+        name=RIGID,
+        dim=dim,
+        lanes=1,
+        node_coordinates=tuple(f"{each}{d + 1}" for each in ("r_", *names) for d in range(dim)),
+        section=names,
+        parameters=(),
+        n_derived=0,
+        operations=defaultdict(int),
+        prepare=lambda base: base,
+        kernels={},
+    )
+
+
 def from_module(module: ModuleType) -> ElementKind:
     """Read what a compiled kernel module exposes."""
     return ElementKind(
@@ -149,6 +178,8 @@ def element_kind(
     InputError
         If element, option or value does not exist, or the element has no form of that dimension.
     """
+    if element == RIGID:
+        return rigid_kind(dim, **options)
     name = _module_name(element, dim, options)
     return from_module(compiled(name, instruction_set))
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
-from ancfsparse.scene import Body, Node
+from ancfsparse.scene import ElasticBody, Node
 from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
@@ -138,19 +138,19 @@ class Equilibrium:
         force = self.system.reaction(node, state, rest, rest, self.lam[None, :], np.zeros(1))
         return np.asarray(force[0])
 
-    def strain(self, body: Body, s: Where = None) -> Array:
+    def strain(self, body: ElasticBody, s: Where = None) -> Array:
         """Give the strain of the axis, |r'| - 1, shape (p,) [-]; see `Trajectory.strain`."""
         from ancfsparse.results.sections import strain
 
         return np.asarray(strain(self.system, self.q[None, :], body, s)[0])
 
-    def curvature(self, body: Body, s: Where = None) -> Array:
+    def curvature(self, body: ElasticBody, s: Where = None) -> Array:
         """Give how sections turn along the axis, (p,) or (p, 3) [1/m]: `Trajectory.curvature`."""
         from ancfsparse.results.sections import curvature
 
         return np.asarray(curvature(self.system, self.q[None, :], body, s)[0])
 
-    def section_force(self, body: Body, s: Where = None) -> SectionForce:
+    def section_force(self, body: ElasticBody, s: Where = None) -> SectionForce:
         """Give forces and moments in sections as `Trajectory.section_force`, for one state.
 
         Parameters
@@ -171,7 +171,7 @@ class Equilibrium:
     def plot(
         self,
         what: str = "shape",
-        of: Body | None = None,
+        of: ElasticBody | None = None,
         *,
         ax: Axes | None = None,
         view: str | tuple[float, float] | None = None,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.results.hdf5 import DAMAGE, damaged
 from ancfsparse.results.source import Array, SolvedSystem
-from ancfsparse.scene import Body
+from ancfsparse.scene import ElasticBody
 
 if TYPE_CHECKING:
     import h5py
@@ -142,7 +142,7 @@ class Outline:
         return Outline(gravity, parts, supports)
 
 
-def part_of(system: SolvedSystem, body: Body) -> Part:
+def part_of(system: SolvedSystem, body: ElasticBody) -> Part:
     """Return the axis of one body of a system."""
     ends = system.elements(body).reshape(body.n_elements, 2, -1)
     # Position and slope come first among the coordinates of every node.
@@ -150,7 +150,7 @@ def part_of(system: SolvedSystem, body: Body) -> Part:
     return Part(body.name, body.lengths, places, float(np.sqrt(body.section.area / np.pi)))
 
 
-def outline_of(system: SolvedSystem, of: Body | None = None) -> Outline:
+def outline_of(system: SolvedSystem, of: ElasticBody | None = None) -> Outline:
     """Return the outline of a system, or of one of its bodies."""
     bodies = list(system.scene.beams) if of is None else [of]
     supports = []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, cast
 
 from numpy.typing import ArrayLike
 
-from ancfsparse.scene import Body, Node, check_point
+from ancfsparse.scene import ElasticBody, Node, check_point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +23,7 @@ class Outputs:
     def plot(
         self,
         what: str = "shape",
-        of: Body | Node | None = None,
+        of: ElasticBody | Node | None = None,
         *,
         times: ArrayLike | None = None,
         ax: Axes | None = None,
@@ -66,7 +66,7 @@ class Outputs:
         self,
         path: str | Path,
         *,
-        of: Body | None = None,
+        of: ElasticBody | None = None,
         seconds: float | None = None,
         fps: int = 25,
         dpi: int = 100,
@@ -122,7 +122,7 @@ class Outputs:
         path: str | Path,
         *,
         time: float | None = None,
-        of: Body | None = None,
+        of: ElasticBody | None = None,
         view: tuple[float, float] | None = None,
         size: tuple[int, int] = (1000, 750),
         strain: bool = False,

@@ -20,7 +20,7 @@ from ancfsparse.results.shapes import rows_of
 from ancfsparse.results.source import Array, SolvedSystem
 from ancfsparse.results.tables import Readable
 from ancfsparse.results.trajectory import Trajectory
-from ancfsparse.scene import Beam, Body, Node
+from ancfsparse.scene import Beam, Body, ElasticBody, Node
 from ancfsparse.words import shown
 
 SECTIONS = {
@@ -39,7 +39,7 @@ INSTANTS = 6
 def plot(
     run: Trajectory,
     what: str = "shape",
-    of: Body | Node | None = None,
+    of: ElasticBody | Node | None = None,
     *,
     times: ArrayLike | None = None,
     ax: Axes | None = None,
@@ -89,7 +89,7 @@ def plot_at_rest(
     system: SolvedSystem,
     q: Array,
     what: str = "shape",
-    of: Body | None = None,
+    of: ElasticBody | None = None,
     *,
     ax: Axes | None = None,
     view: str | tuple[float, float] | None = None,
@@ -128,6 +128,8 @@ def _over_time(run: Trajectory, what: str, point: Node, ax: Axes | None) -> Axes
     if what in UNITS:
         values, label = getattr(run, what)(point), f"{what} [{UNITS[what]}]"
     else:
+        if not isinstance(point.beam, ElasticBody):
+            raise InputError(f"{what} needs a point of a beam or a mesh, got {point!r}")
         values = _section(run.system, run.q, run.v, what, point.beam, [point])[:, 0]
         label = "{} [{}]".format(*SECTIONS[what])
     ax = _empty(ax)
@@ -174,7 +176,12 @@ def _along(
 
 
 def _section(
-    system: SolvedSystem, q: Readable, v: Readable, what: str, body: Body, s: list[Node] | None
+    system: SolvedSystem,
+    q: Readable,
+    v: Readable,
+    what: str,
+    body: ElasticBody,
+    s: list[Node] | None,
 ) -> Array:
     """Evaluate a quantity of sections, (k, p) or (k, p, components)."""
     if what == "strain":
@@ -218,7 +225,7 @@ def outline_for(system: SolvedSystem, of: object) -> Outline:
     """Return what is drawn of a system: one body, or all where none is given."""
     if isinstance(of, Node):
         raise InputError(f"a point has no shape: give {of.beam.name}, or nothing for all bodies")
-    if of is not None and not isinstance(of, Body):
+    if of is not None and not isinstance(of, ElasticBody):
         raise InputError(f"a beam or a mesh of the run is needed, got {shown(of)}")
     return outline_of(system, of)
 

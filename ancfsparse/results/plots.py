@@ -15,7 +15,7 @@ from ancfsparse.results.outline import part_of
 from ancfsparse.results.shapes import rows_of, shapes
 from ancfsparse.results.source import Array
 from ancfsparse.results.trajectory import Trajectory
-from ancfsparse.scene import Beam, Body, Mesh
+from ancfsparse.scene import Beam, ElasticBody, Mesh
 from ancfsparse.words import shown
 
 Rows = NDArray[np.intp]
@@ -56,7 +56,7 @@ def centre_line(
 
 
 def edge_lines(
-    trajectory: Trajectory, body: Body, states: ArrayLike, per_element: int = 12
+    trajectory: Trajectory, body: ElasticBody, states: ArrayLike, per_element: int = 12
 ) -> Array:
     """Trace the deformed shape of every edge of a mesh, or of every element of a beam.
 
@@ -83,7 +83,7 @@ def edge_lines(
         If an argument is invalid.
     """
     _check_run(trajectory)
-    if not isinstance(body, Body):
+    if not isinstance(body, ElasticBody):
         raise InputError(f"a beam or a mesh of the run is needed, got {shown(body)}")
     rows = _check_states(states, len(trajectory.t))
     pieces = check_count("per_element", per_element)
@@ -95,7 +95,7 @@ def edge_lines(
 
 def snapshots(
     trajectory: Trajectory,
-    body: Body,
+    body: ElasticBody,
     times: Sequence[float],
     ax: Axes | None = None,
     plane: tuple[int, int] = (0, 1),

@@ -16,7 +16,7 @@ from ancfsparse.machine import check_room
 from ancfsparse.results.energy import BLOCK
 from ancfsparse.results.source import Array, SolvedSystem
 from ancfsparse.results.tables import Readable
-from ancfsparse.scene import Body, Mesh, Node
+from ancfsparse.scene import ElasticBody, Mesh, Node
 from ancfsparse.scene.beams import NODE_SNAP
 from ancfsparse.system.end_forces import end_forces
 from ancfsparse.words import shown
@@ -78,7 +78,7 @@ class SectionForce:
 
 
 def section_force(
-    system: SolvedSystem, q: Readable, v: Readable, body: Body, s: Where = None
+    system: SolvedSystem, q: Readable, v: Readable, body: ElasticBody, s: Where = None
 ) -> SectionForce:
     """Evaluate forces and moments in sections.
 
@@ -134,7 +134,7 @@ def axial_forces(system: SolvedSystem, q: Array, v: Array) -> list[Array]:
     return [section_force(system, q, v, body).N for body in system.scene.beams]
 
 
-def strain(system: SolvedSystem, q: Readable, body: Body, s: Where = None) -> Array:
+def strain(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = None) -> Array:
     """Evaluate the stretch of the axis beyond 1; parameters as in `section_force`.
 
     Returns
@@ -149,7 +149,7 @@ def strain(system: SolvedSystem, q: Readable, body: Body, s: Where = None) -> Ar
     return _evaluated(system, body, _where(body, s), q, q, evaluate)[0]
 
 
-def curvature(system: SolvedSystem, q: Readable, body: Body, s: Where = None) -> Array:
+def curvature(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = None) -> Array:
     """Evaluate how sections turn along the axis; parameters as in `section_force`.
 
     Returns
@@ -172,8 +172,8 @@ class _Where:
     direction: Array
 
 
-def _where(body: Body, s: Where) -> _Where:
-    if not isinstance(body, Body):
+def _where(body: ElasticBody, s: Where) -> _Where:
+    if not isinstance(body, ElasticBody):
         raise InputError(f"a beam or a mesh of the run is needed, got {shown(body)}")
     forward = np.ones(body.n_elements)
     if isinstance(body, Mesh):
@@ -194,7 +194,7 @@ def _where(body: Body, s: Where) -> _Where:
     return _along(body, s, forward)
 
 
-def _of_point(body: Body, point: object) -> tuple[int, float]:
+def _of_point(body: ElasticBody, point: object) -> tuple[int, float]:
     """Return element and place of a point; at a node of a beam, those of the element beyond."""
     if not isinstance(point, Node) or point.beam is not body:
         raise InputError(f"s must be points of {body.name}, got {shown(point)}")
@@ -209,7 +209,7 @@ def _of_point(body: Body, point: object) -> tuple[int, float]:
     return point.index - last, float(last)
 
 
-def _along(beam: Body, s: object, forward: Array) -> _Where:
+def _along(beam: ElasticBody, s: object, forward: Array) -> _Where:
     """Find the elements at arc coordinates."""
     arcs = np.atleast_1d(check_reals(f"s on {beam.name}", s, "arc coordinates in m"))
     if arcs.ndim != 1:
@@ -229,7 +229,7 @@ def _along(beam: Body, s: object, forward: Array) -> _Where:
 
 def _evaluated(
     system: SolvedSystem,
-    body: Body,
+    body: ElasticBody,
     where: _Where,
     q: Readable,
     v: Readable,

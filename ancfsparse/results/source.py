@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene import Body, Node, Scene
+from ancfsparse.scene import Body, ElasticBody, Node, Scene
 from ancfsparse.system.state import State
 
 Array = NDArray[np.float64]
@@ -35,8 +35,12 @@ class SolvedSystem(Protocol):
         """Say which element a body is made of."""
         ...
 
-    def elements(self, beam: Body) -> NDArray[np.int32]:
+    def elements(self, beam: ElasticBody) -> NDArray[np.int32]:
         """Give the places of the coordinates of every element of a body, (n_e, 2 n_c)."""
+        ...
+
+    def rows(self, node: Node) -> NDArray[np.int32]:
+        """Give the places of the coordinates of all rows of a node, (k, n_c)."""
         ...
 
     def point(self, node: Node) -> Places:

@@ -15,10 +15,12 @@ from ancfsparse.results.outputs import Outputs
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
 from ancfsparse.results.tables import Chosen, StoredState
-from ancfsparse.scene import Body, Node
+from ancfsparse.scene import ElasticBody, Node
+from ancfsparse.scene.rigid import RigidBody
 from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
+    from ancfsparse.results.rigid import BodyMotion
     from ancfsparse.results.sections import SectionForce, Where
 
 
@@ -181,6 +183,24 @@ class Trajectory(Outputs):
         """
         return combine(self.system.slope(node), self.q)
 
+    def body(self, body: RigidBody) -> BodyMotion:
+        """Give the motion of a rigid body.
+
+        Parameters
+        ----------
+        body : RigidBody
+            One of the scene, as `add_body` returned it.
+
+        Returns
+        -------
+        BodyMotion
+            Over time: ``centre``, ``velocity``, ``rotation``, ``quaternion``, ``angles``,
+            ``angular_velocity``, ``momentum``, ``angular_momentum`` and ``kinetic_energy``.
+        """
+        from ancfsparse.results.rigid import motion_of
+
+        return motion_of(self.system, self.q, self.v, body)
+
     def reaction(self, node: Node) -> Array:
         """Give the force that the joints at a node put on the beam, over time.
 
@@ -196,7 +216,7 @@ class Trajectory(Outputs):
         """
         return self.system.reaction(node, self.q, self.v, self.a, self.lam, self.t)
 
-    def strain(self, body: Body, s: Where = None) -> Array:
+    def strain(self, body: ElasticBody, s: Where = None) -> Array:
         """Give the strain of the axis over time.
 
         Parameters
@@ -222,7 +242,7 @@ class Trajectory(Outputs):
 
         return strain(self.system, self.q, body, s)
 
-    def curvature(self, body: Body, s: Where = None) -> Array:
+    def curvature(self, body: ElasticBody, s: Where = None) -> Array:
         """Give how sections turn along the axis, over time.
 
         Parameters
@@ -241,7 +261,7 @@ class Trajectory(Outputs):
 
         return curvature(self.system, self.q, body, s)
 
-    def section_force(self, body: Body, s: Where = None) -> SectionForce:
+    def section_force(self, body: ElasticBody, s: Where = None) -> SectionForce:
         """Give axial force, shear, bending moment and torsion over time.
 
         Parameters

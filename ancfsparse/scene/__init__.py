@@ -5,7 +5,7 @@ Nothing here computes a motion, and nothing here is left to be found wrong later
 """
 
 from ancfsparse.scene.beams import Beam
-from ancfsparse.scene.bodies import Body, Node
+from ancfsparse.scene.bodies import Body, ElasticBody, Node
 from ancfsparse.scene.joints import Clamp, Connect, Joint, Pin, Rod, check_node, check_point
 from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
 from ancfsparse.scene.material import Material
@@ -23,6 +23,7 @@ __all__ = [
     "Clamp",
     "Connect",
     "DistributedForce",
+    "ElasticBody",
     "Joint",
     "Load",
     "Material",

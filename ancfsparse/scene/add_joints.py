@@ -11,7 +11,7 @@ from ancfsparse.checks import check_choice, check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import course_of
-from ancfsparse.scene.joints import SAME_PLACE, Clamp, Connect, Drive, Pin, Rod, check_node
+from ancfsparse.scene.joints import SAME_PLACE, Clamp, Connect, Drive, Pin, Rod, check_end
 from ancfsparse.scene.joints.clamp import ClampSpec
 from ancfsparse.scene.joints.connect import ConnectSpec
 from ancfsparse.scene.joints.drive import DriveSpec
@@ -41,7 +41,7 @@ class Joints(Records):
         Pin
             The joint.
         """
-        own = self._mine("a pin", check_node("a pin", node))
+        own = self._mine("a pin", check_end("a pin", node))
         check_flag("as_constraint of a pin", as_constraint)
         return self._add(Pin(own, as_constraint), PinSpec(own.reference, as_constraint))
 
@@ -65,7 +65,7 @@ class Joints(Records):
             The joint.
         """
         check_choice("stretch of a clamp", stretch, ("free", "fixed"))
-        own = self._mine("a clamp", check_node("a clamp", node))
+        own = self._mine("a clamp", check_end("a clamp", node))
         return self._add(Clamp(own, stretch), ClampSpec(own.reference, stretch))
 
     def drive(
@@ -103,7 +103,7 @@ class Joints(Records):
         Drive
             The joint.
         """
-        own = self._mine("a drive", check_node("a drive", node))
+        own = self._mine("a drive", check_end("a drive", node))
         check_flag("as_constraint of a drive", as_constraint)
         subject = f"the position of the drive at {own!r}"
         course = course_of(subject, self.dim, position, rate, second_rate)
@@ -139,7 +139,7 @@ class Joints(Records):
         Rod
             The joint.
         """
-        self._mine("a rod", check_node("a rod", node))
+        self._mine("a rod", check_end("a rod", node))
         point = check_position(f"anchor of the rod at {node!r}", anchor, self.dim)
         distance = float(np.linalg.norm(node.position - point))
         if distance <= SAME_PLACE * node.beam.size:
@@ -166,8 +166,8 @@ class Joints(Records):
         Connect
             The joint, spherical in a spatial scene, a revolute joint in a planar one.
         """
-        self._mine("a connection", check_node("a connection", a))
-        self._mine("a connection", check_node("a connection", b))
+        self._mine("a connection", check_end("a connection", a))
+        self._mine("a connection", check_end("a connection", b))
         if a == b:
             raise InputError(f"a connection needs two nodes, got {a!r} twice")
         gap = float(np.linalg.norm(a.position - b.position))

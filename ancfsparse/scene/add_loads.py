@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import element_kind
-from ancfsparse.scene.bodies import Body, Node
+from ancfsparse.scene.bodies import ElasticBody, Node
 from ancfsparse.scene.joints import check_node, check_point
 from ancfsparse.scene.loads import (
     DistributedForce,
@@ -83,7 +83,7 @@ class Loads(Records):
         return self._load(load, PointMomentSpec(own.reference, load.value))
 
     def distributed_force(
-        self, beam: Body, value: ArrayLike | Callable[[float], ArrayLike]
+        self, beam: ElasticBody, value: ArrayLike | Callable[[float], ArrayLike]
     ) -> DistributedForce:
         """Apply a force per reference length along a whole beam or mesh.
 
@@ -100,7 +100,7 @@ class Loads(Records):
         DistributedForce
             The load.
         """
-        if not isinstance(beam, Body):
+        if not isinstance(beam, ElasticBody):
             raise InputError(f"a distributed force needs a beam of the scene, got {shown(beam)}")
         load = DistributedForce(self._own("a distributed force", beam), value)
         return self._load(load, DistributedForceSpec(beam.reference, load.value))

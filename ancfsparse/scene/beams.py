@@ -10,7 +10,7 @@ import numpy as np
 
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
-from ancfsparse.scene.bodies import Body, Node, Numbers, Vector, VelocityField
+from ancfsparse.scene.bodies import ElasticBody, Node, Numbers, Vector, VelocityField
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection
 from ancfsparse.scene.spec import Point, Spec
@@ -69,13 +69,13 @@ def resettled(index: int, xi: float, n: int, to: int) -> tuple[int, float]:
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Beam(Body):
+class Beam(ElasticBody):
     """A straight beam in a scene, as `Scene.add_beam` returns it.
 
     Attributes
     ----------
     name, element, options, section, material, positions, lengths, velocity
-        As in `Body`; all elements are of one length.
+        As in `ElasticBody`; all elements are of one length.
     axes : ndarray, shape (dim, dim)
         Rows are the unit vectors e_x (along the beam), e_y and, in a spatial scene, e_z of the
         section in the reference shape, read-only.

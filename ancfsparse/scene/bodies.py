@@ -1,16 +1,19 @@
-"""What beams and meshes have in common, and the points on them.
+"""What everything with coordinates has in common, and the points on it.
 
 A body is a table of rows and a list of elements.  A row is a node together with one slope at it:
 the nodes of a beam have one row each, a node of a net one for each line that runs through it.
-Rows of one node share its position.  An element joins two rows.
+Rows of one node share its position.  An element joins two rows.  A rigid body is one row and no
+element.
 """
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +26,9 @@ from ancfsparse.scene.sections import AnySection
 from ancfsparse.scene.spec import Point, Whole
 from ancfsparse.words import shown
 
+if TYPE_CHECKING:
+    from ancfsparse.scene.joints import Builder
+
 Vector = NDArray[np.float64]
 Numbers = NDArray[np.int32]
 VelocityField = Callable[[Vector], Vector]
@@ -30,7 +36,7 @@ VelocityField = Callable[[Vector], Vector]
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Body(ABC):
-    """Nodes and elements of one kind, section and material.
+    """Coordinates with a reference shape: rows, and elements between them.
 
     Two bodies are equal only if they are the same one.
 
@@ -39,17 +45,13 @@ class Body(ABC):
     name : str
         Unique in its scene.
     element : str
-        ``"l2t2"``, ``"thin"`` or ``"thick"``.
+        ``"l2t2"``, ``"thin"`` or ``"thick"``; ``"rigid"`` of a rigid body, which has no elements.
     options : dict of str to str
         The options this element has, and no others.
-    section : Rectangle, Circle or Section
-        Its cross-section.
-    material : Material
-        What it is made of.
     positions : ndarray, shape (n_nodes, dim)
         Reference positions of the nodes [m], read-only.
     n_each : int
-        Number of elements that was given: of a beam, or of every edge of a mesh.
+        Number of elements that was given: of a beam, or of every edge of a mesh; 0 of a rigid body.
     lengths : ndarray, shape (n_elements,)
         Length of every element [m], read-only.
     row_nodes : ndarray, shape (n_rows,)
@@ -57,7 +59,8 @@ class Body(ABC):
     ends : ndarray, shape (n_elements, 2)
         The two rows of every element, read-only.
     vectors : ndarray, shape (n_rows or 1, k, dim)
-        Reference slope and, in a beam, section vectors of every row, or one for all, read-only.
+        Reference slope and, in a beam, section vectors of every row, or one for all, read-only;
+        of a rigid body its unit vectors.
     velocity : callable or None
         Initial velocities: maps reference places (k, dim) [m] to velocities (k, dim) [m/s].
         None means at rest.
@@ -66,8 +69,6 @@ class Body(ABC):
     name: str
     element: str
     options: Mapping[str, str]
-    section: AnySection
-    material: Material
     positions: Vector
     n_each: int
     lengths: Vector
@@ -106,6 +107,29 @@ class Body(ABC):
         """Extent in the reference shape [m], beside which rounding is judged."""
 
     @property
+    def shortest(self) -> float:
+        """Length of the shortest element, beside which motions are small or large [m]."""
+        return float(self.lengths.min())
+
+    @property
+    def corners(self) -> Vector:
+        """Points that span the room it takes in the reference shape, (k, dim) [m]."""
+        return self.positions
+
+    @property
+    @abstractmethod
+    def speed(self) -> float | None:
+        """Speed of waves along its elements, which velocities are compared with [m/s], or None."""
+
+    @property
+    def masses(self) -> Vector | None:
+        """Constant masses (k, k) of position and vectors of its row, beside those of elements.
+
+        The kinetic energy is ``1/2 sum A_ij v_i.v_j`` over them [kg, kg m, kg m2].
+        """
+        return None
+
+    @property
     @abstractmethod
     def parts(self) -> Numbers:
         """Number of the piece that every row belongs to, (n_rows,); what a piece is, it says."""
@@ -137,11 +161,19 @@ class Body(ABC):
 
     def refer(self, point: Node) -> Point:
         """Return a point as data."""
-        return Point(self.name, point.index, point.xi)
+        return Point(self.name, point.index, point.xi, point.offsets)
 
     def point(self, place: Point) -> Node:
         """Return the handle of a point that is data."""
-        return Node(self, place.index, place.xi)
+        return Node(self, place.index, place.xi, place.offsets)
+
+    @abstractmethod
+    def describe(self) -> dict[str, str]:
+        """Describe for the digest of a scene what decides how it moves, but for its shape."""
+
+    def constrain(self, builder: Builder) -> None:
+        """State the equations that its coordinates obey whatever joints do: none by default."""
+        del builder
 
     def rows_of(self, node: int) -> slice:
         """Return the rows of a node."""
@@ -168,6 +200,37 @@ class Body(ABC):
                 + ("; its last one is `.end`" if number < 0 and hasattr(self, "end") else "")
             )
         return Node(self, number)
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class ElasticBody(Body):
+    """Nodes and elements of one kind, section and material.
+
+    Attributes
+    ----------
+    section : Rectangle, Circle or Section
+        Its cross-section.
+    material : Material
+        What it is made of.
+    """
+
+    section: AnySection
+    material: Material
+
+    def describe(self) -> dict[str, str]:
+        """Describe element, section, material and mesh."""
+        links = np.concatenate([self.row_nodes, self.ends.ravel()]).astype("<i4")
+        return {
+            "element": " ".join([self.element, *self.options.values()]),
+            "section": repr(self.section),
+            "material": repr(self.material),
+            "mesh": f"{self.n_elements} elements, {sha256(links.tobytes()).hexdigest()[:16]}",
+        }
+
+    @property
+    def speed(self) -> float:
+        """Speed of sound in its material [m/s]."""
+        return math.sqrt(self.material.youngs_modulus / self.material.density)
 
     def stiffnesses(self) -> dict[str, float]:
         """Give the base parameters of the kernels that all elements have in common.
@@ -260,21 +323,25 @@ class Body(ABC):
 
 @dataclass(frozen=True, repr=False)
 class Node:
-    """A point on a beam or a mesh.
+    """A point on a beam, a mesh or a rigid body.
 
     Parameters
     ----------
-    beam : Beam or Mesh
+    beam : Beam, Mesh or RigidBody
         What it is on.
     index : int
         Number of the node if `xi` is 0, else of the element the point is inside of.
     xi : float, optional
         Share of the element's length, in (0, 1) inside an element, 0 at a node.
+    offsets : tuple of float, optional
+        Of a point of a rigid body its coordinates along the vectors of the body [m]; empty at its
+        origin.
     """
 
     beam: Body
     index: int
     xi: float = 0.0
+    offsets: tuple[float, ...] = ()
 
     def __repr__(self) -> str:
         """Say where the point is."""
@@ -282,8 +349,8 @@ class Node:
 
     @property
     def is_node(self) -> bool:
-        """Whether the point is a node of the mesh."""
-        return self.xi == 0.0
+        """Whether the point is a node of the mesh, or the origin of a rigid body."""
+        return self.xi == 0.0 and not self.offsets
 
     @property
     def reference(self) -> Point:
@@ -299,6 +366,9 @@ class Node:
     def position(self) -> Vector:
         """Position in the reference shape, shape (dim,) [m]."""
         nodes = self.beam.positions
+        if self.offsets:
+            vectors = self.beam.vectors[self.index, : len(self.offsets)]
+            return np.asarray(nodes[self.index] + np.array(self.offsets) @ vectors)
         if self.is_node:
             return np.array(nodes[self.index])
         tail, head = self.beam.row_nodes[self.beam.ends[self.index]]

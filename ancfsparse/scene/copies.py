@@ -73,15 +73,16 @@ def counterpart(scene: Records, handle: Body | Node) -> Any:
 
 def _with(scene: Records, others: Mapping[int, Spec]) -> list[Spec]:
     """Return the records of a scene with some in place of others, to which points are moved."""
-    bodies = {body.name: others.get(id(scene.record_of(body))) for body in scene.beams}
+    bodies = {body.name: others.get(id(scene.record_of(body))) for body in scene.bodies}
 
     def move(reference: Whole) -> Whole:
         new = bodies.get(reference.body)
         if new is None:
             return reference
         if isinstance(reference, Point):
-            count = check_count(f"n_elements of {reference.body}", new.given["n_elements"])
-            node = reference.of(scene)
+            node, count = reference.of(scene), 0
+            if node.beam.n_elements:
+                count = check_count(f"n_elements of {reference.body}", new.given["n_elements"])
             reference = node.beam.among(count, node)
         return replace(reference, body=new.given["name"])
 

@@ -6,9 +6,6 @@ import re
 from collections.abc import Mapping
 from hashlib import sha256
 
-import numpy as np
-
-from ancfsparse.scene.bodies import Body
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.spec import Point, Whole
 from ancfsparse.words import numbers
@@ -37,18 +34,20 @@ def digest(scene: Records) -> dict[str, str]:
     dict of str to str
         A description of every part, by the name of the part.
     """
-    number = {body.name: f"body {k}" for k, body in enumerate(scene.beams)}
+    number = {body.name: f"body {k}" for k, body in enumerate(scene.bodies)}
 
     def at(reference: Whole) -> str:
         here = number[reference.body]
         if not isinstance(reference, Point):
             return here
         node = reference.of(scene)
-        return f"{here}, {node.index}" + f" + {node.xi:.9g}" * bool(node.xi)
+        inside = f" + {node.xi:.9g}" * bool(node.xi)
+        inside += f" + {numbers(node.offsets)}" * bool(node.offsets)
+        return f"{here}, {node.index}{inside}"
 
     parts = {"gravity": numbers(scene.gravity)}
-    for body in scene.beams:
-        for name, value in _of(body).items():
+    for body in scene.bodies:
+        for name, value in body.describe().items():
             parts[f"{name} of {number[body.name]}"] = value
     for part, handles in (
         ("joints", scene.joints),
@@ -69,16 +68,6 @@ def difference(there: Mapping[str, str], here: Mapping[str, str]) -> str | None:
         if then != now and _by_value(then) != _by_value(now):
             return f"{name} there: {then}; here: {now}"
     return None
-
-
-def _of(body: Body) -> dict[str, str]:
-    links = np.concatenate([body.row_nodes, body.ends.ravel()]).astype("<i4")
-    return {
-        "element": " ".join([body.element, *body.options.values()]),
-        "section": repr(body.section),
-        "material": repr(body.material),
-        "mesh": f"{body.n_elements} elements, {sha256(links.tobytes()).hexdigest()[:16]}",
-    }
 
 
 def _by_value(text: str) -> str:

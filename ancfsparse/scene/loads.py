@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_finite, check_reals, check_vector, keep
 from ancfsparse.errors import InputError, LoadFailure
-from ancfsparse.scene.bodies import Body, Node
+from ancfsparse.scene.bodies import ElasticBody, Node
 from ancfsparse.scene.functions import sendable
 from ancfsparse.scene.spec import At, Point, Spec, Whole, text
 from ancfsparse.words import shown
@@ -208,7 +208,7 @@ class DistributedForce(Applied):
         The force per length [N/m], or a function of t [s] that returns it.
     """
 
-    beam: Body
+    beam: ElasticBody
     value: Value
     unit = "N/m"
 

@@ -11,7 +11,7 @@ import numpy as np
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.scene.beams import NODE_SNAP, resettled
-from ancfsparse.scene.bodies import Body, Node, Numbers, Vector, VelocityField
+from ancfsparse.scene.bodies import ElasticBody, Node, Numbers, Vector, VelocityField
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection
 from ancfsparse.scene.spec import Point, Spec
@@ -40,7 +40,7 @@ class MeshSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Mesh(Body):
+class Mesh(ElasticBody):
     """Cables between nodes, as `Scene.add_mesh` returns them.
 
     All edges at a node share its position.  Edges that run on through it in one line share their
@@ -49,7 +49,7 @@ class Mesh(Body):
     Attributes
     ----------
     name, element, options, section, material, positions, n_each, lengths, velocity
-        As in `Body`.  Nodes inside edges come after those that were given.
+        As in `ElasticBody`.  Nodes inside edges come after those that were given.
     edges : ndarray, shape (n_elements, 2)
         Nodes at the two ends of every element, edge after edge in the order given, turned round
         where that lets all elements of a line point the same way, read-only.

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.attached import Attached
-from ancfsparse.scene.bodies import Body, Node
+from ancfsparse.scene.bodies import Body, ElasticBody, Node
 from ancfsparse.scene.joints import Holds, Joint
 from ancfsparse.scene.loads import Load
 from ancfsparse.scene.spec import Spec
@@ -46,7 +46,7 @@ class Records:
         self.dim: int = size[0]
         self.gravity: NDArray[np.float64] = check_vector("gravity", gravity, self.dim, "m/s2")
         self.records: list[Spec] = []
-        self.beams: list[Body] = []
+        self.bodies: list[Body] = []
         self.joints: list[Joint] = []
         self.loads: list[Load] = []
         self.attached: list[Attached] = []
@@ -54,8 +54,13 @@ class Records:
         self._built: dict[object, Spec] = {}
         self._holds = Holds()
 
+    @property
+    def beams(self) -> list[ElasticBody]:
+        """Beams and meshes, in the order they were added."""
+        return [body for body in self.bodies if isinstance(body, ElasticBody)]
+
     def body(self, name: str) -> Body:
-        """Return the handle of a beam or mesh.
+        """Return the handle of a beam, a mesh or a rigid body.
 
         Parameters
         ----------
@@ -76,13 +81,9 @@ class Records:
         return self._built[handle]
 
     def _take(self, body: AnyBody, record: Spec) -> AnyBody:
-        for name, value in (*body.stiffnesses().items(), *body.viscosities().items()):
-            if not math.isfinite(value):
-                raise InputError(
-                    f"{name} of {body.name} is {value:g}, beyond the range of floating-point "
-                    "numbers: check the units of its section and its material"
-                )
-        self.beams.append(body)
+        if isinstance(body, ElasticBody):
+            _check_range(body)
+        self.bodies.append(body)
         self._bodies[body.name] = body
         self._record(record, body)
         return body
@@ -108,24 +109,34 @@ class Records:
         self._built[handle] = record
 
     def _label(self, name: str | None, kind: str) -> str:
-        free = (f"{kind} {i}" for i in itertools.count(len(self.beams)))
+        free = (f"{kind} {i}" for i in itertools.count(len(self.bodies)))
         label = next(each for each in free if each not in self._bodies) if name is None else name
         if not isinstance(label, str) or not label.strip():
             raise InputError(
                 f"the name of a {kind} must be a text that is not empty, got {shown(name)}"
             )
         if label in self._bodies:
-            raise InputError(f"the scene already has a beam named {label!r}: give another name")
+            raise InputError(f"the scene already has a body named {label!r}: give another name")
         return label
 
-    def _own(self, what: str, body: Body) -> Body:
+    def _own(self, what: str, body: AnyBody) -> AnyBody:
         if body not in self._built:
             raise InputError(
-                f"{what} was given {body.name} of another scene: use a handle that add_beam or "
-                "add_mesh of this scene returned"
+                f"{what} was given {body.name} of another scene: use a handle that a method of "
+                "this scene returned"
             )
         return body
 
     def _mine(self, what: str, node: Node) -> Node:
         self._own(what, node.beam)
         return node
+
+
+def _check_range(body: ElasticBody) -> None:
+    """Refuse stiffnesses and masses that leave the range of floating-point numbers."""
+    for name, value in (*body.stiffnesses().items(), *body.viscosities().items()):
+        if not math.isfinite(value):
+            raise InputError(
+                f"{name} of {body.name} is {value:g}, beyond the range of floating-point "
+                "numbers: check the units of its section and its material"
+            )

@@ -15,6 +15,7 @@ from ancfsparse.scene.digest import digest
 from ancfsparse.scene.forces import Forces
 from ancfsparse.scene.masses import Masses
 from ancfsparse.scene.printing import line
+from ancfsparse.scene.rigid_bodies import RigidBodies
 from ancfsparse.scene.spec import equal
 from ancfsparse.scene.springs import Springs
 from ancfsparse.words import numbers, shown
@@ -22,13 +23,14 @@ from ancfsparse.words import numbers, shown
 
 class Scene(
     Bodies,
+    RigidBodies,
     Joints,
     Loads,
     Masses,
     Springs,
     Forces,
 ):
-    """Beams, joints, loads and what is attached, in one gravity field.
+    """Beams, rigid bodies, joints, loads and what is attached, in one gravity field.
 
     Parameters
     ----------
@@ -43,8 +45,10 @@ class Scene(
         Acceleration of gravity [m/s2], read-only.
     records : list of Spec
         What was specified, in the order of the calls.
-    beams : list of Beam and Mesh
+    bodies : list of Beam, Mesh and RigidBody
         In the order they were added.
+    beams : list of Beam and Mesh
+        Those of them that are made of elements.
     joints : list of Joint
         Likewise.
     loads : list of Load
@@ -60,7 +64,9 @@ class Scene(
         """Count what the scene holds."""
         kind = "planar" if self.dim == 2 else "spatial"
         return (
-            f"{kind} scene: beams {len(self.beams)}, joints {len(self.joints)}, "
+            f"{kind} scene: beams {len(self.beams)}, "
+            + f"rigid bodies {len(self.bodies) - len(self.beams)}, " * (self.bodies != self.beams)
+            + f"joints {len(self.joints)}, "
             f"loads {len(self.loads)}" + f", attached {len(self.attached)}" * bool(self.attached)
         )
 

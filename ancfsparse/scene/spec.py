@@ -43,21 +43,24 @@ class Whole:
 
 @dataclass(frozen=True)
 class Point(Whole):
-    """A point of a beam or a mesh.
+    """A point of a beam, a mesh or a rigid body.
 
     Parameters
     ----------
     body : str
-        Name of the beam or mesh.
+        Name of the beam, mesh or rigid body.
     index : int
         Number of the node if `xi` is 0, else of the element the point is inside of.
     xi : float, optional
         Share of the element's length, in (0, 1) inside an element, 0 at a node.  Along an edge of a
         mesh it counts from the first node of the edge, as given.
+    offsets : tuple of float, optional
+        Of a point of a rigid body that is not its origin, its coordinates in the body [m].
     """
 
     index: int
     xi: float = 0.0
+    offsets: tuple[float, ...] = ()
 
     def of(self, scene: Records) -> Any:
         """Return its handle in a scene."""

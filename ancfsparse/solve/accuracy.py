@@ -289,7 +289,7 @@ def _failure(
 
 def _extent(system: System) -> float:
     """Return the largest side of the box around all nodes in the reference shape [m]."""
-    places = [body.positions for body in system.scene.beams]
+    places = [body.corners for body in system.scene.bodies]
     low = np.min([each.min(axis=0) for each in places], axis=0)
     high = np.max([each.max(axis=0) for each in places], axis=0)
     return float(np.max(high - low))

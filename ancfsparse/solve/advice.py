@@ -34,8 +34,8 @@ def for_steps(scene: Scene, integrator: Implicit, max_halvings: int) -> str:
     tries.append("a smaller dt")
     if not max_halvings:
         tries.append("max_halvings=5 to cross such steps in shorter ones")
-    low = np.min([body.positions.min(axis=0) for body in scene.beams], axis=0)
-    high = np.max([body.positions.max(axis=0) for body in scene.beams], axis=0)
+    low = np.min([body.corners.min(axis=0) for body in scene.bodies], axis=0)
+    high = np.max([body.corners.max(axis=0) for body in scene.bodies], axis=0)
     tries.append(f"accuracy={MODEST * float(np.max(high - low)):.0e} [m] instead of dt")
     return _listed(tries)
 

@@ -103,7 +103,7 @@ class Balance:
         self.mass = system.mass_diagonal
         self._whole_mass = float(self.mass.sum())
         self._body, self.slopes = self._bodies()
-        body_mass = np.bincount(self._body, self.mass, minlength=len(system.scene.beams))
+        body_mass = np.bincount(self._body, self.mass, minlength=len(system.scene.bodies))
         self._body_mass = np.where(body_mass > 0.0, body_mass, 1.0)
         self._phi_q: Any = None
         self._springs = np.zeros(system.n_multipliers)

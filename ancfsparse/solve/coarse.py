@@ -125,7 +125,7 @@ def slides_of(system: System, dt: float = np.inf) -> Slides | None:
 def _lines(system: System) -> Numbers:
     """Return the line of every row of all bodies: a beam is one, a mesh has its own."""
     lines, total = [], 0
-    for body, table in zip(system.scene.beams, system.places, strict=True):
+    for body, table in zip(system.scene.bodies, system.places, strict=True):
         own = body.lines if isinstance(body, Mesh) else np.zeros(len(table), dtype=np.int64)
         lines.append(total + own)
         total += int(own.max()) + 1

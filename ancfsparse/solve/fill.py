@@ -21,11 +21,11 @@ def counted_fill(scene: Scene) -> float:
     from scipy.sparse.csgraph import connected_components
 
     first_node, first_row, size = [], [], 0
-    for body in scene.beams:
+    for body in scene.bodies:
         first_node.append(size)
         first_row.append(size + body.n_nodes)
         size += body.n_nodes + len(body.row_nodes)
-    index = {id(body): k for k, body in enumerate(scene.beams)}
+    index = {id(body): k for k, body in enumerate(scene.bodies)}
     pairs = np.array(
         [
             [first_node[index[id(node.beam)]] + node.index for node in joint.nodes]
@@ -38,7 +38,7 @@ def counted_fill(scene: Scene) -> float:
     n_unknowns, unknown = connected_components(same, directed=False)
     cliques = []
     coordinates = -scene.dim * float(size - n_unknowns)
-    for body, node, row in zip(scene.beams, first_node, first_row, strict=True):
+    for body, node, row in zip(scene.bodies, first_node, first_row, strict=True):
         kind = element_kind(body.element, scene.dim, **body.options)
         width = len(kind.node_coordinates)
         coordinates += scene.dim * body.n_nodes + (width - scene.dim) * len(body.row_nodes)

@@ -113,7 +113,7 @@ def estimate(
     kernels = entries = coordinates = 0.0
     n_rows = n_elements = n_nodes = 0
     width = 1
-    for body in scene.beams:
+    for body in scene.bodies:
         kind = element_kind(body.element, scene.dim, **body.options)
         n, n_out, n_c = kind.n_coordinates, kind.n_out("tangent"), len(kind.node_coordinates)
         # The blocks of a long beam share their tables, see `Layout.compressed`.

@@ -117,6 +117,7 @@ def _rate(system: System, v: Vector) -> float:
     slopes = np.ones(system.n_all, dtype=bool)
     slopes[places] = False
     speed, size = (np.max(np.abs(x[places])) for x in (v, system.q0))
+    size = max(size, *(body.shortest for body in system.scene.bodies))
     return float(max(speed / size, np.max(np.abs(v[slopes]), initial=0.0)))
 
 
@@ -172,7 +173,7 @@ def pulled_along(system: System, driven: Vector, stiffness: float, damping: floa
     if damping and system.damped:
         out += damping * system.assembly.damping(system.q0, driven)
     if stiffness:
-        shortest = min(float(body.lengths.min()) for body in system.scene.beams)
+        shortest = min(body.shortest for body in system.scene.bodies)
         small = SMALL_MOTION * shortest / float(np.max(np.abs(driven)))
         force = system.assembly.force
         ahead, behind = (force(system.q0 + sign * small * driven) for sign in (1.0, -1.0))

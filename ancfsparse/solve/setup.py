@@ -156,9 +156,9 @@ def difference_steps(system: System) -> Vector:
     own, see `finite_difference`.
     """
     steps = np.full(system.n_free + system.n_multipliers, SMALL)
-    for body, table in zip(system.scene.beams, system.places, strict=True):
+    for body, table in zip(system.scene.bodies, system.places, strict=True):
         places = table[:, : system.dim]
-        steps[places[places < system.n_free]] = SMALL * body.lengths.min()
+        steps[places[places < system.n_free]] = SMALL * body.shortest
     return steps
 
 

@@ -88,6 +88,15 @@ def check_free(system: System, integrator: Explicit) -> None:
             f"{integrator!r} cannot follow drives and lengths that change with time: take an "
             "implicit integrator such as GeneralizedAlpha(0.9)"
         )
+    rigid = [body.name for body in system.scene.bodies if not body.n_elements]
+    if rigid:
+        raise InputError(
+            "{integrator!r} cannot hold {name} rigid, which takes multipliers: take an implicit "
+            "integrator such as {implicit}",
+            integrator=integrator,
+            name=rigid[0],
+            implicit=IMPLICIT,
+        )
     if integrator.takes_velocities:
         if system.n_multipliers > MOST_HELD:
             raise InputError(

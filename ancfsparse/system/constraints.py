@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     import scipy.sparse as sp
 
 
+OF_TERMS = ("i", "j", "coefficient", "about")
+OF_ROWS = ("offset", "offset_size", "mass", "labels")
+
+
 @dataclass
 class Constraints:
     """Terms of all constraint equations, and where each equation comes from.
@@ -36,6 +40,9 @@ class Constraints:
         Constant of each equation [m].
     offset_size : list of float
         Size of the terms that it was added up from [m].
+    mass : list of float
+        What the gradients of each equation count with beside the masses [kg], see
+        ``ANCF_EQUATION_MASS`` in abi/system_abi.h.
     labels : list of str
         What each equation holds, for messages.
     """
@@ -47,6 +54,7 @@ class Constraints:
     about: list[float] = field(default_factory=list)
     offset: list[float] = field(default_factory=list)
     offset_size: list[float] = field(default_factory=list)
+    mass: list[float] = field(default_factory=list)
     labels: list[str] = field(default_factory=list)
 
     def add(
@@ -56,6 +64,7 @@ class Constraints:
         *terms: tuple[float, int, int],
         about: Sequence[float] = (),
         size: float = 0.0,
+        mass: float = 0.0,
     ) -> None:
         """Add the equation ``offset + sum of terms = 0``, the offset from terms of a size [m]."""
         for (coefficient, i, j), a in zip(terms, about or [0.0] * len(terms), strict=True):
@@ -66,19 +75,23 @@ class Constraints:
             self.about.append(float(a))
         self.offset.append(float(offset))
         self.offset_size.append(max(size, abs(self.offset[-1])))
+        self.mass.append(float(mass))
         self.labels.append(label)
 
     def ordered(self, order: NDArray[np.intp]) -> Constraints:
         """Return the same equations in another order."""
         new = np.empty(len(order), dtype=int)
         new[order] = np.arange(len(order))
-        return replace(
-            self,
-            row=[int(new[row]) for row in self.row],
-            offset=[self.offset[k] for k in order],
-            offset_size=[self.offset_size[k] for k in order],
-            labels=[self.labels[k] for k in order],
-        )
+        of_rows = {name: [getattr(self, name)[k] for k in order] for name in OF_ROWS}
+        return replace(self, row=[int(new[row]) for row in self.row], **of_rows)
+
+    def only(self, rows: Sequence[int]) -> Constraints:
+        """Return some of the equations, in ascending order."""
+        new = {row: k for k, row in enumerate(rows)}
+        terms = [k for k, row in enumerate(self.row) if row in new]
+        of_terms = {name: [getattr(self, name)[k] for k in terms] for name in OF_TERMS}
+        of_rows = {name: [getattr(self, name)[k] for k in rows] for name in OF_ROWS}
+        return Constraints(**of_terms | of_rows | {"row": [new[self.row[k]] for k in terms]})
 
     @property
     def linear(self) -> bool:

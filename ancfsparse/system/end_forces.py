@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 from ancfsparse.dispatch import compiled
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.layout import pack
-from ancfsparse.scene import Body
+from ancfsparse.scene import ElasticBody
 from ancfsparse.system.contributions.elements import base_parameters
 
 Array = NDArray[np.float64]
 
 
 def end_forces(
-    body: Body, kind: ElementKind, elements: NDArray[np.intp], ends: Array, rates: Array
+    body: ElasticBody, kind: ElementKind, elements: NDArray[np.intp], ends: Array, rates: Array
 ) -> Array:
     """Evaluate the generalised forces that hold elements in their shape, damping included.
 

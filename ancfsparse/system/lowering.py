@@ -40,9 +40,9 @@ class Lowering:
         self.raw: list[Places] = []
         self.n_raw = 0
         self._dim = scene.dim
-        self._kinds = {id(body): kind for body, kind in zip(scene.beams, kinds, strict=True)}
+        self._kinds = {id(body): kind for body, kind in zip(scene.bodies, kinds, strict=True)}
         self._index: dict[int, int] = {}
-        for body, kind in zip(scene.beams, kinds, strict=True):
+        for body, kind in zip(scene.bodies, kinds, strict=True):
             self._index[id(body)] = len(self.raw)
             self.raw.append(_counted(body, len(kind.node_coordinates), self.n_raw))
             self.n_raw = int(self.raw[-1][-1, -1]) + 1
@@ -53,6 +53,8 @@ class Lowering:
         self._one: list[Places] = []
         self._other: list[Places] = []
         self._equations = Constraints()
+        for body in scene.bodies:
+            body.constrain(self)
         for joint in scene.joints:
             joint.lower(self)
 
@@ -67,6 +69,11 @@ class Lowering:
     def position(self, node: Node) -> Places:
         """Return the coordinates of the position of a node, (dim,)."""
         return self.rows(node)[0, : self._dim]
+
+    def point(self, node: Node) -> tuple[Places, NDArray[np.float64]]:
+        """Return coordinates (dim, p) and weights (p,) of a point."""
+        row, k = self.rows(node)[0], len(node.offsets) + 1
+        return row[: self._dim * k].reshape(k, self._dim).T, np.array([1.0, *node.offsets])
 
     def fix(self, coordinates: Places) -> None:
         """Hold coordinates at their reference values."""
@@ -90,10 +97,11 @@ class Lowering:
         about: Sequence[float] = (),
         size: float = 0.0,
         led: Led | None = None,
+        mass: float = 0.0,
     ) -> None:
         """Hold an equation by a multiplier."""
         self._led.append(led)
-        self._equations.add(label, offset, *terms, about=about, size=size)
+        self._equations.add(label, offset, *terms, about=about, size=size, mass=mass)
 
     def owner(self) -> Places | None:
         """Return for each coordinate the lowest one that shares its place; None where none do."""
@@ -130,13 +138,17 @@ class Lowering:
         """What the last equations follow."""
         return [led for led in self._led if led is not None]
 
-    def constraints(self, final: Places) -> Constraints:
-        """Return the equations by the places of coordinates; those that are led come last."""
+    def constraints(self, final: Places, still: range) -> Constraints:
+        """Return the equations by the places of coordinates; those that are led come last.
+
+        Equations of bodies that hold nothing because all their coordinates are held, in the range
+        `still`, or that repeat those of a body which shares its coordinates, are left out.
+        """
         is_led = np.array([led is not None for led in self._led], dtype=bool)
         out = self._equations.ordered(np.argsort(is_led, kind="stable"))
         out.i = [int(final[i]) for i in out.i]
         out.j = [LINEAR if j == LINEAR else int(final[j]) for j in out.j]
-        return out
+        return _without_repeats(out, still)
 
 
 def _counted(body: Body, n_c: int, start: int) -> Places:
@@ -154,3 +166,21 @@ def _counted(body: Body, n_c: int, start: int) -> Places:
     for k in range(1, n_c - dim):
         numbers[:, dim + k] = numbers[:, dim] + np.int32(k)
     return numbers
+
+
+def _without_repeats(equations: Constraints, still: range) -> Constraints:
+    """Leave out equations with a mass that are about held coordinates alone, or repeat others."""
+    if not any(equations.mass):
+        return equations
+    pairs: dict[int, list[tuple[int, int]]] = {}
+    for row, i, j in zip(equations.row, equations.i, equations.j, strict=True):
+        pairs.setdefault(row, []).append((min(i, j), max(i, j)))
+    kept, seen = [], set()
+    for row, mass in enumerate(equations.mass):
+        key = tuple(sorted(pairs[row]))
+        if mass and (key in seen or all(place in still for pair in key for place in pair)):
+            continue
+        if mass:
+            seen.add(key)
+        kept.append(row)
+    return equations.only(kept)

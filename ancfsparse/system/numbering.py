@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, Node, Scene
+from ancfsparse.scene.functions import RigidMotion
 from ancfsparse.system.constraints import Constraints
 from ancfsparse.system.lowering import Lowering
 from ancfsparse.system.prescribed import Prescribed
@@ -79,22 +80,22 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
     driven = lowered.driven(owner)
     final, n_free, n_all = _ordered(owner, held, driven)
     n_still = n_all - len(driven)
-    constraints = lowered.constraints(final)
+    constraints = lowered.constraints(final, range(n_free, n_still))
     places, raw = [], lowered.raw
     while raw:  # one after the other, so that only one of them is there twice
         places.append(final[raw.pop(0)])
     del final, owner, held
     q_ref, v = np.empty(n_all), np.zeros(n_all)
-    for beam, where in zip(scene.beams, places, strict=True):
+    for beam, where in zip(scene.bodies, places, strict=True):
         q_ref[where] = reference(beam, where.shape[1])
     q = q_ref
     if start is not None:
         q, v = carried_over(scene, start, places, q_ref)
         _hold_in_place(scene, places, q, q_ref, slice(n_free, n_still))
         _hold_still(scene, places, v, slice(n_free, n_still))
-    elif any(beam.velocity is not None for beam in scene.beams):
+    elif any(beam.velocity is not None for beam in scene.bodies):
         v[:] = np.nan  # not known yet
-        for beam, where in zip(scene.beams, places, strict=True):
+        for beam, where in zip(scene.bodies, places, strict=True):
             _set_moving(beam, where, v)
         _hold_still(scene, places, v, slice(n_free, n_still))
     prescribed = Prescribed(lowered.courses, lowered.led)
@@ -173,7 +174,7 @@ def _hold_in_place(
 
 def _found(scene: Scene, places: Sequence[Places], place: int) -> tuple[Node, int]:
     """Return a node that has a coordinate, and the column of the coordinate in its row."""
-    found = ((b, np.argwhere(w == place)) for b, w in zip(scene.beams, places, strict=True))
+    found = ((b, np.argwhere(w == place)) for b, w in zip(scene.bodies, places, strict=True))
     body, (row, column) = next((body, at[0]) for body, at in found if len(at))
     return _point(body, row), int(column)
 
@@ -204,7 +205,7 @@ def speeds(scene: Scene, places: Sequence[Places], v: NDArray[np.float64]) -> ND
     """
     straight = max(_largest(v[where[:, : scene.dim]]) for where in places)
     turning = max(_largest(v[where[:, scene.dim :]]) for where in places)
-    shortest = min(float(beam.lengths.min()) for beam in scene.beams)
+    shortest = min(beam.shortest for beam in scene.bodies)
     out = np.full(len(v), max(turning, straight / shortest))
     for where in places:
         out[where[:, : scene.dim]] = max(straight, turning * shortest)
@@ -229,9 +230,10 @@ def reference(body: Body, n_coordinates: int) -> NDArray[np.float64]:
 def velocities(body: Body, n_coordinates: int) -> NDArray[np.float64]:
     """Return initial velocities of all rows, (n_rows, n_c) [m/s, 1/s].
 
-    Slopes move with the derivative of the velocity field along their vector, a central difference
-    of fourth order over a thousandth of an element: exact for rigid motions, and to twelve digits
-    of the velocity per element for fields that the mesh can follow.
+    Slopes move with the derivative of the velocity field along their vector.  Where it is no
+    `RigidMotion`, that is a central difference of fourth order over a thousandth of an element:
+    exact for rigid motions, and to twelve digits of the velocity per element for fields that the
+    mesh can follow.
     """
     field = body.velocity
     nodes, dim = body.row_nodes, body.dim
@@ -240,7 +242,12 @@ def velocities(body: Body, n_coordinates: int) -> NDArray[np.float64]:
         return v
     places = body.positions[nodes]
     v[:, :dim] = field(body.positions)[nodes]
-    reach = 5e-4 * float(body.lengths.min())
+    if isinstance(field, RigidMotion):
+        turned = field.turned(np.broadcast_to(body.vectors, (len(nodes), *body.vectors.shape[1:])))
+        width = min(turned.shape[1] * dim, n_coordinates - dim)
+        v[:, dim : dim + width] = turned.reshape(len(nodes), -1)[:, :width]
+        return v
+    reach = 5e-4 * body.shortest
     for k in range(body.vectors.shape[1]):
         columns = slice(dim * (k + 1), dim * (k + 2))
         if columns.stop > n_coordinates:

@@ -60,7 +60,7 @@ def parts_of(system: System) -> list[Part]:
 
     Of meshes with very many lines they are what is connected (`Body.parts`).
     """
-    pairs = zip(system.scene.beams, system.places, strict=True)
+    pairs = zip(system.scene.bodies, system.places, strict=True)
     return [part for body, places in pairs for part in _parts(system, body, places)]
 
 
@@ -70,6 +70,8 @@ def _parts(system: System, body: Body, all_places: Places) -> Iterator[Part]:
     nodes, dim = body.row_nodes, system.dim
     # An element belongs to the part of its first row.
     lengths = np.bincount(body.parts[body.ends[:, 0]], weights=body.lengths)
+    if not body.n_elements:
+        lengths = np.array([body.size])
     for piece in pieces:
         name = body.name
         if len(pieces) > 1:

@@ -117,7 +117,7 @@ def check_state(scene: Scene, state: State) -> None:
             f"start is a state of {len(there)} bodies, and this scene has {len(here)}: take a "
             "state of this scene"
         )
-    for body, mine, its in zip(scene.beams, here, there, strict=True):
+    for body, mine, its in zip(scene.bodies, here, there, strict=True):
         if mine != its:
             raise InputError(
                 f"start is a state of another scene: {body.name} is {its} there, and {mine} here"
@@ -135,7 +135,7 @@ def carried_over(
         If the reference shape differs, or nodes that a connection joins are apart.
     """
     q, v = np.full(len(q_ref), np.nan), np.zeros(len(q_ref))
-    for body, new, old in zip(scene.beams, places, state.layout.places, strict=True):
+    for body, new, old in zip(scene.bodies, places, state.layout.places, strict=True):
         size = SAME * float(np.max(np.abs(q_ref[new])))
         apart = np.abs(q_ref[new] - state.layout.q_ref[old])
         if np.max(apart) > size:

@@ -108,7 +108,7 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
     if stiffness_factor != 0.0:
         add_part(self, STIFFNESS, &x, values)
     add_masses(self, mass_factor, unit, &x, values)
-    add_equations(self, &x, values)
+    add_equations(self, mass_factor, &x, values)
 
 
 cdef void start_with_damping(const Flat *self, double factor, const ancf_state *x,
@@ -129,7 +129,7 @@ cdef void material(void *context, double mass_factor, double stiffness_factor,
     start_with_damping(self, damping_factor / stiffness_factor, &x, values)
     add_part(self, MATERIAL, &x, values)
     add_masses(self, mass_factor, stiffness_factor, &x, values)
-    add_equations(self, &x, values)
+    add_equations(self, mass_factor, &x, values)
 
 
 cdef void add_masses(const Flat *self, double mass_factor, double unit, const ancf_state *x,
@@ -148,11 +148,14 @@ cdef void add_masses(const Flat *self, double mass_factor, double unit, const an
             vec_scale_parts(self.n_parts, values, mass_factor, values, n)
 
 
-cdef void add_equations(const Flat *self, const ancf_state *x, double *values) noexcept nogil:
-    """Add phi_q and the small negative diagonal below it."""
+cdef void add_equations(const Flat *self, double mass_factor, const ancf_state *x,
+                        double *values) noexcept nogil:
+    """Add phi_q, the small negative diagonal below it, and what equations add to masses."""
     cdef ptrdiff_t k
     if self.n_multipliers == 0:
         return
+    if mass_factor != 0.0:
+        add_part(self, EQUATION_MASS, x, values)
     add_part(self, EQUATIONS, x, values)
     for k in range(self.n_multipliers):
         values[self.diagonal[k]] -= self.regularization

@@ -73,11 +73,14 @@ class System:
 
     def __init__(self, scene: Scene, start: State | None = None) -> None:
         check_scene(scene)
-        if not scene.beams:
-            raise InputError("the scene has no beam: add one with scene.add_beam or scene.add_mesh")
+        if not scene.bodies:
+            raise InputError(
+                "the scene has no beam: add one with scene.add_beam or scene.add_mesh, or a rigid "
+                "body with scene.add_body"
+            )
         self.scene, self.description = scene, scene.digest()
         self.dim = scene.dim
-        self.kinds = [element_kind(b.element, scene.dim, **b.options) for b in scene.beams]
+        self.kinds = [element_kind(b.element, scene.dim, **b.options) for b in scene.bodies]
         if start is not None:
             check_state(scene, start)
         numbering = number(scene, self.kinds, start)
@@ -87,7 +90,7 @@ class System:
         self.q_ref, self.places = numbering.q_ref, numbering.places
         self.t0 = 0.0 if start is None else float(start.t)
         self.q0, self.v0 = numbering.q, numbering.v
-        self._index = {id(beam): k for k, beam in enumerate(scene.beams)}
+        self._index = {id(beam): k for k, beam in enumerate(scene.bodies)}
         self.constraints, self.prescribed = numbering.constraints, numbering.prescribed
         self.n_multipliers = len(self.constraints.offset)
         self.loads = loads_of(scene, self.n_all, self.point, self.frame, self.elements)
@@ -179,7 +182,10 @@ class System:
 
     def _interpolate(self, node: Node, part: int, inside: Vector) -> tuple[Places, Vector]:
         """Weigh the ends of an element, or take this vector of a node as it is."""
-        if node.is_node:
+        if node.offsets and part == 0:
+            row, k = self.rows(node)[0], len(node.offsets) + 1
+            return row[: self.dim * k].reshape(k, self.dim).T, np.array([1.0, *node.offsets])
+        if node.is_node or node.offsets:
             places = self.rows(node)[0] if part == 0 else self.place(node)
             return places[self.dim * part : self.dim * (part + 1)][:, None], np.ones(1)
         ends = self.places[self._of(node.beam)][node.beam.ends[node.index]]
@@ -189,11 +195,11 @@ class System:
     @staticmethod
     def _length(point: Node) -> float:
         """Length of the element a point is inside of [m]; 1 at a node, where none is needed."""
-        return 1.0 if point.is_node else float(point.beam.lengths[point.index])
+        return 1.0 if point.xi == 0.0 else float(point.beam.lengths[point.index])
 
     def describe(self, place: int) -> str:
         """Say which beam, node and coordinate a place in q is."""
-        for beam, kind, places in zip(self.scene.beams, self.kinds, self.places, strict=True):
+        for beam, kind, places in zip(self.scene.bodies, self.kinds, self.places, strict=True):
             found = np.argwhere(places == place)
             if len(found):
                 row, coordinate = found[0]
@@ -308,9 +314,15 @@ class System:
 
     @property
     def mass_diagonal(self) -> Vector:
-        """Diagonal of the mass matrix over the free coordinates, (n_free,) [kg, kg m2]."""
-        mass = np.asarray(self.assembly.mass)
-        return mass[self.pattern.indptr[: self.n_free]]
+        """Diagonal of the mass matrix over the free coordinates, (n_free,) [kg, kg m2].
+
+        With that of equations which are added to it, since some coordinates may have no mass.
+        """
+        values = self.assembly.mass
+        if any(self.constraints.mass):
+            none = np.zeros(max(self.n_multipliers, self.loads.n_amplitudes))
+            values = self.assembly.matrix(1.0, 0.0, self.q_ref, none, none)
+        return np.asarray(values)[self.pattern.indptr[: self.n_free]]
 
     def operations(self, kernel: str) -> int:
         """Arithmetic operations of one evaluation of a kernel over all elements.
@@ -319,7 +331,8 @@ class System:
         """
         of_strains, of_mass = DAMPING_KERNELS.get(kernel, ("", ""))
         total = 0
-        for beam, kind in zip(self.scene.beams, self.kinds, strict=True):
+        for beam in self.scene.beams:
+            kind = self.kind_of(beam)
             each = kind.operations[kernel]
             if of_strains and beam.strains_damped:
                 each += kind.operations[of_strains]

@@ -46,6 +46,14 @@ def everything(fine=1):
         [(5, 0, 0), (6, 0, 0), (7, 0, 0), (6, 1, 0)], [(0, 1), (2, 1), (1, 3)],
         "thin", SECTION, MATERIAL, n_elements=fine, velocity=(0.0, 0.0, 0.0),
     )  # fmt: skip
+    box = scene.add_body(
+        ancf.Box(0.4, 0.2, 0.1), density=500.0, position=(1, 3, 0),
+        orientation=(0.6, 0.0, 0.0, 0.8), angular_velocity=(0.0, 0.0, 1.0), name="box",
+    )  # fmt: skip
+    link = scene.add_body(ancf.Rod(1.0), mass=0.5, position=(1, 3, 0))
+    scene.connect(box.origin, link.origin)
+    scene.pin(link.end)
+    scene.spring(box.at((0.1, 0.05, 0.0)), rope.node(2 * fine), stiffness=10.0)
     scene.clamp(rod.start, stretch="fixed")
     scene.connect(rod.end, rope.start)
     scene.pin(net.node(0), as_constraint=True)

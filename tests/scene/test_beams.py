@@ -222,7 +222,7 @@ def test_a_round_section_makes_a_spatial_cable():
 def test_two_beams_cannot_share_a_name():
     scene = Scene()
     add(scene, name="rod")
-    with pytest.raises(InputError, match="already has a beam named 'rod': give another name"):
+    with pytest.raises(InputError, match="already has a body named 'rod': give another name"):
         add(scene, name="rod")
     assert add(scene).name == "beam 1"
 

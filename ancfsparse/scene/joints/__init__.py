@@ -7,7 +7,15 @@ from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.joints.connect import Connect
 from ancfsparse.scene.joints.drive import Drive
 from ancfsparse.scene.joints.holds import Holds
-from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Led, check_node, check_point
+from ancfsparse.scene.joints.joint import (
+    LINEAR,
+    Builder,
+    Joint,
+    Led,
+    check_end,
+    check_node,
+    check_point,
+)
 from ancfsparse.scene.joints.pin import Pin
 from ancfsparse.scene.joints.rod import SAME_PLACE, Rod
 
@@ -23,6 +31,7 @@ __all__ = [
     "Led",
     "Pin",
     "Rod",
+    "check_end",
     "check_node",
     "check_point",
 ]

@@ -51,7 +51,7 @@ class Clamp(Joint):
         kind = builder.kind(self.node)
         first = self.node.beam.rows_of(self.node.index).start
         for row, coordinates in enumerate(builder.rows(self.node), first):
-            if self.stretch == "fixed":
+            if self.stretch == "fixed" or not self.node.beam.n_elements:
                 builder.fix(coordinates)
             elif kind.is_cable:
                 self._hold_direction(builder, row, coordinates)

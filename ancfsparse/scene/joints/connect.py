@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.joints.joint import Builder, Joint
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint
 from ancfsparse.scene.spec import At, Point, Spec
 
 
@@ -38,8 +38,24 @@ class Connect(Joint):
     name = "connection"
 
     def lower(self, builder: Builder) -> None:
-        """Share the position."""
-        builder.share(builder.position(self.a), builder.position(self.b))
+        """Share the position; points of bodies that are not their origins by equations."""
+        if not self.has_multipliers:
+            builder.share(builder.position(self.a), builder.position(self.b))
+            return
+        ends = [(1.0, builder.point(self.a)), (-1.0, builder.point(self.b))]
+        for d in range(self.a.beam.dim):
+            terms = [
+                (sign * w, place, LINEAR)
+                for sign, (places, weights) in ends
+                for w, place in zip(weights, places[d], strict=True)
+            ]
+            label = f"connection of {self.a!r} and {self.b!r}, component {d + 1}"
+            builder.equation(label, 0.0, *terms)
+
+    @property
+    def has_multipliers(self) -> bool:
+        """Whether it is made by equations."""
+        return not (self.a.is_node and self.b.is_node)
 
     @property
     def nodes(self) -> tuple[Node, ...]:

@@ -53,13 +53,14 @@ class Drive(Joint):
 
     def lower(self, builder: Builder) -> None:
         """Prescribe the position, or what an equation for each component has."""
-        position = builder.position(self.node)
-        if not self.as_constraint:
-            builder.drive(position, self.course)
+        if not self.has_multipliers:
+            builder.drive(builder.position(self.node), self.course)
             return
-        for d, place in enumerate(position):
+        places, weights = builder.point(self.node)
+        for d, row in enumerate(places):
             label = f"drive at {self.node!r}, component {d + 1}"
-            builder.equation(label, 0.0, (1.0, place, LINEAR), led=Led(self.course, d))
+            terms = ((w, place, LINEAR) for w, place in zip(weights, row, strict=True))
+            builder.equation(label, 0.0, *terms, led=Led(self.course, d))
 
     @property
     def nodes(self) -> tuple[Node, ...]:
@@ -74,4 +75,4 @@ class Drive(Joint):
     @property
     def has_multipliers(self) -> bool:
         """Whether it is made by equations."""
-        return self.as_constraint
+        return self.as_constraint or not self.node.is_node

@@ -56,6 +56,10 @@ class Builder(Protocol):
         """Return the coordinates of the position of a node, (dim,)."""
         ...
 
+    def point(self, node: Node) -> tuple[Coordinates, Vector]:
+        """Return coordinates (dim, p) and weights (p,) whose sums are a node or a body's point."""
+        ...
+
     def fix(self, coordinates: Coordinates) -> None:
         """Hold coordinates at their reference values; the force that takes is the reaction."""
         ...
@@ -76,6 +80,7 @@ class Builder(Protocol):
         about: Sequence[float] = (),
         size: float = 0.0,
         led: Led | None = None,
+        mass: float = 0.0,
     ) -> None:
         """Hold ``offset + sum of c (q_i - about) (q_j - about) = 0`` by a multiplier.
 
@@ -93,6 +98,9 @@ class Builder(Protocol):
             Of what the offset was added up from [m].
         led : Led, optional
             A function of time that takes the place of the zero [m].
+        mass : float, optional
+            What its gradients count with where masses are used as a matrix [kg], for coordinates
+            that have none of their own.  A solution does not depend on it.
         """
         ...
 
@@ -170,6 +178,19 @@ def check_point(what: str, node: object) -> Node:
     return node
 
 
+def check_end(what: str, node: object) -> Node:
+    """Return `node` if a joint can hold it: a node of a beam or mesh, or any point of a body.
+
+    Parameters
+    ----------
+    what : str
+        The joint, for the message.
+    node : object
+        What was given.
+    """
+    return node if isinstance(node, Node) and node.offsets else check_node(what, node)
+
+
 def check_node(what: str, node: object) -> Node:
     """Return `node` if it is a node of the mesh.
 
@@ -188,7 +209,8 @@ def check_node(what: str, node: object) -> Node:
     point = check_point(what, node)
     if not point.is_node:
         raise InputError(
-            f"{what} needs a node, but {point!r} lies inside element {point.index}: "
-            f"{point.beam.hint(point)}"
+            f"{what} needs a node, but {point!r} "
+            + ("is another point" if point.offsets else f"lies inside element {point.index}")
+            + f": {point.beam.hint(point)}"
         )
     return point

@@ -41,13 +41,14 @@ class Pin(Joint):
 
     def lower(self, builder: Builder) -> None:
         """Fix the position, or state an equation for each component."""
-        position = builder.position(self.node)
-        if not self.as_constraint:
-            builder.fix(position)
+        if not self.has_multipliers:
+            builder.fix(builder.position(self.node))
             return
-        for d, (place, held) in enumerate(zip(position, self.node.position, strict=True)):
+        places, weights = builder.point(self.node)
+        for d, (row, held) in enumerate(zip(places, self.node.position, strict=True)):
             label = f"pin at {self.node!r}, component {d + 1}"
-            builder.equation(label, -held, (1.0, place, LINEAR))
+            terms = ((w, place, LINEAR) for w, place in zip(weights, row, strict=True))
+            builder.equation(label, -held, *terms)
 
     @property
     def nodes(self) -> tuple[Node, ...]:
@@ -62,4 +63,4 @@ class Pin(Joint):
     @property
     def has_multipliers(self) -> bool:
         """Whether it is made by equations."""
-        return self.as_constraint
+        return self.as_constraint or not self.node.is_node

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints.joint import Builder, Joint, Led, Mark
+from ancfsparse.scene.joints.squares import squared
 from ancfsparse.scene.spec import At, Point, Spec, text
 from ancfsparse.words import numbers
 
@@ -81,13 +82,9 @@ class Rod(Joint):
     def lower(self, builder: Builder) -> None:
         """State (|r - p|^2 - l(t)^2) / (2 l) = 0: in metres, with a gradient of length one."""
         led = None if self.course is None else Led(self.course, 0, HalfSquare(self.length))
-        builder.equation(
-            f"rod at {self.node!r}",
-            -0.5 * self.length if led is None else 0.0,
-            *((0.5 / self.length, i, i) for i in builder.position(self.node)),
-            about=self.anchor.tolist(),
-            led=led,
-        )
+        terms, about = squared(*builder.point(self.node), self.anchor, 0.5 / self.length)
+        offset = -0.5 * self.length if led is None else 0.0
+        builder.equation(f"rod at {self.node!r}", offset, *terms, about=about, led=led)
 
     @property
     def nodes(self) -> tuple[Node, ...]:

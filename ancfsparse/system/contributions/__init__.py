@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from ancfsparse.system.system import System
 
 NAMES: dict[str, Callable[[Any], bool]] = {
-    "elements": lambda system: True,
+    "elements": lambda system: bool(system.scene.beams),
+    "bodies": lambda system: any(body.masses is not None for body in system.scene.bodies),
     "loads": lambda system: bool(system.loads.place),
     "moments": lambda system: bool(system.loads.moment_place),
     "constraints": lambda system: system.n_multipliers > 0,

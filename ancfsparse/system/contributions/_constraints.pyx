@@ -4,6 +4,8 @@
 from cpython.pycapsule cimport PyCapsule_New
 from libc.stdint cimport int32_t
 
+import numpy as np
+
 include "../../abi/system_abi.pxi"
 include "../arrays.pxi"
 
@@ -20,6 +22,18 @@ cdef struct Data:
     const double *coefficient
     const double *about
     const double *offset
+    # Equations whose gradients count beside the masses: terms, and which coordinates of the
+    # equation each has; slots of all pairs of its coordinates.
+    ptrdiff_t n_massive
+    const int32_t *first_term
+    const int32_t *first_place
+    const int32_t *first_slot
+    const int32_t *term
+    const int32_t *own
+    const int32_t *other
+    const int32_t *slot
+    const double *mass
+    double *gradient
 
 
 cdef class Constraints:
@@ -31,16 +45,27 @@ cdef class Constraints:
         ``offset (n_equations,)``; of the terms ``row``, ``i``, ``j``, ``coefficient`` and ``about``
         as in `system.constraints`, and ``slot_i``, ``slot_j`` and ``slot_ij``, where phi_q and its
         derivative are stored.
+    masses : mapping
+        The equations with a ``mass (n,)``: ``first_term``, ``first_place`` and ``first_slot``
+        ``(n + 1,)`` into ``term``, ``own`` and ``other`` of all their terms, into their
+        coordinates, and into ``slot`` of all pairs of these.
     """
 
     cdef ancf_contribution interface
     cdef Data data
-    cdef object owner
+    cdef tuple owners
     cdef readonly object capsule
 
-    def __cinit__(self, arrays):
+    def __cinit__(self, arrays, masses):
         cdef Data *data = &self.data
-        self.owner = arrays  # the pointers below lead into it
+        cdef double[::1] gradient = np.empty(1 + max(np.diff(masses["first_place"]), default=0))
+        self.owners = (arrays, masses, gradient)  # the pointers below lead into them
+        data.n_massive, data.gradient = len(masses["mass"]), &gradient[0]
+        data.first_term = integers(masses["first_term"])
+        data.first_place = integers(masses["first_place"])
+        data.first_slot, data.term = integers(masses["first_slot"]), integers(masses["term"])
+        data.own, data.other = integers(masses["own"]), integers(masses["other"])
+        data.slot, data.mass = integers(masses["slot"]), reals(masses["mass"])
         data.n_equations, data.n_terms = len(arrays["offset"]), len(arrays["row"])
         data.row, data.i = integers(arrays["row"]), integers(arrays["i"])
         data.j, data.slot_i = integers(arrays["j"]), integers(arrays["slot_i"])
@@ -83,6 +108,8 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
         add_curvature(self, x.lam, values)
     elif part == EQUATIONS:
         add_rows(self, x.q, values)
+    elif part == EQUATION_MASS:
+        add_squares(self, x.q, values)
 
 
 cdef void add_curvature(const Data *self, const double *lam, double *values) noexcept nogil:
@@ -104,3 +131,27 @@ cdef void add_rows(const Data *self, const double *q, double *values) noexcept n
         else:
             values[self.slot_i[k]] += c * (q[j] - a)
             values[self.slot_j[k]] += c * (q[i] - a)
+
+
+cdef void add_squares(const Data *self, const double *q, double *values) noexcept nogil:
+    """Add ``mass gradient gradient^T`` of the equations with a mass."""
+    cdef ptrdiff_t e, k, t, a, b, i, j, n
+    cdef const int32_t *slot
+    cdef double c, about
+    for e in range(self.n_massive):
+        n = self.first_place[e + 1] - self.first_place[e]
+        for a in range(n):
+            self.gradient[a] = 0.0
+        for k in range(self.first_term[e], self.first_term[e + 1]):
+            t = self.term[k]
+            i, j, c, about = self.i[t], self.j[t], self.coefficient[t], self.about[t]
+            if j < 0:
+                self.gradient[self.own[k]] += c
+            else:
+                self.gradient[self.own[k]] += c * (q[j] - about)
+                self.gradient[self.other[k]] += c * (q[i] - about)
+        slot = self.slot + self.first_slot[e]
+        for a in range(n):
+            for b in range(a + 1):
+                values[slot[0]] += self.mass[e] * self.gradient[a] * self.gradient[b]
+                slot += 1

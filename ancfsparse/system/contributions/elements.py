@@ -10,7 +10,7 @@ import numpy as np
 from ancfsparse.dispatch import compiled
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.layout import Layout, pack
-from ancfsparse.scene import Body
+from ancfsparse.scene import ElasticBody
 from ancfsparse.system.contributions.interface import (
     Compiled,
     Contribution,
@@ -49,7 +49,8 @@ class Elements(Contribution):
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled elements."""
         groups = []
-        for body, kind in zip(self._system.scene.beams, self._system.kinds, strict=True):
+        for body in self._system.scene.beams:
+            kind = self._system.kind_of(body)
             slots = pattern.slots(self._unknowns(body))
             base = base_parameters(body, kind, body.stiffnesses())
             layout = pack(kind, self._system.elements(body), slots, base)
@@ -78,7 +79,7 @@ class Elements(Contribution):
             self._compiled.divide(*dealt)
         return dealt is not None
 
-    def _unknowns(self, body: Body) -> Unknowns:
+    def _unknowns(self, body: ElasticBody) -> Unknowns:
         return unknowns(self._system.elements(body), self._system.n_free)
 
 
@@ -87,7 +88,7 @@ def of(system: System) -> list[Elements]:
     return [Elements(system)]
 
 
-def _damping(body: Body, kind: ElementKind, places: Places) -> dict[str, Any]:
+def _damping(body: ElasticBody, kind: ElementKind, places: Places) -> dict[str, Any]:
     """Return what the assembly needs to damp a body, as few arrays as it can."""
     flags = {"strains_damped": body.strains_damped, "masses_damped": body.masses_damped}
     if not any(flags.values()):
@@ -96,7 +97,7 @@ def _damping(body: Body, kind: ElementKind, places: Places) -> dict[str, Any]:
     return flags | {"damping_set_of": layout.set_of, "damping_parameters": layout.parameters}
 
 
-def base_parameters(body: Body, kind: ElementKind, common: Mapping[str, float]) -> Vector:
+def base_parameters(body: ElasticBody, kind: ElementKind, common: Mapping[str, float]) -> Vector:
     """Return the base parameters of every element, (n_e, n_base), all but the length in common."""
     lengths = body.lengths
     base = np.empty((body.n_elements, len(kind.parameters)))

@@ -38,10 +38,11 @@ class UserForce(Contribution):
         self._points = Points.of(system, [[(1.0, node)] for node in force.points])
         body = [node.beam for node in force.points]
         # What motions are small beside: an element, and the speed of sound in its material.
-        self._way = min(float(each.lengths.min()) for each in body)
-        self._speed = max(
-            math.sqrt(each.material.youngs_modulus / each.material.density) for each in body
-        )
+        self._way = min(each.shortest for each in body)
+        waves = [each.speed for each in body if each.speed is not None]
+        # Without waves the speed by which a body falls along its size.
+        falls = math.sqrt(self._way * float(np.linalg.norm(system.scene.gravity)))
+        self._speed = max(waves, default=falls or self._way)
         self._compiled: CompiledForce
 
     def cliques(self) -> list[Unknowns]:

@@ -15,18 +15,14 @@ if TYPE_CHECKING:
     from ancfsparse.system.system import System
 
 
-class Masses(Contribution):
-    """The point masses of a system, as entries of the lower triangle of its mass matrix."""
+Entries = dict[tuple[int, int], float]
 
-    def __init__(self, system: System, masses: list[PointMass]) -> None:
-        self._n_free = system.n_free
-        entries: dict[tuple[int, int], float] = {}
-        for each in masses:
-            places, weights = system.point(each.node)
-            for row in places:
-                _add(entries, row, each.mass * np.outer(weights, weights))
-            if each.inertia.any():
-                _add_inertia(entries, system, each)
+
+class Masses(Contribution):
+    """Constant entries of the lower triangle of the mass matrix, by row and column."""
+
+    def __init__(self, n_free: int, entries: Entries) -> None:
+        self._n_free = n_free
         self._pairs = np.array(list(entries), dtype=np.int32).reshape(-1, 2)
         self._value = np.array(list(entries.values()))
 
@@ -45,7 +41,7 @@ class Masses(Contribution):
         return made
 
 
-def _add(entries: dict[tuple[int, int], float], places: Any, values: Any) -> None:
+def add(entries: Entries, places: Any, values: Any) -> None:
     """Add the lower triangle of a small matrix over places."""
     for a, i in enumerate(places.tolist()):
         for b, j in enumerate(places[: a + 1].tolist()):
@@ -53,7 +49,7 @@ def _add(entries: dict[tuple[int, int], float], places: Any, values: Any) -> Non
             entries[pair] = entries.get(pair, 0.0) + float(values[a, b])
 
 
-def _add_inertia(entries: dict[tuple[int, int], float], system: System, mass: PointMass) -> None:
+def _add_inertia(entries: Entries, system: System, mass: PointMass) -> None:
     """Let a body turn with the vectors of a node: 1/2 sum of P_kl r_k'.r_l', P = integral x x^T."""
     places, kind = system.place(mass.node), system.kind_of(mass.node.beam)
     names = ["r_x", "r_y", "r_z"]
@@ -64,10 +60,17 @@ def _add_inertia(entries: dict[tuple[int, int], float], system: System, mass: Po
         spread = np.eye(len(names)) * mass.inertia[0, 0] / len(names)
     vectors = np.array([places[kind.columns(name)] for name in names])
     for direction in vectors.T:
-        _add(entries, direction, spread)
+        add(entries, direction, spread)
 
 
 def of(system: System) -> list[Masses]:
     """Return the point masses of a system."""
     found = [each for each in system.scene.attached if isinstance(each, PointMass)]
-    return [Masses(system, found)] if found else []
+    entries: Entries = {}
+    for each in found:
+        places, weights = system.point(each.node)
+        for row in places:
+            add(entries, row, each.mass * np.outer(weights, weights))
+        if each.inertia.any():
+            _add_inertia(entries, system, each)
+    return [Masses(system.n_free, entries)] if found else []

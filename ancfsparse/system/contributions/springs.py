@@ -45,7 +45,7 @@ class Springs(Contribution):
             np.array(linear, dtype=float),
             np.array([each.damping for each in springs]),
             np.array([each.length for each in springs]),
-            np.array([each.length or float(each.a.beam.lengths.min()) for each in springs]),
+            np.array([each.length or each.a.beam.shortest for each in springs]),
             [_law(each) if _is_law(each) else None for each in springs],
         )
         return made

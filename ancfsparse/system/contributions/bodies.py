@@ -1,0 +1,20 @@
+"""Masses of rigid bodies: constant entries of the mass matrix, alike in every direction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ancfsparse.system.contributions.masses import Entries, Masses, add
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+
+def of(system: System) -> list[Masses]:
+    """Return the masses of the bodies of a system that are not those of elements."""
+    entries: Entries = {}
+    for body, places in zip(system.scene.bodies, system.places, strict=True):
+        if body.masses is not None:
+            for direction in places[0].reshape(len(body.masses), system.dim).T:
+                add(entries, direction, body.masses)
+    return [Masses(system.n_free, entries)]

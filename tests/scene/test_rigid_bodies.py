@@ -1,0 +1,123 @@
+"""Rigid bodies as they are given: what they become, and what is refused in one sentence."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+
+
+def spatial():
+    return ancf.Scene((0.0, 0.0, -9.81))
+
+
+def planar():
+    return ancf.Scene((0.0, -9.81))
+
+
+def test_moments_of_shapes():
+    """Against the formulas of textbooks, each about the centre, in the order x, y, z [kg m2]."""
+    m = 3.0
+    shapes = {
+        ancf.Box(1.0, 0.2, 0.1): m / 12 * np.array([0.2**2 + 0.1**2, 1 + 0.1**2, 1 + 0.2**2]),
+        ancf.Cylinder(0.3, 0.8): m / 12 * np.array([3 * 0.09 + 0.64, 3 * 0.09 + 0.64, 6 * 0.09]),
+        ancf.Cylinder(0.3, 0.8, "x"): m / 12 * np.array([6 * 0.09, 0.91, 0.91]),
+        ancf.Sphere(0.5): np.full(3, 0.4 * m * 0.25),
+    }
+    for shape, moments in shapes.items():
+        scene = spatial()
+        one = scene.add_body(shape, mass=m, position=(1, 2, 3))
+        two = scene.add_body(inertia=moments, mass=m, position=(1, 2, 3))
+        np.testing.assert_allclose(one.masses, two.masses, rtol=1e-13, atol=1e-15)
+        dense = scene.add_body(shape, density=m / shape.volume, position=(1, 2, 3))
+        np.testing.assert_allclose(dense.masses, one.masses, rtol=1e-14)
+
+
+def test_a_tensor_is_that_of_its_principal_moments():
+    scene, turn = spatial(), np.linalg.qr(np.random.default_rng(3).standard_normal((3, 3)))[0]
+    tensor = turn @ np.diag([2.0, 3.0, 4.0]) @ turn.T
+    body = scene.add_body(inertia=tensor, mass=2.0, position=(0, 0, 0))
+    second = body.masses[1:, 1:]
+    np.testing.assert_allclose(np.trace(second) * np.eye(3) - second, tensor, atol=1e-14)
+
+
+def test_orientations_agree():
+    angle, quaternion = 0.7, (np.cos(0.35), 0.0, 0.0, np.sin(0.35))
+    matrix = [[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
+    bodies = [
+        spatial().add_body(ancf.Sphere(1.0), mass=1.0, position=(0, 0, 0), orientation=each)
+        for each in (quaternion, matrix)
+    ]
+    flat = planar().add_body(ancf.Sphere(1.0), mass=1.0, position=(0, 0), orientation=angle)
+    np.testing.assert_allclose(bodies[0].vectors, bodies[1].vectors, atol=1e-15)
+    np.testing.assert_allclose(bodies[0].vectors[0, :2, :2], flat.vectors[0], atol=1e-15)
+    place = bodies[0].at((1.0, 2.0, 3.0)).position
+    np.testing.assert_allclose(place, np.array(matrix) @ (1.0, 2.0, 3.0), atol=1e-15)
+
+
+def test_a_body_is_copied_and_pickled():
+    scene = planar()
+    body = scene.add_body(ancf.Rod(2.0), mass=1.0, position=(0, 0), angular_velocity=1.0)
+    scene.pin(body.origin)
+    scene.connect(body.end, scene.add_body(ancf.Rod(1.0), mass=1.0, position=(2, 0)).origin)
+    for other in (copy.deepcopy(scene), pickle.loads(pickle.dumps(scene))):
+        assert other.digest() == scene.digest()
+
+
+@pytest.mark.parametrize(
+    ("give", "message"),
+    [
+        (dict(inertia=(1, 2, 3.5), mass=1.0), "violates the triangle inequality.*1, 2, 3.5 kg m2"),
+        (dict(inertia=(0, 2, 2), mass=1.0), "must be positive; a thin rod.*Rod"),
+        (dict(inertia=(1, 2), mass=1.0), "3 principal moments or a 3 x 3 tensor"),
+        (dict(inertia=[[1, 1, 0], [0, 1, 0], [0, 0, 1]], mass=1.0), "must be symmetric"),
+        (dict(inertia=(1, 1, 1)), "needs its mass or its density, got neither"),
+        (dict(inertia=(1, 1, 1), density=1.0), "has a density and no volume"),
+        (dict(shape=ancf.Rod(1.0), density=1.0), "has a density and no volume"),
+        (dict(inertia=(1, 1, 1), mass=-1.0), "mass of body 0 .*positive.* -1 kg"),
+        (dict(shape="box", mass=1.0), "must be a Box, Cylinder, Sphere or Rod, got 'box'"),
+        (dict(mass=1.0), "needs a shape or its inertia about its centre, got neither"),
+        (dict(shape=ancf.Rod(1.0), mass=1.0, centre=(0, 1, 0)), "off the line of its rod"),
+        (
+            dict(shape=ancf.Sphere(1.0), mass=1.0, orientation=(1, 0, 0, 0.1)),
+            "unit quaternion, got one of length 1.00498756",
+        ),
+        (dict(shape=ancf.Sphere(1.0), mass=1.0, orientation=np.diag([1, 1, -1])), "left-handed"),
+        (
+            dict(shape=ancf.Sphere(1.0), mass=1.0, orientation=np.diag([1, 1, 1.1])),
+            "orthonormal columns, and they are off by 0.21",
+        ),
+        (dict(shape=ancf.Sphere(1.0), mass=1.0, orientation=0.3), "unit quaternion .* or a rot"),
+        (dict(shape=ancf.Sphere(1.0), mass=1.0, angular_velocity=3.0), "angular velocity of body"),
+        (dict(shape=ancf.Sphere(1.0), mass=1.0, position=(0, 0)), "position of body 0"),
+    ],
+)
+def test_bad_bodies(give, message):
+    with pytest.raises(ancf.InputError, match=message):
+        spatial().add_body(**({"position": (0, 0, 0)} | give))
+
+
+def test_bad_points():
+    scene = spatial()
+    rod = scene.add_body(ancf.Rod(1.0), mass=1.0, position=(0, 0, 0))
+    ball = scene.add_body(ancf.Sphere(1.0), mass=1.0, position=(0, 0, 0), name="ball")
+    with pytest.raises(ancf.InputError, match="is off its line: a thin rod knows points along"):
+        rod.at((0.5, 0.1, 0.0))
+    with pytest.raises(ancf.InputError, match="ball is no rod and has no end"):
+        _ = ball.end
+    with pytest.raises(ancf.InputError, match="of another scene"):
+        spatial().pin(ball.origin)
+    with pytest.raises(ancf.InputError, match="a distributed force needs a beam"):
+        scene.distributed_force(ball, (0, 0, 1))
+
+
+def test_explicit_integrators_refuse_bodies():
+    scene = spatial()
+    scene.add_body(ancf.Sphere(1.0), mass=1.0, position=(0, 0, 0), name="ball")
+    for integrator in (ancf.CentralDifference(), ancf.DormandPrince()):
+        with pytest.raises(ancf.InputError, match="cannot hold ball rigid, which takes multipl"):
+            ancf.simulate(scene, 1.0, 0.01, integrator=integrator)
+        with pytest.raises(ancf.InputError, match="cannot hold ball rigid, which takes multipl"):
+            ancf.stable_step(scene, integrator)
