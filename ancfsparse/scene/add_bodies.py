@@ -6,7 +6,6 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.scene.beams import Beam, BeamSpec
 from ancfsparse.scene.bodies import VelocityField
-from ancfsparse.scene.edges_to_cables import mesh_of
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh, MeshSpec
 from ancfsparse.scene.records import Records
@@ -161,6 +160,8 @@ class Bodies(Records):
         InputError
             If anything does not fit, with the first offender and how many there are.
         """
+        from ancfsparse.scene.edges_to_cables import mesh_of
+
         label = self._label(name, "mesh")
         given = {"strain": strain}
         mesh = mesh_of(

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_integer
+from ancfsparse.checks import check_finite, check_integer
 from ancfsparse.errors import InputError
 from ancfsparse.scene.functions import sendable
 from ancfsparse.scene.material import Material
@@ -165,7 +165,18 @@ class Body(ABC):
 
     def point(self, place: Point) -> Node:
         """Return the handle of a point that is data."""
-        return Node(self, place.index, place.xi, place.offsets)
+        if place.offsets:
+            raise InputError(f"{self.name} is not rigid and has no point at {shown(place.offsets)}")
+        share = check_finite(f"xi of a point of {self.name}", place.xi)
+        if share == 0.0:
+            return self.node(place.index)
+        number = check_integer(f"the number of an element of {self.name}", place.index)
+        if not 0 <= number < self.n_elements or not 0.0 < share < 1.0:
+            raise InputError(
+                f"{self.name} has elements 0 to {self.n_elements - 1}, and places in them above 0 "
+                f"and below 1; there is no place {share:g} in element {number}"
+            )
+        return Node(self, number, share)
 
     @abstractmethod
     def describe(self) -> dict[str, str]:

@@ -108,7 +108,8 @@ class Mesh(ElasticBody):
 
     def point(self, place: Point) -> Node:
         """Return the handle of such a point."""
-        return Node(self, place.index, self._as_given(place))
+        node = super().point(place)
+        return Node(self, node.index, self._as_given(node))
 
     def given(self) -> tuple[Vector, Numbers]:
         """Return the arrays that it was made of: nodes (n, dim) [m] and edges (m, 2)."""

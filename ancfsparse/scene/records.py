@@ -72,7 +72,7 @@ class Records:
         InputError
             If there is none of this name.
         """
-        if name not in self._bodies:
+        if not isinstance(name, str) or name not in self._bodies:
             raise InputError(f"the scene has no body {shown(name)}: {suggest(name, self._bodies)}")
         return self._bodies[name]
 

@@ -180,6 +180,13 @@ class RigidBody(Body):
         near = np.abs(offsets) <= AT_ORIGIN * self.size
         return Node(self, 0, 0.0, () if near.all() else tuple(float(x) for x in offsets))
 
+    def point(self, place: Point) -> Node:
+        """Return the handle of a point that is data."""
+        if not place.offsets:
+            return self.origin
+        what = f"the point of {self.name}"
+        return self._point(check_vector(what, place.offsets, self.n_vectors, "m"))
+
     def among(self, n_each: int, point: Node) -> Point:
         """Return a point as data: a rigid body has no elements, however many are asked for."""
         return self.refer(point)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -10,11 +12,9 @@ from ancfsparse.errors import InputError
 from ancfsparse.scene.add_bodies import Bodies
 from ancfsparse.scene.add_joints import Joints
 from ancfsparse.scene.add_loads import Loads
-from ancfsparse.scene.copies import counterpart, refined, replaced
 from ancfsparse.scene.digest import digest
 from ancfsparse.scene.forces import Forces
 from ancfsparse.scene.masses import Masses
-from ancfsparse.scene.printing import line
 from ancfsparse.scene.rigid_bodies import RigidBodies
 from ancfsparse.scene.spec import equal
 from ancfsparse.scene.springs import Springs
@@ -72,6 +72,8 @@ class Scene(
 
     def __str__(self) -> str:
         """Write what was specified, a line for each call."""
+        from ancfsparse.scene.printing import line
+
         kind = "planar" if self.dim == 2 else "spatial"
         first = f"{kind} scene, gravity {numbers(self.gravity)} m/s2"
         return "\n".join([first, *(line(record, self) for record in self.records)])
@@ -87,6 +89,54 @@ class Scene(
     def digest(self) -> dict[str, str]:
         """Describe its parts, so that its file can be distinguished from that of another scene."""
         return digest(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write the scene to a file of JSON, which `Scene.load` builds it from again.
+
+        It has a line for each call, with all arguments by name in SI units; arrays of more than
+        1000 numbers are in base64.  Every number comes back to the last bit.  Functions and
+        elements of your own are mentioned by name, such as ``"module.gust"``.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file, such as ``"scene.json"``; an older one is replaced.
+
+        Raises
+        ------
+        InputError
+            If a function is compiled, two functions have one name, or nothing can be written there.
+        """
+        from ancfsparse.scene.files import save
+
+        save(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path, own: Mapping[str, Any] | None = None) -> Scene:
+        """Build the scene that `save` wrote to a file.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        own : dict of str to object, optional
+            Functions and elements of your own, under the names by which the file mentions them.
+            Nothing is imported or called because a file says so.
+
+        Returns
+        -------
+        Scene
+            A scene equal to the one that was saved.
+
+        Raises
+        ------
+        InputError
+            If it is no such file, names a function that is not given, or has a call that does not
+            fit, with the number of the record.
+        """
+        from ancfsparse.scene.files import load
+
+        return load(cls, path, {} if own is None else own)
 
     def refined(self, factor: int = 2) -> Scene:
         """Return a copy with every element divided into `factor` elements of one length.
@@ -104,6 +154,8 @@ class Scene(
         Scene
             The copy; `counterpart` gives its handles.
         """
+        from ancfsparse.scene.copies import refined
+
         return refined(self, factor)
 
     def replaced(
@@ -138,6 +190,8 @@ class Scene(
         >>> stiffer = scene.replaced(rod, material=ancf.Material(2e8, 4000))
         >>> on_the_moon = scene.replaced(gravity=(0.0, -1.62))
         """
+        from ancfsparse.scene.copies import replaced
+
         return replaced(self, handle, gravity, changes)
 
     def counterpart(self, handle: Any) -> Any:
@@ -158,6 +212,8 @@ class Scene(
         InputError
             If there is no body of that name.
         """
+        from ancfsparse.scene.copies import counterpart
+
         return counterpart(self, handle)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_reals
+from ancfsparse.checks import check_reals, keep
 from ancfsparse.errors import InputError
 from ancfsparse.words import shown
 
@@ -72,6 +72,14 @@ class Sum(Signal):
 
     parts: tuple[Signal, ...]
     constant: Value = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the parts and keep the constant in double precision."""
+        if not isinstance(self.parts, tuple) or not all(
+            isinstance(each, Signal) for each in self.parts
+        ):
+            raise InputError(f"the parts of a sum must be signals, got {shown(self.parts)}")
+        keep(self, constant=checked_value("constant of a sum", self.constant))
 
     @property
     def smoothness(self) -> float:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 # The record of every method of `Scene` that adds something.
 SPECS: dict[str, type[Spec]] = {}
+# What records have in place of handles, by the name of the class.
+REFERENCES: dict[str, type[Whole]] = {}
 
 
 @dataclass(frozen=True)
@@ -36,9 +38,16 @@ class Whole:
 
     body: str
 
+    def __init_subclass__(cls) -> None:
+        """Enter it in the table of references."""
+        REFERENCES[cls.__name__] = cls
+
     def of(self, scene: Records) -> Any:
         """Return its handle in a scene."""
         return scene.body(self.body)
+
+
+REFERENCES["Whole"] = Whole
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,195 @@
+"""Scenes in files: JSON that a person can read, write and compare line by line.
+
+A file has the gravity and the records of a scene, each on a line: the method and its arguments.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ancfsparse.checks import check_choice
+from ancfsparse.errors import AncfError, InputError
+from ancfsparse.scene.callbacks import is_compiled
+from ancfsparse.scene.material import Material
+from ancfsparse.scene.records import Records
+from ancfsparse.scene.sections import Circle, Rectangle, Section
+from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
+from ancfsparse.scene.signal import Sum
+from ancfsparse.scene.signals import Pulse, Ramp, Sine, Table
+from ancfsparse.scene.spec import REFERENCES, SPECS, Spec
+from ancfsparse.words import shown
+
+FORMAT, VERSION = "ancfsparse scene", 1
+UNITS = "SI: m, kg, s, N, Pa, Hz, rad; smooth in degrees"
+# Arrays of more numbers are written in base64.
+INLINE = 1000
+# Data that arguments are made of, by the name of the class.
+DATA = {each.__name__: each for each in (Rectangle, Circle, Section, Material)} | {
+    each.__name__: each for each in (Table, Ramp, Sine, Pulse, Sum, Box, Cylinder, Sphere, Rod)
+}
+
+AnyScene = TypeVar("AnyScene", bound=Records)
+
+
+def save(scene: Records, path: str | Path) -> None:
+    """Write a scene; see `Scene.save`."""
+    file = _place(path)
+    names: dict[str, object] = {}
+    lines = []
+    for number, record in enumerate(scene.records):
+        where = f"record {number + 1} of the scene, {record.method}"
+        values = {name: encoded(each, where, names) for name, each in record.given.items()}
+        lines.append(json.dumps({"method": record.method, **values}))
+    head = {"format": FORMAT, "version": VERSION, "units": UNITS, "gravity": scene.gravity.tolist()}
+    first = ",\n".join(f"{json.dumps(name)}: {json.dumps(each)}" for name, each in head.items())
+    text = f'{{{first},\n"records": [\n' + ",\n".join(lines) + "\n]}\n"
+    part = file.with_name(f".{file.name}.{os.getpid()}")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(file)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise InputError(f"the scene cannot be written to {file}: {error.strerror}") from error
+
+
+def load(kind: Callable[[Any], AnyScene], path: str | Path, own: Mapping[str, Any]) -> AnyScene:
+    """Read a scene; see `Scene.load`."""
+    file = _place(path)
+    try:
+        data = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"the scene {file} cannot be read: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:  # neither text nor JSON
+        raise InputError(f"{file} is no file of a scene: {error}") from error
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise InputError(f"{file} is no file of a scene: its format is not {FORMAT!r}")
+    if data.get("version") != VERSION:
+        raise InputError(
+            f"{file} is of version {shown(data.get('version'))} of the files of scenes, and this "
+            f"program reads version {VERSION}: update ancfsparse"
+        )
+    records = data.get("records")
+    if not isinstance(records, list):
+        raise InputError(f"{file} is damaged: it has no list of records")
+    scene = kind(data.get("gravity"))
+    for number, entry in enumerate(records):
+        try:
+            _build(scene, entry, own)
+        except AncfError as error:
+            raise InputError(f"{file}, record {number + 1}: {error}") from error
+    return scene
+
+
+def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
+    """Return an argument as JSON has it.
+
+    Parameters
+    ----------
+    value : object
+        The argument.
+    where : str
+        Where it stands, for messages.
+    names : dict of str to object
+        Functions and elements of the user's so far, by name.
+    """
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, tuple):
+        return [encoded(each, where, names) for each in value]
+    if isinstance(value, np.ndarray):
+        return _array(value)
+    kind = type(value)
+    if (DATA | REFERENCES).get(kind.__name__) is kind:
+        given = {each.name: getattr(value, each.name) for each in fields(value) if each.init}
+        return {"kind": kind.__name__} | {k: encoded(v, where, names) for k, v in given.items()}
+    if callable(value) and not is_compiled(value):
+        name = name_of(value)
+        if names.setdefault(name, value) is not value:
+            raise InputError(
+                f"{where}: two functions are named {name}, so a file cannot distinguish them: "
+                "define them under names of their own"
+            )
+        return {"own": name}
+    raise InputError(
+        f"{where}: {shown(value)} cannot be written to a file; give a Python function, or a signal "
+        "such as Ramp, Sine, Pulse or Table"
+    )
+
+
+def name_of(value: Any) -> str:
+    """Return the name under which a file mentions a function or an element of the user's."""
+    kind = value if hasattr(value, "__qualname__") else type(value)
+    return f"{kind.__module__}.{kind.__qualname__}"
+
+
+def _array(values: np.ndarray[Any, Any]) -> Any:
+    if values.size <= INLINE:
+        return values.tolist()
+    plain = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
+    text = base64.b64encode(plain.tobytes()).decode()
+    return {"array": plain.dtype.str, "shape": list(values.shape), "base64": text}
+
+
+def _build(scene: Records, entry: Any, own: Mapping[str, Any]) -> None:
+    if not isinstance(entry, dict):
+        raise InputError(f"it must be a method and its arguments, got {shown(entry)}")
+    method = check_choice("method", entry.get("method"), SPECS)
+    given = {name: _decoded(each, own) for name, each in entry.items() if name != "method"}
+    record: Spec = _made(SPECS[method], given, method)
+    record.build(scene)
+
+
+def _decoded(value: Any, own: Mapping[str, Any]) -> Any:
+    """Return an argument from what JSON has."""
+    if isinstance(value, list):
+        return tuple(_decoded(each, own) for each in value)
+    if not isinstance(value, dict):
+        return value
+    if "own" in value:
+        if not isinstance(value["own"], str) or value["own"] not in own:
+            raise InputError(
+                f"it needs {shown(value['own'])}, which a file cannot hold: give it to load, as in "
+                f"own={{{value['own']!r}: ...}}"
+            )
+        return own[value["own"]]
+    if "base64" in value:
+        return _array_of(value)
+    known = DATA | REFERENCES
+    kind = check_choice("kind", value.get("kind"), known)
+    given = {name: _decoded(each, own) for name, each in value.items() if name != "kind"}
+    return _made(known[kind], given, kind)
+
+
+def _made(kind: type[Any], given: Mapping[str, Any], what: str) -> Any:
+    """Return an object of its fields, which a file may name wrongly."""
+    known = {each.name: each for each in fields(kind) if each.init}
+    for name in given:
+        check_choice(f"argument of {what}", name, known)
+    for name, each in known.items():
+        if name not in given and each.default is MISSING:
+            raise InputError(f"{what} lacks {name}")
+    return kind(**given)
+
+
+def _array_of(value: Mapping[str, Any]) -> Any:
+    try:
+        numbers = np.frombuffer(base64.b64decode(value["base64"]), np.dtype(value["array"]))
+        return numbers.reshape(value["shape"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"it has an array that is damaged: {error}") from error
+
+
+def _place(path: object) -> Path:
+    if not isinstance(path, str | Path) or not str(path) or "\0" in str(path):
+        raise InputError(
+            f"the file of a scene must have a name such as 'scene.json', got {shown(path)}"
+        )
+    return Path(path)
