@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import sys
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +15,9 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 
 Vector = NDArray[np.float64]
+
+# Functions that are being pickled by their code: one may refer to the scene it belongs to.
+_under_way = threading.local()
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +86,8 @@ class Unsent:
         """
         raise InputError(
             f"the function {self.name} of this scene was not sent along from the process it was "
-            "made in: define it by def at the top of a module, where other processes find it"
+            "made in: define it by def at the top of a module, where other processes find it, or "
+            "import cloudpickle there"
         )
 
 
@@ -92,7 +98,8 @@ class Sent:
     Parameters
     ----------
     function : callable
-        It; where it cannot be pickled, `Unsent` comes out.
+        It.  What cannot be pickled, such as a lambda, goes along as its code where the program has
+        loaded cloudpickle, as clusters do; elsewhere `Unsent` comes out.
     """
 
     function: Callable[..., Any]
@@ -106,17 +113,41 @@ class Sent:
         return self.function
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any]]:
-        """Pickle it, or its name."""
-        try:
-            pickle.dumps(self.function)
-        except (pickle.PicklingError, AttributeError, TypeError):
-            return Unsent, (getattr(self.function, "__qualname__", repr(self.function)),)
-        return _itself, (self.function,)
+        """Pickle it, its code, or its name."""
+        if _pickled(pickle, self.function) is not None:
+            return _itself, (self.function,)
+        code = _code(self.function)
+        if code is not None:
+            return pickle.loads, (code,)
+        return Unsent, (getattr(self.function, "__qualname__", repr(self.function)),)
 
 
 def sendable(value: Any) -> Any:
     """Return a value as it may be copied and pickled, be it a function or not."""
     return Sent(value) if callable(value) else value
+
+
+def _code(function: Callable[..., Any]) -> bytes | None:
+    """Pickle a function by its code; None without cloudpickle, and inside of itself."""
+    picklers = (
+        module for name, module in [*sys.modules.items()] if name.split(".")[-1] == "cloudpickle"
+    )
+    pickler = next((each for each in picklers if hasattr(each, "dumps")), None)
+    under_way = _under_way.__dict__.setdefault("functions", set())
+    if pickler is None or id(function) in under_way:
+        return None
+    under_way.add(id(function))
+    try:
+        return _pickled(pickler, function)
+    finally:
+        under_way.remove(id(function))
+
+
+def _pickled(pickler: Any, function: Callable[..., Any]) -> bytes | None:
+    try:
+        return bytes(pickler.dumps(function))
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return None
 
 
 def _itself(function: Callable[..., Any]) -> Callable[..., Any]:

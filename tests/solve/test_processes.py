@@ -115,3 +115,45 @@ def test_a_fork_of_a_process_with_threads_runs_on_one():
     command = [sys.executable, "-W", "ignore", "-c", FORKED]
     output = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True).stdout
     assert output.split() == ["11"]
+
+
+SENT = """
+import pickle, sys
+import numpy as np
+import cloudpickle
+import ancfsparse as ancf
+
+def spun():
+    scene = ancf.Scene()
+    section, material = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
+    spin = lambda x: x @ [[0, 1], [-1, 0]]
+    rod = scene.add_beam("thin", (1, 0), (3, 0), 3, section, material, velocity=spin)
+    scene.rod(rod.start, (0.0, 0.0), length=lambda t: 1.0 + t**3)
+    scene.point_force(rod.end, lambda t: (t, 0.0))
+    scene.spring(rod.end, (4.0, 0.0), stiffness=lambda u: 5.0 * u)
+    scene.force(rod.end, lambda q, v, t: -scene.beams[0].length * v)
+    return scene
+
+if sys.argv[1] == "send":
+    scene = spun()
+    with open("scene", "wb") as file:
+        file.write(PICKLER.dumps(scene))
+    np.save("q.npy", ancf.simulate(scene, 0.01, 1e-3).q)
+"""
+RECEIVED = """
+import pickle
+import numpy as np
+import ancfsparse as ancf
+with open("scene", "rb") as file:
+    scene = pickle.load(file)
+np.testing.assert_array_equal(np.load("q.npy"), ancf.simulate(scene, 0.01, 1e-3).q)
+assert scene.refined(1) == scene
+"""
+
+
+@pytest.mark.parametrize("pickler", ["cloudpickle", "pickle"])
+def test_functions_go_along_by_their_code_where_cloudpickle_is_loaded(tmp_path, pickler):
+    pytest.importorskip("cloudpickle")
+    for code, *words in ((SENT.replace("PICKLER", pickler), "send"), (RECEIVED,)):
+        command = [sys.executable, "-c", code, *words]
+        subprocess.run(command, cwd=tmp_path, check=True, timeout=180)
