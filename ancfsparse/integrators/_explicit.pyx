@@ -30,6 +30,7 @@ include "../abi/outcome.pxi"
 include "../abi/signals.pxi"
 include "../system/arrays.pxi"
 include "held.pxi"
+include "explicit_drives.pxi"
 
 
 REMEMBERED = ("rate", "bend", "size", "past")  # of the course of the loads
@@ -60,11 +61,13 @@ cdef class Explicit:
     constraints : Constraints
         What multipliers hold; its equations are independent of one another.
     q, v : (n_all,) float
-        State at the start: free coordinates first, then fixed ones, which never move.
+        State at the start: free coordinates first, then fixed ones, the driven ones last.
     dead_load : (n_all,) float
         Constant applied force.
-    amplitudes : (n_amplitudes,) float
-        Changing loads at the start.
+    inputs : (n_amplitudes + 3 n_driven,) float
+        At the start: changing loads; positions, velocities and accelerations of driven coordinates.
+    n_driven : int
+        Number of coordinates that follow functions of time.
     largest_gain : float
         Share of the energy exchanged so far by which the energy may exceed what was given.
     noise : float
@@ -76,10 +79,11 @@ cdef class Explicit:
     cdef ancf_watch watch
     cdef ancf_jumps jumps
     cdef Held held
+    cdef Drives drives
     cdef ptrdiff_t n, n_all, stages, padded
     cdef double dt
     cdef double[::1] drift, kick, dead_load, load, r, none, phi, lam
-    cdef double[:, ::1] pull, swing, rate, history, held_rows, held_root
+    cdef double[:, ::1] pull, swing, rate, history, held_rows, held_root, accelerations
     cdef bint swings  # whether stages have velocities
     # Two places for the state, present and next.
     cdef double[:, ::1] q, v
@@ -89,7 +93,7 @@ cdef class Explicit:
     cdef readonly bint finite  # whether there is an acceleration at the start
 
     def __cinit__(self, system, seed, double dt, A, b, c, B, constraints, q, v, dead_load,
-                  amplitudes, double largest_gain, double noise):
+                  inputs, ptrdiff_t n_driven, double largest_gain, double noise):
         self.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
         self.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         self.n, self.n_all, self.stages = self.system.n_free, self.system.n_all, len(b)
@@ -104,14 +108,19 @@ cdef class Explicit:
         self.swings = B is not None
         self.swing = -dt * np.array(B if self.swings else A, dtype=float)
         self.dead_load, self.r = np.array(dead_load, dtype=float), np.zeros(width)
-        # Never empty, so that a pointer to the first amplitude always exists.
-        self.load = np.append(amplitudes, 0.0)
-        self.dt, self.jumps.n = dt, len(amplitudes)
-        self.history = np.zeros((5, len(amplitudes) + 1))
+        # Never empty, so that a pointer to the first input always exists.
+        self.load = np.append(inputs, 0.0)
+        self.dt, self.jumps.n = dt, self.system.n_amplitudes
+        self.history = np.zeros((5, self.jumps.n + 1))
         self.jumps.rate, self.jumps.bend = &self.history[0, 0], &self.history[1, 0]
         self.jumps.size, self.jumps.past = &self.history[2, 0], &self.history[3, 0]
         self.jumps.jump = &self.history[4, 0]
-        np.abs(self.load, out=np.asarray(self.history[2]))
+        np.asarray(self.history[2])[:self.jumps.n] = np.abs(inputs[:self.jumps.n])
+        self.accelerations = np.zeros((3, self.n_all))
+        self.drives.n, self.drives.base = n_driven, self.n_all - n_driven
+        self.drives.column = self.system.n_amplitudes
+        self.drives.given = &self.accelerations[0, 0]
+        self.drives.moved, self.drives.inertia = &self.accelerations[1, 0], &self.accelerations[2, 0]
         places, speeds = np.zeros((2, width)), np.zeros((2, width))
         places[:, :self.n_all] = q
         speeds[0, :self.n] = v[:self.n]
@@ -119,7 +128,7 @@ cdef class Explicit:
         self.owner = (system, seed, self.hold_by(constraints))
         if self.system.begin != NULL:
             self.remember(self.system.begin)
-        self.finite = self.accelerate(0, &self.q[0, 0], &self.v[0, 0], &self.load[0])
+        self.finite = self.look_again()
         self.watch.limit, self.watch.noise = largest_gain, noise
         ancf_watch_start(&self.watch, self.system, &self.dead_load[0], &self.q[0, 0],
                          &self.v[0, 0], &self.r[0])
@@ -149,6 +158,7 @@ cdef class Explicit:
         v = np.array(self.v[self.now, :self.n_all])
         a = np.zeros(self.n_all)
         a[:self.n] = -np.asarray(self.rate[self.first, :self.n])
+        a[self.drives.base:] = self.load[self.drives.column + 2 * self.drives.n : -1]
         return q, v, a, np.array(self.lam[:self.held.m])
 
     @property
@@ -171,7 +181,7 @@ cdef class Explicit:
         """Energy above what was given, and the largest energy exchanged, at the last look [J]."""
         return self.watch.gain, self.watch.exchanged
 
-    def advance(self, _nonlinear, ptrdiff_t n_steps, const double[:, ::1] amplitudes,
+    def advance(self, _nonlinear, ptrdiff_t n_steps, const double[:, ::1] inputs,
                 ptrdiff_t save_every, ptrdiff_t steps_done, double[:, ::1] q_out,
                 double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] lam_out):
         """Take steps; return ``(steps taken, outcome)``, outcome 0 if all is well.
@@ -180,8 +190,8 @@ cdef class Explicit:
 
         Parameters
         ----------
-        amplitudes : (n_steps * (s - 1), n_amplitudes)
-            Loads at the stages of each step after its first.
+        inputs : (n_steps * (s - 1), n_amplitudes + 3 n_driven)
+            Loads, and what is prescribed, at the stages of each step after its first.
         save_every, steps_done : int
             Step number k of the run (from 1) is written to row ``k / save_every`` of the outputs.
         """
@@ -189,30 +199,36 @@ cdef class Explicit:
         cdef ptrdiff_t look = max(1, LOOK_EVERY // last)
         cdef const double *load = NULL
         cdef double *acceleration
-        cdef bint loaded = amplitudes.shape[1] > 0
+        cdef bint changes = inputs.shape[1] > 0
+        cdef Drives *drives = &self.drives
+        cdef double work
         cdef int outcome = 0
         cdef Signals signals = Signals(0, now())
         with nogil:
             for k in range(n_steps):
-                next = 1 - self.now
+                next, work = 1 - self.now, self.kick[0] * drives.power0
                 for i in range(1, self.stages):
                     self.place(i, &self.q[next, 0])
                     if self.swings:
                         self.turn(i, &self.v[next, 0])
-                    if loaded:
-                        load = &amplitudes[k * last + i - 1, 0]
-                    if not self.accelerate(i, &self.q[next, 0], &self.v[next, 0], load):
+                    if changes:
+                        load = &inputs[k * last + i - 1, 0]
+                    if not self.accelerate(i, next, load):
                         outcome = NOT_FINITE
+                    work += self.kick[i] * drives.power
                 if outcome:
                     break
                 self.push(&self.v[next, 0])
+                if drives.n > 0:
+                    follow(drives, load, &self.q[next, 0], &self.v[next, 0])
+                    self.watch.work -= work
                 if not dot(&self.v[next, 0], &self.v[next, 0], self.n) < INFINITY:
                     outcome = NOT_FINITE
                     break
-                if loaded:
+                if changes:
                     self.add_work(load, next)
-                    memcpy(&self.load[0], load, amplitudes.shape[1] * sizeof(double))
-                self.now = next
+                    memcpy(&self.load[0], load, inputs.shape[1] * sizeof(double))
+                self.now, drives.power0 = next, drives.power
                 self.first = (self.first + last) % self.stages
                 if self.system.accept != NULL:
                     self.remember(self.system.accept)
@@ -225,8 +241,10 @@ cdef class Explicit:
                     acceleration = self.stage(0)
                     for j in range(self.n):
                         a_out[row, j] = -acceleration[j]
-                    for j in range(self.n, self.n_all):
+                    for j in range(self.n, drives.base):
                         a_out[row, j] = 0.0
+                    for j in range(drives.n):
+                        a_out[row, drives.base + j] = load[drives.column + 2 * drives.n + j]
                     for j in range(self.held.m):
                         lam_out[row, j] = self.lam[j]
                 self.steps += 1
@@ -252,15 +270,30 @@ cdef class Explicit:
         self.finite = self.look_again()
 
     cdef inline bint look_again(self) noexcept nogil:
-        return self.accelerate(0, &self.q[self.now, 0], &self.v[self.now, 0], &self.load[0])
+        cdef bint finite = self.accelerate(0, self.now, &self.load[0])
+        self.drives.power0 = self.drives.power
+        return finite
 
-    cdef inline bint accelerate(self, ptrdiff_t i, const double *q, const double *v,
+    cdef inline bint accelerate(self, ptrdiff_t i, ptrdiff_t place,
                                 const double *load) noexcept nogil:
         """Set the acceleration of stage i; whether there is one."""
-        self.system.residual(self.system.context, q, v, NULL, &self.none[0], &self.dead_load[0],
+        cdef double *q = &self.q[place, 0]
+        cdef double *v = &self.v[place, 0]
+        cdef double *rate = self.stage(i)
+        cdef Drives *drives = &self.drives
+        cdef const double *given = NULL
+        if drives.n > 0:
+            follow(drives, load, q, v)
+            given = drives.given
+        self.system.residual(self.system.context, q, v, given, &self.none[0], &self.dead_load[0],
                              load, &self.r[0], &self.phi[0])
-        self.seed.solve(self.seed.context, &self.r[0], self.stage(i))
-        return self.held.m == 0 or hold(&self.held, q, v, self.stage(i))
+        self.seed.solve(self.seed.context, &self.r[0], rate)
+        if self.held.m > 0 and not hold(&self.held, q, v, given, rate):
+            return False
+        if drives.n > 0:
+            drives.power = power_of_drives(
+                drives, self.system, &self.held, q, v, rate, &self.r[0])
+        return True
 
     cdef void add_work(self, const double *load, int next) noexcept nogil:
         """Add what the loads do in a step, and how much of that is unsure."""
@@ -269,6 +302,8 @@ cdef class Explicit:
         cdef const double *q1 = &self.q[next, 0]
         cdef ancf_state x0, x1
         cdef double unsure
+        if system.n_amplitudes == 0:
+            return
         x0.q, x0.v, x0.amplitudes = q0, &self.v[self.now, 0], &self.load[0]
         x1.q, x1.v, x1.amplitudes = q1, &self.v[next, 0], load
         self.watch.work += system.load_work(system.context, &x0, &x1, &self.r[0])

@@ -111,7 +111,7 @@ def make_explicit(
     integrator: Explicit,
     q: Vector,
     v: Vector,
-    amplitudes: Vector,
+    inputs: Vector,
     mass: Any,
     largest_gain: float,
     noise: float,
@@ -128,8 +128,8 @@ def make_explicit(
         Coefficients.
     q, v : (n_all,) float
         The first state [m, 1] and its velocities; its accelerations are those of its forces.
-    amplitudes : (n_amplitudes,) float
-        Changing loads there [N, N m].
+    inputs : (n_inputs,) float
+        What changes with time there: loads [N, N m], and what is prescribed, see `System.inputs`.
     mass : seed
         Inverse of the mass matrix.
     largest_gain : float
@@ -150,7 +150,8 @@ def make_explicit(
         q,
         v,
         system.dead_load,
-        amplitudes,
+        inputs,
+        system.prescribed.n,
         largest_gain,
         noise,
     )

@@ -69,9 +69,14 @@ cdef bint held_factor(Held *self, const double *q) noexcept nogil:
     return True
 
 
-cdef bint hold(Held *self, const double *q, const double *v, double *rate) noexcept nogil:
-    """Turn M^-1 r, r the forces alone, into -a, and set the multipliers; whether there are any."""
+cdef bint hold(Held *self, const double *q, const double *v, const double *given,
+               double *rate) noexcept nogil:
+    """Turn M^-1 r, r the forces alone, into -a, and set the multipliers; whether there are any.
+
+    Accelerations that are ``given`` to other than the free coordinates count in G a.
+    """
     cdef ptrdiff_t n = self.n, m = self.m, i, j, k
+    cdef double about, value
     cdef double *lam = self.lam
     if not self.straight and not held_factor(self, q):
         return False
@@ -80,6 +85,12 @@ cdef bint hold(Held *self, const double *q, const double *v, double *rate) noexc
     for k in range(self.terms):
         if self.j[k] >= 0:
             lam[self.row[k]] += 2.0 * self.coefficient[k] * v[self.i[k]] * v[self.j[k]]
+    if given != NULL:
+        for k in range(self.terms):
+            i, j = self.i[k], self.j[k]
+            about = self.about[k]
+            value = given[i] if j < 0 else (q[j] - about) * given[i] + (q[i] - about) * given[j]
+            lam[self.row[k]] += self.coefficient[k] * value
     for i in range(m):
         for j in range(i):
             lam[i] -= self.root[i * m + j] * lam[j]

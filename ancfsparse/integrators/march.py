@@ -22,6 +22,7 @@ class Mechanics(Protocol):
 
     capsule: object
     constraints: Any
+    prescribed: Any
 
     @property
     def dead_load(self) -> Vector:

@@ -14,6 +14,7 @@ from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.continuation import continues, recall, recall_contributions
+from ancfsparse.solve.drives import inputs_at
 from ancfsparse.solve.rates import initial_acceleration, start_load
 from ancfsparse.solve.stability import (
     IMPLICIT,
@@ -100,7 +101,7 @@ def prepare_explicit(
         initial_acceleration(system, seed, system.v0)  # refuses what leaves the range of numbers
     mass = cheapest_inverse(system, seed)
     noise = 100.0 * EPSILON * system.energy_scale(system.q0)
-    state = (system.q0, system.v0, start_load(system))
+    state = (system.q0, system.v0, inputs_at(system, np.array([system.t0]))[0])
     march = make_explicit(system, dt, integrator, *state, mass, max_energy_gain, noise)
     if recall_contributions(start, system):
         march.refresh()

@@ -129,7 +129,8 @@ class ExplicitMarch:
             n = math.ceil((last - now) / h)
             dt = (last - now) / n
             gain, noise = self._max_energy_gain, self._noise
-            march = make_explicit(system, dt, integrator, q, v, load, self._mass, gain, noise)
+            inputs = self._inputs(np.array([now]), begin, end)[0]
+            march = make_explicit(system, dt, integrator, q, v, inputs, self._mass, gain, noise)
             if not states.rows:
                 states.begin(*march.state)
             span = (now, float(last), n)
@@ -150,6 +151,16 @@ class ExplicitMarch:
             now = last
         count_forces(stats, integrator)
         return states
+
+    def _inputs(self, times: Vector, begin: float, end: float) -> Vector:
+        """Return loads of the time in which they are smooth, and what is prescribed."""
+        amplitudes = self._system.loads.amplitudes(np.clip(times, begin, end))
+        if not self._system.prescribed:
+            return amplitudes
+        prescribed, failure = self._system.prescribed.tabulate(times)
+        if failure is not None:
+            raise failure
+        return np.hstack([amplitudes, prescribed])
 
     def _march(
         self,
@@ -176,9 +187,9 @@ class ExplicitMarch:
             for table, row in zip(buffer, march.state, strict=True):
                 table[0] = row
             when = mine[:-1, None] + np.diff(mine)[:, None] * nodes
-            amplitudes = self._system.loads.amplitudes(np.clip(when.ravel(), begin, end))
+            inputs = self._inputs(when.ravel(), begin, end)
             clock = time.perf_counter()
-            taken, code = march.advance(None, len(mine) - 1, amplitudes, 1, 0, *buffer)
+            taken, code = march.advance(None, len(mine) - 1, inputs, 1, 0, *buffer)
             stats.march_seconds += time.perf_counter() - clock
             stats.steps += taken
             if taken:

@@ -172,7 +172,7 @@ class FixedRun(ABC):
         room = self._room * self._save_every - since
         wanted = min(self._chunk, self._n_steps - begin, room)
         steps = np.arange(wanted, dtype=np.float64)[:, None] + begin
-        times = self._clock.at(steps + self._stages)
+        times = self._clock.at(steps, self._stages)
         amplitudes, failure = self._system.inputs(times.ravel())
         wanted = len(amplitudes) // p
         self._before = begin, self._march.steps

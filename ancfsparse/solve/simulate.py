@@ -61,7 +61,8 @@ def simulate(
         `RungeKuttaNystrom` or `DormandPrince`.  ``"auto"`` is ``GeneralizedAlpha(0.9)``; with an
         accuracy it is whichever costs least, explicit ones included where no solver is asked for.
         The last three are explicit: they take no solver and no tolerance, and steps no longer than
-        `stable_step` returns.  All but `DormandPrince` take no damping, and joints by numbering.
+        `stable_step` returns.  All but `DormandPrince` take no damping, and joints by numbering;
+        drives are by numbering with all of them.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
     seed : {"auto", "exact", "incomplete"}, optional

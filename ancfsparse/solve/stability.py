@@ -83,10 +83,11 @@ def check_free(system: System, integrator: Explicit) -> None:
 
     Others take damping, and few multipliers.
     """
-    if system.prescribed:
+    if system.prescribed.n_equations:
         raise InputError(
-            f"{integrator!r} cannot follow drives and lengths that change with time: take an "
-            "implicit integrator such as GeneralizedAlpha(0.9)"
+            f"{integrator!r} cannot follow lengths that change with time, nor drives by "
+            "multipliers: drive a node by numbering, as_constraint=False, or take an implicit "
+            "integrator such as GeneralizedAlpha(0.9)"
         )
     rigid = [body.name for body in system.scene.bodies if not body.n_elements]
     if rigid:

@@ -38,11 +38,13 @@ class Clock:
         first = round(begin / dt)
         self._first = float(first) if dt * first == begin else None
 
-    def at(self, steps: float | NDArray[np.float64]) -> Any:
-        """Return the time after so many steps [s], or times for an array."""
+    def at(
+        self, steps: float | NDArray[np.float64], share: float | NDArray[np.float64] = 0.0
+    ) -> Any:
+        """Return the time after so many steps and a share of the next [s], or times for arrays."""
         if self._first is None:
-            return self.begin + self.dt * steps
-        return self.dt * (self._first + steps)
+            return self.begin + self.dt * (steps + share)
+        return self.dt * ((self._first + steps) + share)  # rounded alike whatever step is the first
 
 
 def count_steps_from(t_start: float, t_end: float, dt: float) -> int:

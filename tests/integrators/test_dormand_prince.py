@@ -173,7 +173,10 @@ def test_constraints_that_repeat_one_another_have_no_multipliers():
     state = system.q0, system.v0, np.zeros(0), mass_seed(system), np.inf, 0.0
     for constraints, finite in ((once, True), (twice, False)):
         known = SimpleNamespace(
-            capsule=system.capsule, dead_load=system.dead_load, constraints=constraints
+            capsule=system.capsule,
+            dead_load=system.dead_load,
+            constraints=constraints,
+            prescribed=system.prescribed,
         )
         loop = make_explicit(known, 1e-4, METHOD, *state)
         assert loop.finite == finite

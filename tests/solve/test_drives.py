@@ -311,15 +311,6 @@ def test_a_node_is_not_held_twice_by_a_drive():
         scene.pin(rod.start)
 
 
-@pytest.mark.parametrize("integrator", [ancf.CentralDifference(), ancf.DormandPrince()])
-def test_explicit_integrators_refuse_drives(integrator):
-    scene, _ = pendulum()
-    with pytest.raises(ancf.InputError, match="cannot follow drives"):
-        ancf.simulate(scene, 0.1, 1e-5, integrator=integrator)
-    with pytest.raises(ancf.InputError, match="cannot follow drives"):
-        ancf.stable_step(scene, integrator)
-
-
 def test_a_drive_that_fails_keeps_the_motion_so_far():
     def motion(t):
         if t > 0.2:
