@@ -24,3 +24,17 @@ def test_first_example_swings_to_the_reference_positions():
         assert abs(run.t[k] - t) < 1e-9
         np.testing.assert_allclose(run.position(rod.end)[k], tip, rtol=0, atol=5e-5)
     np.testing.assert_allclose(run.position(rod.start), 0.0, rtol=0, atol=1e-12)
+
+
+def test_copies_of_the_scene_are_what_the_page_says(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+    names = {}
+    exec(compile(blocks[0] + blocks[1], "README.md", "exec"), names)
+    scene, ancf = names["scene"], names["ancf"]
+    assert names["fine"].beams[0].n_elements == 20
+    assert names["stiff"].beams[0].material.youngs_modulus == 2e8
+    assert ancf.Scene.load("pendulum.json") == scene
+    k = np.abs(names["run"].t - 0.5).argmin()
+    gap = names["tip"][k] - names["run"].position(names["rod"].end)[k]
+    assert 1e-5 < np.linalg.norm(gap) < 1e-3  # 2.1e-4 m: two meshes of one pendulum

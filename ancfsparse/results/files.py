@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -14,7 +15,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.results.hdf5 import damaged, file_name, opened, text_of
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
-from ancfsparse.results.tables import LAST, REFERENCE, Chosen, Stored, StoredState, whole
+from ancfsparse.results.tables import LAST, RECORDS, REFERENCE, Chosen, Stored, StoredState, whole
 from ancfsparse.results.trajectory import Trajectory
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.scene.digest import difference
@@ -29,16 +30,22 @@ if TYPE_CHECKING:
 SAME = 1e-9
 
 
-def load(path: str | Path, scene: Scene) -> Trajectory:
+def load(
+    path: str | Path, scene: Scene | None = None, *, own: Mapping[str, Any] | None = None
+) -> Trajectory:
     """Open the file that ``simulate(..., output=path)`` wrote.
 
     Parameters
     ----------
     path : str or Path
         The file.
-    scene : Scene
+    scene : Scene, optional
         The scene of the run, or one made by the same calls: its handles are what the trajectory
-        is asked with.
+        is asked with.  By default it is built of what stands in the file;
+        ``run.system.scene.body(name)`` gives its handles.
+    own : dict of str to object, optional
+        For a scene that is built of the file, functions and elements of your own, as in
+        `Scene.load`.
 
     Returns
     -------
@@ -53,6 +60,8 @@ def load(path: str | Path, scene: Scene) -> Trajectory:
         compared, but for their places.
     """
     path = file_name("the file of a run", path)
+    if scene is None:
+        scene = _scene(path, {} if own is None else own)
     check_scene(scene)
     system = System(scene)
     run = read(path, system)
@@ -75,6 +84,20 @@ def load(path: str | Path, scene: Scene) -> Trajectory:
     if other is not None:
         raise InputError(f"{path} was written for another scene. What differs is {other}")
     return run
+
+
+def _scene(path: Path, own: Mapping[str, Any]) -> Scene:
+    """Build the scene that stands in a file."""
+    from ancfsparse.scene.files import built
+
+    with opened(path) as file:
+        text = text_of(file, RECORDS, "")
+    if not text:
+        raise InputError(
+            f"{path} does not hold its scene, because functions of it have one name or because an "
+            "earlier version wrote it: give the scene, as in load(path, scene)"
+        )
+    return built(Scene, text, path, own)
 
 
 def _begins(table: Any, start: Array, n: int) -> bool:

@@ -23,6 +23,8 @@ from ancfsparse.system.state import State
 LAST, LAST_LAM, MEMORY = "last", "last_lam", "memory"
 # That of the stress-free shape of a run that started elsewhere.
 REFERENCE = "reference"
+# That of the scene, as the text of a file of its own.
+RECORDS = "records"
 
 
 class Readable(Protocol):

@@ -22,7 +22,7 @@ from ancfsparse.results.locks import LOCKED_BY_HDF5
 from ancfsparse.results.outline import Outline
 from ancfsparse.results.source import Array
 from ancfsparse.results.stats import RunStats
-from ancfsparse.results.tables import LAST, LAST_LAM, MEMORY, REFERENCE, state_as_stored
+from ancfsparse.results.tables import LAST, LAST_LAM, MEMORY, RECORDS, REFERENCE, state_as_stored
 from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
@@ -43,10 +43,10 @@ class Writer:
 
     Data sets ``t`` (k,) [s]; ``q``, ``v``, ``a`` (k, c); ``lam`` (k, m) if there are
     multipliers; ``places`` (c,) if only some coordinates are kept; and as JSON in bytes
-    ``settings``, ``scene`` and, once it ends, ``stats``; the group ``outline`` has what pictures
-    need of the scene, and `tables` the last state of a run that has ended.  All have checksums, and
-    what was never
-    written reads as NaN.  Attributes: ``mark`` and ``format`` say what the file is (`hdf5`),
+    ``settings``, ``scene`` and, once it ends, ``stats``; ``records`` is the scene itself, unless a
+    file cannot hold it; the group ``outline`` has what pictures need of the scene, and `tables` the
+    last state of a run that has ended.  All have checksums, and what was never written reads as
+    NaN.  Attributes: ``mark`` and ``format`` say what the file is (`hdf5`),
     ``coordinates`` counts those of the system, and ``run`` is a mark that no other run has.
 
     HDF5 cannot close a file it has no room for.  So the room for new rows is taken before they are
@@ -152,6 +152,11 @@ class Writer:
         """Add what pictures need to know of the scene."""
         self._reserve(outline.nbytes)
         outline.write(self._file)
+
+    def add_records(self, text: str) -> None:
+        """Add the scene as the text of a file of its own, see `Scene.save`."""
+        self._reserve(len(text))
+        self._text(RECORDS, text)
 
     def append(
         self, t: Array, q: Array, v: Array, a: Array, lam: Array, *, begin: int | None = None

@@ -39,9 +39,14 @@ DATA = {each.__name__: each for each in (Rectangle, Circle, Section, Material)} 
 AnyScene = TypeVar("AnyScene", bound=Records)
 
 
-def save(scene: Records, path: str | Path) -> None:
-    """Write a scene; see `Scene.save`."""
-    file = _place(path)
+def written(scene: Records) -> str:
+    """Return a scene as the text of its file.
+
+    Raises
+    ------
+    InputError
+        If a file cannot hold it.
+    """
     names: dict[str, object] = {}
     lines = []
     for number, record in enumerate(scene.records):
@@ -50,7 +55,12 @@ def save(scene: Records, path: str | Path) -> None:
         lines.append(json.dumps({"method": record.method, **values}))
     head = {"format": FORMAT, "version": VERSION, "units": UNITS, "gravity": scene.gravity.tolist()}
     first = ",\n".join(f"{json.dumps(name)}: {json.dumps(each)}" for name, each in head.items())
-    text = f'{{{first},\n"records": [\n' + ",\n".join(lines) + "\n]}\n"
+    return f'{{{first},\n"records": [\n' + ",\n".join(lines) + "\n]}\n"
+
+
+def save(scene: Records, path: str | Path) -> None:
+    """Write a scene; see `Scene.save`."""
+    file, text = _place(path), written(scene)
     part = file.with_name(f".{file.name}.{os.getpid()}")
     try:
         part.write_text(text, encoding="utf-8")
@@ -64,9 +74,35 @@ def load(kind: Callable[[Any], AnyScene], path: str | Path, own: Mapping[str, An
     """Read a scene; see `Scene.load`."""
     file = _place(path)
     try:
-        data = json.loads(file.read_text(encoding="utf-8"))
+        text = file.read_bytes()
     except OSError as error:
         raise InputError(f"the scene {file} cannot be read: {error.strerror}") from error
+    return built(kind, text, file, own)
+
+
+def built(
+    kind: Callable[[Any], AnyScene], text: str | bytes, file: Path, own: Mapping[str, Any]
+) -> AnyScene:
+    """Build a scene of the text of its file.
+
+    Parameters
+    ----------
+    kind : callable
+        Makes an empty scene of a gravity.
+    text : str or bytes
+        What `written` returned.
+    file : Path
+        Where it stands, for messages.
+    own : mapping of str to object
+        Functions and elements that it mentions by name.
+
+    Raises
+    ------
+    InputError
+        If there is anything in it that makes no scene.
+    """
+    try:
+        data = json.loads(text)
     except (ValueError, RecursionError) as error:  # neither text nor JSON
         raise InputError(f"{file} is no file of a scene: {error}") from error
     if not isinstance(data, dict) or data.get("format") != FORMAT:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Protocol, cast
 
@@ -175,6 +175,7 @@ class Record:
         else:
             from ancfsparse.results.outline import outline_of
             from ancfsparse.results.writer import Writer
+            from ancfsparse.scene.files import written
 
             scene = self._system.description
             with Writer(self._output, n, m, self._places, self._settings, scene) as writer:
@@ -182,6 +183,8 @@ class Record:
                     writer.add_reference(self._system.q_ref)
                 if self._places is None:
                     writer.add_outline(outline_of(self._system))
+                with suppress(InputError):  # functions that a file cannot distinguish
+                    writer.add_records(written(self._system.scene))
                 yield writer
 
     def trajectory(self) -> Trajectory:

@@ -178,8 +178,8 @@ def test_names_that_no_file_can_have(tmp_path, monkeypatch, name, message):
 
 
 def test_a_file_is_loaded_with_a_scene():
-    with pytest.raises(InputError, match="a Scene is needed, got None"):
-        load("run.h5", None)
+    with pytest.raises(InputError, match="a Scene is needed, got 3"):
+        load("run.h5", 3)
 
 
 @pytest.mark.parametrize(
@@ -193,3 +193,35 @@ def test_numbers_of_a_scene_are_compared_by_value(tmp_path, modulus, diameter):
     (beam,) = scene.beams
     assert hash(beam.section) == hash(ancf.Circle(0.01))
     assert repr(beam.material) == repr(ancf.Material(1e8, 4000.0))
+
+
+def gust(t):
+    return (t, 0.0)
+
+
+def test_a_file_brings_its_scene_along(tmp_path):
+    scene, rod = pendulum()
+    scene.point_force(rod.at(0.7), gust)
+    path = tmp_path / "run.h5"
+    run = ancf.simulate(scene, 5e-3, 1e-3, output=path)
+    with pytest.raises(InputError, match=r"run\.h5, record 3: it needs '.*_runs\.gust'"):
+        load(path)
+    again = load(path, own={f"{gust.__module__}.gust": gust})
+    assert again.system.scene == scene
+    end = again.system.scene.body("beam 0").end
+    np.testing.assert_array_equal(again.position(end), run.position(rod.end))
+    np.testing.assert_array_equal(again.energy.total, run.energy.total)
+
+
+def test_a_file_without_its_scene_asks_for_it(tmp_path):
+    scene, rod = pendulum()
+    for factor in (1.0, 2.0):
+        scene.point_force(rod.end, lambda t, factor=factor: (factor * t, 0.0))
+    path = tmp_path / "run.h5"
+    run = ancf.simulate(scene, 5e-3, 1e-3, output=path)
+    with pytest.raises(InputError, match=r"run\.h5 does not hold its scene, because functions of"):
+        load(path)
+    np.testing.assert_array_equal(load(path, scene).q, run.q)
+    write_first_format(tmp_path / "old.h5", run)
+    with pytest.raises(InputError, match=r"old\.h5 does not hold its scene, .* an earlier ver"):
+        load(tmp_path / "old.h5")
