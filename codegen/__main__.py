@@ -1,7 +1,12 @@
-"""`python -m codegen [--check] [name ...]`: write `generated/`, or say whether it is up to date."""
+"""`python -m codegen [--check] [name ...]`: write `generated/`, or say whether it is up to date.
+
+`python -m codegen --element FILE --folder FOLDER` writes the module of an element that is described
+in a file of its own; the command `ancfsparse element` calls this and compiles it.
+"""
 
 import argparse
 import difflib
+import runpy
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -9,9 +14,17 @@ from pathlib import Path
 from codegen.derive import derive
 from codegen.elements import ELEMENTS
 from codegen.emit import module
+from codegen.fields import Element
+from codegen.lists import c_header, cython_text
 from codegen.stamp import COMMAND, digest_of_inputs, header, sums
 
-GENERATED = Path(__file__).resolve().parent.parent / "generated"
+ROOT = Path(__file__).resolve().parent.parent
+GENERATED = ROOT / "generated"
+LISTS = {
+    ROOT / "ancfsparse" / "kernels" / "kernel_list.h": c_header,
+    ROOT / "ancfsparse" / "kernels" / "kernel_list.pxi": cython_text,
+}
+"""What is generated beside files written by hand."""
 DIFF_LINES = 60
 
 
@@ -42,6 +55,40 @@ def wanted_files(names: Sequence[str], folder: Path) -> dict[str, str]:
     files["meson.build"] = build_file()
     files["SHA256SUMS"] = sums(files)
     return files
+
+
+def from_file(path: Path, folder: Path) -> Path:
+    """Write the module of the element that a file describes.
+
+    Parameters
+    ----------
+    path : Path
+        A file of Python with an `Element` named ``ELEMENT``.
+    folder : Path
+        Where to write ``<name of the element>.pyx``.
+
+    Returns
+    -------
+    Path
+        What was written.
+
+    Raises
+    ------
+    ValueError
+        If the file has no such element, or one that cannot be derived.
+    """
+    sys.path.insert(0, str(path.resolve().parent))  # for what the file imports beside it
+    element = runpy.run_path(str(path)).get("ELEMENT")
+    if not isinstance(element, Element):
+        raise ValueError("it has no `ELEMENT = Element(...)`, see codegen/fields.py")
+    source = str(path.resolve())
+    inputs = digest_of_inputs(source, lambda: element)
+    program = derive(element)
+    head = header(program, path.name, inputs, f"ancfsparse element {path.name}")
+    folder.mkdir(parents=True, exist_ok=True)
+    target = folder / f"{element.name}.pyx"
+    target.write_text(module(program, head), encoding="utf-8", newline="\n")
+    return target
 
 
 def differences(wanted: dict[str, str], folder: Path) -> list[str]:
@@ -75,22 +122,40 @@ def write(wanted: dict[str, str], folder: Path) -> list[str]:
     return changed
 
 
+def _differs(path: Path, text: str) -> bool:
+    return not path.exists() or path.read_text(encoding="utf-8") != text
+
+
+def write_lists() -> list[str]:
+    """Write the lists of kernels where they differ, and return which did."""
+    changed = [path for path, make in LISTS.items() if _differs(path, make())]
+    for path in changed:
+        path.write_text(LISTS[path](), encoding="utf-8", newline="\n")
+    return [path.name for path in changed]
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; the result is its exit status."""
     parser = argparse.ArgumentParser(prog="python -m codegen", description=__doc__)
     parser.add_argument("--check", action="store_true", help="compare only, change nothing")
     parser.add_argument("--folder", type=Path, default=GENERATED, help="default: generated/")
+    parser.add_argument("--element", type=Path, help="the file of an element elsewhere")
     parser.add_argument("name", nargs="*", help="modules to regenerate; default: all")
     options = parser.parse_args(arguments)
+    if options.element is not None:
+        return _element(options.element, options.folder)
     unknown = [name for name in options.name if name not in ELEMENTS]
     if unknown:
         parser.error(f"no element {unknown[0]!r}; there are {', '.join(ELEMENTS)}")
     wanted = wanted_files(options.name or list(ELEMENTS), options.folder)
     if not options.check:
-        changed = write(wanted, options.folder)
-        print(f"{len(changed)} of {len(wanted)} files changed: {', '.join(sorted(changed)) or '-'}")
+        changed = write(wanted, options.folder) + write_lists()
+        n = len(wanted) + len(LISTS)
+        print(f"{len(changed)} of {n} files changed: {', '.join(sorted(changed)) or '-'}")
         return 0
     lines = differences(wanted, options.folder)
+    stale = [path.name for path, make in LISTS.items() if _differs(path, make())]
+    lines += [f"{name}: is not what codegen/kernels.py makes" for name in stale]
     if not lines:
         return 0
     print("\n".join(lines[:DIFF_LINES]))
@@ -98,6 +163,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"... {len(lines) - DIFF_LINES} more lines")
     print(f"generated/ is not what codegen/ makes. Run `{COMMAND}`.")
     return 1
+
+
+def _element(path: Path, folder: Path) -> int:
+    """Write the module of an element elsewhere and print its path, or say what is wrong."""
+    try:
+        print(from_file(path, folder))
+    except Exception as failure:  # whatever a file of the user's raises
+        print(f"{path}: {failure or type(failure).__name__}", file=sys.stderr)
+        return 2
+    return 0
 
 
 if __name__ == "__main__":

@@ -218,18 +218,7 @@ def derive(element: Element) -> Program:
     """Work out all kernels of an element."""
     d = Derivation(element)
     tape = d.tape
-    makers = {
-        "energy": d.energy,
-        "force": d.force,
-        "inertia": d.inertia,
-        "residual": d.residual,
-        "tangent": d.tangent,
-        "mass": d.mass,
-        "damping": d.damping,
-        "material": d.material,
-        "discrete_gradient": d.discrete_gradient,
-    }
-    outputs = {name: tape.lowered(makers[name]()) for name in element.kernels}
+    outputs = {name: tape.lowered(getattr(d, name)()) for name in element.kernels}
     derived: set[Node] = set()
     for nodes in outputs.values():
         derived.update(n for n in nodes if tape.level[n] == PARAMETER)
@@ -237,5 +226,8 @@ def derive(element: Element) -> Program:
             if tape.level[node] > PARAMETER:
                 derived.update(a for a in tape[node].args if tape.level[a] == PARAMETER)
     used = {tape[n].value for n in tape.reachable(derived) if tape[n].op == "parameter"}
-    names = [name for name in PARAMETERS if name in used]
+    known = [*PARAMETERS, *(each.name for each in element.own)]
+    if unknown := sorted(used.difference(known)):
+        raise ValueError(f"{element.name} uses {unknown[0]}, which is not among its own parameters")
+    names = [name for name in known if name in used]
     return Program(element, tape, outputs, names, sorted(derived))

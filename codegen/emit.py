@@ -1,8 +1,11 @@
 """Print a derived element as a Cython module; the text depends on nothing but the element."""
 
+import hashlib
 from collections.abc import Sequence
 
 from codegen.derive import Program
+from codegen.fields import Element
+from codegen.kernels import KERNELS
 from codegen.tape import PARAMETER, Node, Tape
 
 LINE = 100
@@ -36,14 +39,18 @@ cdef extern from "simd.h" nogil:
         double *out, const int32_t *first, const int32_t *second, vec u, vec v,
         bint chained) noexcept
 
+SIGNATURE = ANCF_KERNEL_SIGNATURE.decode("ascii")
 NAME = "{name}"
+DEFINITION = "{definition}"
 DIM = {dim}
 LANES = ANCF_LANES
 N_NODES = 2
 NODE_COORDINATES = {node_coordinates}
 SECTION = {section}
 PARAMETERS = {parameters}
+OWN_PARAMETERS = {own}
 N_DERIVED = {n_derived}
+SIZES = {sizes}
 OPERATIONS = {operations}
 '''
 
@@ -252,17 +259,28 @@ def prepare(program: Program) -> str:
     return "\n".join(lines)
 
 
+def definition(element: Element) -> str:
+    """Return a digest of what an element is, whatever its file and this generator look like."""
+    e = element
+    parts = e.dim, e.node, e.section, e.fields, e.strains, e.projected, e.energy, e.inertia, e.own
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+
+
 def module(program: Program, header: str) -> str:
     """Print a whole generated module."""
     element = program.element
+    n = element.n_coordinates
     preamble = PREAMBLE.format(
         title=element.title,
         name=element.name,
+        definition=definition(element),
         dim=element.dim,
         node_coordinates=element.node_coordinates,
         section=element.section,
         parameters=tuple(program.parameters),
+        own={each.name: each.group for each in element.own if each.name in program.parameters},
         n_derived=len(program.derived),
+        sizes={k.name: k.size(n) for k in KERNELS if k.name in program.outputs},
         operations=program.operations(),
     )
     kernels = "\n\n\n".join(kernel(program, name) for name in program.outputs)

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
+from codegen.kernels import NAMES
+
 x, length = sp.symbols("x length", positive=True)
 dot = sp.Function("dot")
 
@@ -31,15 +33,44 @@ PARAMETERS = (
 def parameter(name: str) -> sp.Symbol:
     """Return the symbol of a base parameter; the name must be one the scene can supply."""
     if name not in PARAMETERS:
-        raise ValueError(f"{name!r} is not one of the base parameters {', '.join(PARAMETERS)}.")
+        raise ValueError(
+            f"{name!r} is not one of the base parameters {', '.join(PARAMETERS)}; a parameter of "
+            "one element alone is an OwnParameter"
+        )
     return sp.Symbol(name, positive=True)
 
 
-KERNELS = (
-    "energy", "force", "inertia", "residual", "tangent", "mass", "damping", "material",
-    "discrete_gradient",
-)  # fmt: skip
-"""What is generated for an element unless it says otherwise."""
+GROUPS = ("stretching", "turning", "masses", "ratios")
+"""What damps a parameter: axial or bending damping, Rayleigh's alpha, nothing."""
+
+
+@dataclass(frozen=True)
+class OwnParameter:
+    """A parameter that one element alone has, whose value comes with the element.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    group : str
+        What damps it, one of `GROUPS`: a weight of strains belongs to ``"stretching"`` or
+        ``"turning"``, a constant inside a strain, or a factor of another weight, to ``"ratios"``.
+    """
+
+    name: str
+    group: str = "ratios"
+
+    def __post_init__(self) -> None:
+        """Refuse a name that is taken and a group that does not exist."""
+        if not self.name.isidentifier() or self.name in (*PARAMETERS, "x"):
+            raise ValueError(f"{self.name!r} is no free name for an own parameter")
+        if self.group not in GROUPS:
+            raise ValueError(f"the group of {self.name} is {self.group!r}, not one of {GROUPS}")
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        """What stands for it in energies."""
+        return sp.Symbol(self.name, positive=True)
 
 
 @dataclass(frozen=True)
@@ -172,7 +203,53 @@ class Element:
     inertia: tuple[tuple[sp.Expr, Field], ...]
     strains: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
     projected: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
-    kernels: tuple[str, ...] = KERNELS
+    kernels: tuple[str, ...] = NAMES
+    own: tuple[OwnParameter, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what the package could not number, clamp or load.
+
+        Raises
+        ------
+        ValueError
+            With what is needed.
+        """
+        if not self.name.isidentifier():
+            raise ValueError(f"the name of an element must be an identifier, not {self.name!r}")
+        if self.dim not in (2, 3):
+            raise ValueError(f"{self.name} has dim = {self.dim}; it must be 2 or 3")
+        space = tuple(range(self.dim))
+        if self.node[:2] != (("r", space), ("r_x", space)):
+            raise ValueError(
+                f"the nodes of {self.name} must begin with ('r', {space}) and ('r_x', {space}): "
+                "positions and slopes of the cubic along its axis"
+            )
+        vectors = [name for name, _ in self.node]
+        strange = [
+            name
+            for name, axes in self.node[2:]
+            if name not in ("r_y", "r_z") or (axes != space and (self.dim, axes) != (2, (2,)))
+        ]
+        if strange or len(set(vectors)) < len(vectors):
+            raise ValueError(
+                f"{self.name} has the nodal vectors {', '.join(vectors)}; beside r and r_x there "
+                "can be r_y and r_z in the directions of the scene, and in the plane r_z in "
+                "direction 2 alone"
+            )
+        if not self.section or not set(self.section) <= set(vectors[1:]):
+            raise ValueError(
+                f"the section of {self.name} must name some of its nodal vectors "
+                f"{', '.join(vectors[1:])}, not {self.section}"
+            )
+        if self.dim == 3 and self.section != ("r_x",) and len(set(self.section)) < 2:
+            raise ValueError(
+                f"the section of {self.name} must name two vectors at least, or the slope alone, "
+                f"not {self.section}: one does not say how it is turned"
+            )
+        if not set(self.section) & {"r_x"} and not {"r_y", "r_z"} <= set(vectors):
+            raise ValueError(f"{self.name} turns without its slope, and so needs r_y and r_z")
+        if not self.energy or not self.inertia:
+            raise ValueError(f"{self.name} needs an energy and an inertia")
 
     @property
     def node_coordinates(self) -> tuple[str, ...]:

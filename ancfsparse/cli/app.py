@@ -14,6 +14,7 @@ import typer
 
 from ancfsparse.checks import check_count
 from ancfsparse.cli import files
+from ancfsparse.cli.elements import element as element_command
 from ancfsparse.cli.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendulum
 from ancfsparse.errors import (
     AccuracyFailure,
@@ -44,7 +45,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(study, name="study")
-for command in (files.info, files.plot, files.animate, files.convert):
+for command in (files.info, files.plot, files.animate, files.convert, element_command):
     app.command()(command)
 
 

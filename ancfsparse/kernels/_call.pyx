@@ -12,6 +12,9 @@ cdef extern from "kernel_abi.h" nogil:
     ) noexcept
 
 
+SIGNATURE = ANCF_KERNEL_SIGNATURE.decode("ascii")
+
+
 def call(
     object kernel, const int32_t[:, :, ::1] gather, const int32_t[:, :, ::1] scatter,
     const int32_t[::1] set_of, const double[:, :, ::1] parameters,

@@ -4,9 +4,6 @@ Gather and scatter are included.  Full vectors are compared with one lane by com
 generated file once more with ``ANCF_LANES=1``, which needs a checkout.
 """
 
-import subprocess
-import sys
-import sysconfig
 import tempfile
 import time
 from collections.abc import Sequence
@@ -20,6 +17,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import available_instruction_sets, compiled, instruction_set
 from ancfsparse.errors import InputError
+from ancfsparse.kernels.building import MARCH, compile_c, translated
 from ancfsparse.kernels.catalog import REFERENCES, ElementKind, from_module, module_names
 from ancfsparse.kernels.layout import pack
 
@@ -113,23 +111,14 @@ def _timings(kind: ElementKind, set_name: str) -> list[Timing]:
 
 def one_lane(name: str, folder: Path) -> ElementKind:
     """Compile a generated module with one lane and otherwise as for the instruction set in use."""
-    source, c_file, library = GENERATED / f"{name}.pyx", folder / f"{name}.c", folder / f"{name}.so"
-    if not source.exists():
-        raise InputError(f"Comparing with one lane needs a checkout: {source} does not exist.")
+    source, library = folder / f"{name}.pyx", folder / f"{name}.so"
+    if not (GENERATED / source.name).exists():
+        raise InputError(
+            f"Comparing with one lane needs a checkout: {GENERATED / source.name} does not exist."
+        )
     module_name = f"ancfsparse.compiled.{name}"
-    translate = [sys.executable, "-m", "cython", "-3", "--module-name", module_name]
-    subprocess.run([*translate, str(source), "-o", str(c_file)], check=True)
-    march = "-march=" + instruction_set().replace("_v", "-v").replace("x86_", "x86-")
-    flags = [
-        "-O2",
-        "-fno-tree-vectorize",
-        "-ffp-contract=fast",
-        "-fno-math-errno",
-        "-DANCF_LANES=1",
-    ]
-    include = [f"-I{Path(__file__).parent}", f"-I{sysconfig.get_paths()['include']}"]
-    build = ["cc", march, *flags, *include, "-shared", "-fPIC", str(c_file), "-o", str(library)]
-    subprocess.run([*build, "-lm"], check=True)
+    source.write_bytes((GENERATED / source.name).read_bytes())
+    compile_c(translated(source, module_name), library, MARCH[instruction_set()], "-DANCF_LANES=1")
     loader = ExtensionFileLoader(module_name, str(library))
     spec = spec_from_loader(module_name, loader)
     if spec is None:

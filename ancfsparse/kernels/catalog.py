@@ -1,15 +1,19 @@
 """The elements there are, in the user's words, and what their modules say about themselves."""
 
+from __future__ import annotations
+
 from collections import defaultdict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cache
 from itertools import product
-from types import ModuleType
+from types import MappingProxyType, ModuleType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_choice
+from ancfsparse.checks import check_choice, check_finite
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 
@@ -40,9 +44,12 @@ REFERENCES = ("thick_axis_consistent_gauss",)
 """Modules that are there to be compared with, for tests and benchmarks only."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class ElementKind:
-    """What assembly needs to know about an element; a user's own element fills the same form.
+    """What an element is made of and computed with, as its module states it.
+
+    Those of this package have names for `Scene.add_beam`; one that was built outside of it
+    (`ancfsparse.kernels.outside`) is given there itself.
 
     Attributes
     ----------
@@ -61,13 +68,21 @@ class ElementKind:
         Base parameters in the order ``prepare`` takes them, SI units.
     n_derived : int
         Number of derived parameters per element.
-    operations : mapping
-        Arithmetic operations per element of each kernel.
+    operations, sizes : mapping
+        Arithmetic operations per element of each kernel, and how many numbers it adds.
     prepare : callable
         Base parameters (n, n_base) to derived ones (n, n_derived).
     kernels : mapping
-        Capsules by name: energy, force, inertia, residual, tangent, mass, damping, material,
-        discrete_gradient; see `kernel_abi.h`.
+        Capsules by name; see `kernel_abi.h` and the generated `kernel_list.h`.
+    definition : str
+        Digest of coordinates, energy and inertia.
+    package : str
+        The package it was built in, empty for those of this one.
+    own : mapping
+        Names of the parameters that this element alone has, and the group of each that says what
+        damps it: ``"stretching"``, ``"turning"``, ``"masses"`` or ``"ratios"``.
+    values : mapping
+        Their values, SI units.
     """
 
     name: str
@@ -78,9 +93,38 @@ class ElementKind:
     parameters: tuple[str, ...]
     n_derived: int
     operations: Mapping[str, int]
+    sizes: Mapping[str, int]
     prepare: Callable[[NDArray[np.float64]], NDArray[np.float64]]
     kernels: Mapping[str, object]
+    definition: str
+    package: str = ""
+    own: Mapping[str, str] = field(default_factory=dict)
+    values: Mapping[str, float] = field(default_factory=dict)
     n_nodes: int = 2
+
+    def __repr__(self) -> str:
+        """Give name, definition and values: all that a run with it depends on."""
+        values = "".join(f", {name} = {value:.9g}" for name, value in self.values.items())
+        return f"{self.name} {self.definition}{values}"
+
+    def __eq__(self, other: object) -> bool:
+        """Compare what they are and where they were built."""
+        return isinstance(other, ElementKind) and self._identity == other._identity
+
+    def __hash__(self) -> int:
+        """Give equal elements one number."""
+        return hash(self._identity)
+
+    @property
+    def _identity(self) -> tuple[Any, ...]:
+        values = tuple(sorted(self.values.items()))
+        return self.name, self.node_coordinates, self.package, self.definition, self.lanes, values
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the name: another process loads the module for its own machine."""
+        if self.name == RIGID:
+            return rigid_kind, (self.dim, len(self.section))
+        return _loaded, (self.name, self.package, dict(self.values))
 
     @property
     def n_coordinates(self) -> int:
@@ -92,29 +136,70 @@ class ElementKind:
         """Whether a node knows no more of the section than the direction of its slope."""
         return self.section == ("r_x",)
 
-    def columns(self, vector: str) -> list[int]:
-        """Return where the components of a nodal vector stand among the coordinates of a node."""
-        return [k for k, label in enumerate(self.node_coordinates) if label[:-1] == vector]
+    @property
+    def bends_alike(self) -> bool:
+        """Whether it has one bending stiffness for all directions in space."""
+        return self.dim == 3 and "bending_stiffness" in self.parameters
+
+    def columns(self, vector: str) -> slice:
+        """Return where a vector, such as ``r`` or ``r_y``, stands among a node's coordinates.
+
+        The slice is empty if the element has no such vector.
+        """
+        own = [k for k, label in enumerate(self.node_coordinates) if _vector(label) == vector]
+        return slice(own[0], own[-1] + 1) if own else slice(0, 0)
+
+    def directions(self, vector: str) -> list[int]:
+        """Return the directions in space, 0 to 2, of those coordinates."""
+        return [int(label[-1]) - 1 for label in self.node_coordinates[self.columns(vector)]]
+
+    def vector_of(self, column: int) -> str:
+        """Return the vector that a coordinate of a node is of."""
+        return _vector(self.node_coordinates[column])
+
+    @property
+    def vectors(self) -> tuple[str, ...]:
+        """The vectors of a node in order, ``r`` and ``r_x`` first."""
+        return tuple(dict.fromkeys(map(_vector, self.node_coordinates)))
 
     def n_out(self, kernel: str) -> int:
         """Numbers a kernel adds per element."""
-        n = self.n_coordinates
-        triangle = n * (n + 1) // 2
-        sizes = {"energy": 1, "tangent": triangle, "mass": triangle, "material": triangle}
-        return sizes.get(kernel, n)
+        return self.sizes[kernel]
+
+    def with_values(self, **values: float) -> ElementKind:
+        """Return this element with values of the parameters that it alone has.
+
+        Parameters
+        ----------
+        **values : float
+            A value for each, SI units.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, or a value is not finite.
+        """
+        for name in values:
+            if name not in self.own:
+                has = ", ".join(self.own) or "none"
+                raise InputError(
+                    f"element {self.name} has no own parameter {name!r} (its own: {has})"
+                )
+        checked = {k: check_finite(f"{k} of element {self.name}", v) for k, v in values.items()}
+        return replace(self, values=MappingProxyType({**self.values, **checked}))
 
 
-def rigid_kind(dim: int, vectors: str) -> ElementKind:
+def rigid_kind(dim: int, vectors: int) -> ElementKind:
     """Return the coordinates of a rigid body, which has no kernels.
 
     Parameters
     ----------
     dim : int
         Dimension of the scene.
-    vectors : str
+    vectors : int
         Number of its unit vectors.
     """
-    names = ("r_x", "r_y", "r_z")[: int(vectors)]
+    names = ("r_x", "r_y", "r_z")[:vectors]
     return ElementKind(
         name=RIGID,
         dim=dim,
@@ -124,13 +209,41 @@ def rigid_kind(dim: int, vectors: str) -> ElementKind:
         parameters=(),
         n_derived=0,
         operations=defaultdict(int),
+        sizes=defaultdict(int),
         prepare=lambda base: base,
         kernels={},
+        definition="",
     )
 
 
-def from_module(module: ModuleType) -> ElementKind:
-    """Read what a compiled kernel module exposes."""
+def _vector(label: str) -> str:
+    """Return the vector that a coordinate is of: ``r_1`` is of ``r``, ``r_x1`` of ``r_x``."""
+    return label[:-1].rstrip("_")
+
+
+@cache
+def from_module(module: ModuleType, package: str = "") -> ElementKind:
+    """Read what a compiled kernel module exposes.
+
+    Parameters
+    ----------
+    module : module
+        The module.
+    package : str, optional
+        The package it was built in, if that is not this one.
+
+    Raises
+    ------
+    InputError
+        If it was built for another version of the calling convention.
+    """
+    convention = compiled("kernel_call").SIGNATURE
+    if getattr(module, "SIGNATURE", None) != convention:
+        raise InputError(
+            f"element {module.NAME} was built for the calling convention "
+            f"{getattr(module, 'SIGNATURE', 'of an earlier version')}, and this version of "
+            f"ancfsparse has {convention}: build it again with `ancfsparse element`"
+        )
     return ElementKind(
         name=module.NAME,
         dim=module.DIM,
@@ -140,10 +253,25 @@ def from_module(module: ModuleType) -> ElementKind:
         parameters=module.PARAMETERS,
         n_derived=module.N_DERIVED,
         operations=module.OPERATIONS,
+        sizes=module.SIZES,
         prepare=module.prepare,
         kernels=module.kernels,
+        definition=module.DEFINITION,
+        package=package,
+        own=module.OWN_PARAMETERS,
         n_nodes=module.N_NODES,
     )
+
+
+def _loaded(name: str, package: str, values: Mapping[str, float]) -> ElementKind:
+    """Return a pickled element."""
+    if package:
+        from ancfsparse.kernels.outside import built
+
+        kind = built(package)
+    else:
+        kind = from_module(compiled(name))
+    return kind.with_values(**values) if values else kind
 
 
 def module_names() -> tuple[str, ...]:
@@ -178,8 +306,6 @@ def element_kind(
     InputError
         If element, option or value does not exist, or the element has no form of that dimension.
     """
-    if element == RIGID:
-        return rigid_kind(dim, **options)
     name = _module_name(element, dim, options)
     return from_module(compiled(name, instruction_set))
 

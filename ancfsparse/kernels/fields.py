@@ -60,12 +60,20 @@ class Points:
         name : str
             ``"r_y"`` or ``"r_z"``.
         """
+        if name not in self.kind.vectors:
+            return self._normal(name)
         first, last = np.moveaxis(spread(self.kind, self.ends, name), 2, 0)
         change = last - first
         return first + self.xi[:, None] * change, change / self.length[:, None]
 
+    def _normal(self, name: str) -> tuple[Array, Array]:
+        """Make the section vector that an element lacks of the axis and the one that it has."""
+        pairs = (self.r_x, self.r_xx), self.across("r_z" if name == "r_y" else "r_y")
+        (a, a_x), (b, b_x) = pairs if name == "r_z" else reversed(pairs)
+        return np.cross(a, b), np.cross(a_x, b) + np.cross(a, b_x)
+
     def _cubic(self, weights: Array) -> Array:
-        r, r_x = spread(self.kind, self.ends, "r_"), spread(self.kind, self.ends, "r_x")
+        r, r_x = spread(self.kind, self.ends, "r"), spread(self.kind, self.ends, "r_x")
         numbers = np.stack([r[:, :, 0], r_x[:, :, 0], r[:, :, 1], r_x[:, :, 1]], axis=2)
         return np.asarray(np.einsum("pc,kpcd->kpd", weights, numbers))
 
@@ -80,7 +88,7 @@ def spread(kind: ElementKind, ends: Array, name: str) -> Array:
     ends : ndarray, shape (k, p, 2 n_c)
         Coordinates of both nodes, or forces on them.
     name : str
-        Of the vector: ``"r_"`` for the position, ``"r_x"``, ``"r_y"``, ``"r_z"``.
+        Of the vector: ``"r"`` for the position, ``"r_x"``, ``"r_y"``, ``"r_z"``.
 
     Returns
     -------
@@ -89,8 +97,7 @@ def spread(kind: ElementKind, ends: Array, name: str) -> Array:
     """
     nodes = ends.reshape(*ends.shape[:2], 2, -1)
     out = np.zeros((*nodes.shape[:3], 3))
-    for column in kind.columns(name):
-        out[..., int(kind.node_coordinates[column][-1]) - 1] = nodes[..., column]
+    out[..., kind.directions(name)] = nodes[..., kind.columns(name)]
     return out
 
 
@@ -108,7 +115,7 @@ def curvature(points: Points) -> Array:
         return np.cross(r_x, points.r_xx) / _dot(r_x, r_x)
     (r_y, r_yx), (r_z, r_zx) = points.across("r_y"), points.across("r_z")
     twist = (_dot(r_z, r_yx) - _dot(r_y, r_zx)) / 2.0
-    if "_axis_" in points.kind.name:
+    if "r_x" in points.kind.section:  # sections turn with the axis
         bend_y, bend_z = -_dot(r_z, points.r_xx), _dot(r_y, points.r_xx)
     else:
         bend_y, bend_z = _dot(r_x, r_zx), -_dot(r_x, r_yx)

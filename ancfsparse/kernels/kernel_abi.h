@@ -12,19 +12,8 @@
  *   q, a                 coordinates and accelerations of the whole system
  *   out                  is added to, never cleared
  *
- * Kernels of one element, and what they add:
- *
- *   energy    strain energy, one number per element
- *   force     elastic force Q(q), n numbers
- *   inertia   M a, n numbers
- *   residual  Q(q) + M a, n numbers
- *   tangent   dQ/dq, lower triangle by rows: entry (i, j <= i) is number i (i+1)/2 + j
- *   mass      M, lower triangle by rows
- *   damping   sum over strains of weight * d strain/dt * d strain/dq, n numbers; a holds velocities
- *   material  sum over strains of weight * (d strain/dq)(d strain/dq)^T, lower triangle by rows: the
- *             tangent without stresses, and the derivative of damping by the velocities
- *   discrete_gradient   force between two states, n numbers; q holds the coordinates of the first and a
- *             those of the second: times their difference it is the difference of the energies
+ * Which kernels an element has, what they read and what they add is in kernel_list.h, which the
+ * generator writes.
  *
  * The last block is filled up by repeating its last element with every parameter except the length
  * set to zero, so the extra lanes add exact zeros to valid places.

@@ -144,9 +144,9 @@ class Outline:
 
 def part_of(system: SolvedSystem, body: ElasticBody) -> Part:
     """Return the axis of one body of a system."""
-    ends = system.elements(body).reshape(body.n_elements, 2, -1)
-    # Position and slope come first among the coordinates of every node.
-    places = ends[:, :, : 2 * body.dim].reshape(body.n_elements, 4, body.dim)
+    ends, kind = system.elements(body).reshape(body.n_elements, 2, -1), body.kind
+    cubic = [ends[:, end, kind.columns(name)] for end in (0, 1) for name in ("r", "r_x")]
+    places = np.stack(cubic, axis=1)
     return Part(body.name, body.lengths, places, float(np.sqrt(body.section.area / np.pi)))
 
 

@@ -205,7 +205,7 @@ def _components(values: Array, what: str, body: Body) -> list[tuple[Array, str]]
     if values.ndim == 1:
         return [(values, "")]
     names = ["x", "y", "z"][: values.shape[1]]
-    if what in SECTIONS and body.element == "thick":
+    if what in SECTIONS and not body.kind.is_cable:
         names = ["twist", "about y", "about z"] if what == "curvature" else ["y", "z"]
     return list(zip(values.T, names, strict=True))
 

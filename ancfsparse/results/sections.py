@@ -105,9 +105,9 @@ def section_force(
     def evaluate(points: Points, rates: Array) -> tuple[Array, Array, Array]:
         ends = points.ends
         each = end_forces(body, kind, elements, ends[:, first], rates[:, first])[:, at]
-        force = spread(kind, each, "r_")[:, :, 1]
-        moment = np.cross(spread(kind, ends, "r_")[:, :, 1] - points.r, force)
-        for name in ("r_x", *(() if kind.is_cable else ("r_y", "r_z"))):
+        force = spread(kind, each, "r")[:, :, 1]
+        moment = np.cross(spread(kind, ends, "r")[:, :, 1] - points.r, force)
+        for name in kind.vectors[1:]:
             turned = np.cross(spread(kind, ends, name), spread(kind, each, name))
             moment += turned[:, :, 1]
         return force, moment, axes(points)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
+from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.beams import Beam, BeamSpec
 from ancfsparse.scene.bodies import VelocityField
 from ancfsparse.scene.material import Material
@@ -19,7 +20,7 @@ class Bodies(Records):
 
     def add_beam(
         self,
-        element: str,
+        element: str | ElementKind,
         start: ArrayLike,
         end: ArrayLike,
         n_elements: int,
@@ -37,9 +38,10 @@ class Bodies(Records):
 
         Parameters
         ----------
-        element : str
+        element : str or ElementKind
             ``"l2t2"`` (planar cable), ``"thin"`` (cable), or ``"thick"`` (beam with section
-            vectors, so with shear and torsion).
+            vectors, so with shear and torsion); or the ``ELEMENT`` of a package that
+            ``ancfsparse element`` has built from an energy of your own.
         start, end : array_like, shape (dim,)
             Its two ends [m], apart from each other.
         n_elements : int
@@ -105,7 +107,7 @@ class Bodies(Records):
         self,
         nodes: ArrayLike,
         edges: ArrayLike,
-        element: str,
+        element: str | ElementKind,
         section: AnySection,
         material: Material,
         *,
@@ -127,8 +129,9 @@ class Bodies(Records):
             Positions of the nodes [m], each of them at the end of some edge.
         edges : array_like of int, shape (m, 2)
             The two nodes of every edge, numbered from 0.
-        element : str
-            ``"l2t2"`` (planar cable) or ``"thin"`` (cable).
+        element : str or ElementKind
+            ``"l2t2"`` (planar cable) or ``"thin"`` (cable), or a cable of your own, as in
+            `add_beam`.
         section : Rectangle, Circle or Section
             Cross-section of all edges.  A spatial cable needs ``inertia_y`` equal to
             ``inertia_z``.

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene.bodies import ElasticBody, Node
 from ancfsparse.scene.joints import check_node, check_point
 from ancfsparse.scene.loads import (
@@ -70,8 +69,7 @@ class Loads(Records):
         """
         own = self._mine("a moment", check_node("a moment", node))
         load = PointMoment(own, value)
-        kind = element_kind(node.beam.element, self.dim, **node.beam.options)
-        if self.dim == 3 and kind.is_cable and not callable(value):
+        if self.dim == 3 and node.beam.kind.is_cable and not callable(value):
             axis, moment = node.beam.axes_of(node.beam.rows_of(node.index).start)[0], load.at(0.0)
             if moment.any() and np.linalg.norm(np.cross(moment, axis)) <= 1e-9 * np.linalg.norm(
                 moment

@@ -10,6 +10,7 @@ import numpy as np
 
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.bodies import ElasticBody, Node, Numbers, Vector, VelocityField
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection
@@ -23,7 +24,7 @@ NODE_SNAP = 1e-9
 class BeamSpec(Spec):
     """The record of `Scene.add_beam`."""
 
-    element: str
+    element: str | ElementKind
     start: tuple[float, ...]
     end: tuple[float, ...]
     n_elements: int
@@ -74,7 +75,7 @@ class Beam(ElasticBody):
 
     Attributes
     ----------
-    name, element, options, section, material, positions, lengths, velocity
+    name, element, options, kind, section, material, positions, lengths, velocity
         As in `ElasticBody`; all elements are of one length.
     axes : ndarray, shape (dim, dim)
         Rows are the unit vectors e_x (along the beam), e_y and, in a spatial scene, e_z of the

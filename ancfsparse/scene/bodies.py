@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.checks import check_finite, check_integer
 from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.functions import sendable
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection
@@ -45,9 +46,12 @@ class Body(ABC):
     name : str
         Unique in its scene.
     element : str
-        ``"l2t2"``, ``"thin"`` or ``"thick"``; ``"rigid"`` of a rigid body, which has no elements.
+        Name of its element: ``"l2t2"``, ``"thin"``, ``"thick"``, or that of one built outside;
+        ``"rigid"`` of a rigid body, which has no elements.
     options : dict of str to str
         The options this element has, and no others.
+    kind : ElementKind
+        What its coordinates are, and the kernels of its elements.
     positions : ndarray, shape (n_nodes, dim)
         Reference positions of the nodes [m], read-only.
     n_each : int
@@ -69,6 +73,7 @@ class Body(ABC):
     name: str
     element: str
     options: Mapping[str, str]
+    kind: ElementKind
     positions: Vector
     n_each: int
     lengths: Vector
@@ -232,7 +237,9 @@ class ElasticBody(Body):
         """Describe element, section, material and mesh."""
         links = np.concatenate([self.row_nodes, self.ends.ravel()]).astype("<i4")
         return {
-            "element": " ".join([self.element, *self.options.values()]),
+            "element": repr(self.kind)
+            if self.kind.package
+            else " ".join([self.element, *self.options.values()]),
             "section": repr(self.section),
             "material": repr(self.material),
             "mesh": f"{self.n_elements} elements, {sha256(links.tobytes()).hexdigest()[:16]}",
@@ -328,8 +335,15 @@ class ElasticBody(Body):
             "inertia_y": material.density * section.inertia_z,
             "inertia_z": material.density * section.inertia_y,
         }
-        ratios = {"poisson_ratio": material.poisson_ratio}
-        return {"stretching": stretching, "turning": turning, "masses": masses, "ratios": ratios}
+        groups = {
+            "stretching": stretching,
+            "turning": turning,
+            "masses": masses,
+            "ratios": {"poisson_ratio": material.poisson_ratio},
+        }
+        for name, group in self.kind.own.items():
+            groups[group][name] = self.kind.values[name]
+        return groups
 
 
 @dataclass(frozen=True, repr=False)

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError, Parameter, Sentence
-from ancfsparse.kernels.catalog import OPTIONS, element_kind
+from ancfsparse.kernels.catalog import OPTIONS, ElementKind
 from ancfsparse.machine import check_room
 from ancfsparse.scene.bodies import Numbers, Vector, VelocityField
-from ancfsparse.scene.elements import check_make, options_of
+from ancfsparse.scene.elements import check_make, chosen_element
 from ancfsparse.scene.graph import checked_graph
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh
@@ -28,7 +28,7 @@ def mesh_of(
     dim: int,
     nodes: ArrayLike,
     edges: ArrayLike,
-    element: str,
+    element: str | ElementKind,
     section: AnySection,
     material: Material,
     options: Mapping[str, str],
@@ -55,13 +55,13 @@ def mesh_of(
         The handle, not yet part of a scene.
     """
     usual = {name: each[0] for own in OPTIONS.values() for name, each in own.items()}
-    chosen = options_of(label, element, dim, usual | dict(options))
-    if not element_kind(element, dim, **chosen).is_cable:
+    element, chosen, kind = chosen_element(label, element, dim, usual | dict(options))
+    if not kind.is_cable:
         raise InputError(
             f"{label} cannot be made of {element!r}: its corners would have to be rigid, and a "
             "mesh has hinges; take 'thin', or join beams of add_beam with connect"
         )
-    check_make(label, element, dim, section, material)
+    check_make(label, kind, section, material)
     angle = check_finite(f"smooth of {label}", smooth, "degrees")
     if not 0.0 <= angle <= 90.0:
         raise InputError(f"smooth of {label} must lie between 0 and 90 degrees, got {angle:.6g}")
@@ -91,6 +91,7 @@ def mesh_of(
         name=label,
         element=element,
         options=chosen,
+        kind=kind,
         section=section,
         material=material,
         positions=positions,

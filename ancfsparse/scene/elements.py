@@ -1,4 +1,4 @@
-"""Which of all options the element of a beam takes."""
+"""Which element a beam is made of, and which of all options that takes."""
 
 from __future__ import annotations
 
@@ -6,13 +6,67 @@ from collections.abc import Mapping
 
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import OPTIONS, PLANAR
+from ancfsparse.kernels.catalog import OPTIONS, PLANAR, ElementKind, element_kind
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
 from ancfsparse.words import shown
 
 # Second moments further apart than this share make a section that is not round.
 NOT_ROUND = 1e-9
+
+
+def chosen_element(
+    label: str, element: str | ElementKind, dim: int, given: Mapping[str, str]
+) -> tuple[str, dict[str, str], ElementKind]:
+    """Find the element that was asked for.
+
+    Parameters
+    ----------
+    label : str
+        Name of the beam, for messages.
+    element : str or ElementKind
+        Name of an element, or one that was built outside this package.
+    dim : int
+        Dimension of the scene.
+    given : mapping of str to str
+        A value for every option of every element.
+
+    Returns
+    -------
+    name : str
+        What messages call it.
+    options : dict of str to str
+        The options of this element.
+    kind : ElementKind
+        The element.
+
+    Raises
+    ------
+    InputError
+        If it does not exist or does not fit, with what to give instead.
+    """
+    if not isinstance(element, ElementKind):
+        options = options_of(label, element, dim, given)
+        return element, options, element_kind(element, dim, **options)
+    if element.dim != dim:
+        has = {2: "planar", 3: "spatial"}
+        raise InputError(
+            f"element {element.name} is {has[element.dim]}, but the scene of {label} is "
+            f"{has[dim]}: give the scene a gravity with {element.dim} components"
+        )
+    usual = {key: values[0] for own in OPTIONS.values() for key, values in own.items()}
+    for key, value in given.items():
+        if value != usual[key]:
+            raise InputError(
+                f"element {element.name} of {label} has no options: leave {key}={value!r} out"
+            )
+    missing = [name for name in element.own if name not in element.values]
+    if missing:
+        raise InputError(
+            f"element {element.name} of {label} needs a value of its own parameter {missing[0]}: "
+            f"give ELEMENT.with_values({missing[0]}=...)"
+        )
+    return element.name, {}, element
 
 
 def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> dict[str, str]:
@@ -60,17 +114,15 @@ def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> 
     return {key: given[key] for key in own}
 
 
-def check_make(label: str, element: str, dim: int, section: AnySection, material: Material) -> None:
+def check_make(label: str, kind: ElementKind, section: AnySection, material: Material) -> None:
     """Refuse what is no section or material, and a spatial cable whose section is not round.
 
     Parameters
     ----------
     label : str
         Name of the beam, for messages.
-    element : str
-        Name of the element.
-    dim : int
-        Dimension of the scene.
+    kind : ElementKind
+        The element.
     section, material
         What was given.
 
@@ -91,7 +143,7 @@ def check_make(label: str, element: str, dim: int, section: AnySection, material
         )
     about_y, about_z = section.inertia_y, section.inertia_z
     round_enough = abs(about_y - about_z) <= NOT_ROUND * max(about_y, about_z)
-    if element == "thin" and dim == 3 and not round_enough:
+    if kind.bends_alike and not round_enough:
         raise InputError(
             f"{label} is a spatial cable, which bends alike in all directions, but its section "
             f"has inertia_y = {about_y:.6g} m4 and inertia_z = {about_z:.6g} m4: make them equal, "

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_finite, check_reals
 from ancfsparse.errors import InputError, with_unit
-from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.joints import check_node, check_point
@@ -115,11 +114,17 @@ class Masses(Records):
         return self._attach(PointMass(point, value, matrix), record)
 
     def _check_frame(self, node: Node) -> None:
-        kind = element_kind(node.beam.element, self.dim, **node.beam.options)
+        kind = node.beam.kind
         if self.dim == 3 and kind.is_cable:
             raise InputError(
                 f"{node!r} has no frame for a rotary inertia to turn with, because a cable knows "
                 "no rotation about its axis: take element='thick', or the mass alone"
+            )
+        if self.dim == 3 and not {"r_y", "r_z"} <= set(kind.vectors):
+            raise InputError(
+                f"a rotary inertia at {node!r} turns with r_x, r_y and r_z, and element "
+                f"{kind.name} has {', '.join(kind.vectors[1:])}: take element='thick', or the mass "
+                "alone"
             )
 
 

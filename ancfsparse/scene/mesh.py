@@ -10,6 +10,7 @@ import numpy as np
 
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.beams import NODE_SNAP, resettled
 from ancfsparse.scene.bodies import ElasticBody, Node, Numbers, Vector, VelocityField
 from ancfsparse.scene.material import Material
@@ -27,7 +28,7 @@ class MeshSpec(Spec):
 
     nodes: Vector
     edges: Numbers
-    element: str
+    element: str | ElementKind
     section: AnySection
     material: Material
     n_elements: int = 1
@@ -48,7 +49,7 @@ class Mesh(ElasticBody):
 
     Attributes
     ----------
-    name, element, options, section, material, positions, n_each, lengths, velocity
+    name, element, options, kind, section, material, positions, n_each, lengths, velocity
         As in `ElasticBody`.  Nodes inside edges come after those that were given.
     edges : ndarray, shape (n_elements, 2)
         Nodes at the two ends of every element, edge after edge in the order given, turned round

@@ -227,9 +227,9 @@ class RigidBody(Body):
         Their gradients are added to the mass where it is used as a matrix, because the mass alone
         is singular for a flat body.
         """
-        dim, size = self.dim, self.size
+        size = self.size
         row = builder.rows(self.origin)[0]
-        vectors = [row[dim * (k + 1) : dim * (k + 2)] for k in range(self.n_vectors)]
+        vectors = [row[self.kind.columns(name)] for name in self.kind.vectors[1:]]
         for k, u in enumerate(vectors):
             for j, v in enumerate(vectors[: k + 1]):
                 own = j == k

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_finite, check_positive, check_reals, check_vector
 from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import RIGID, rigid_kind
 from ancfsparse.scene.bodies import Vector
 from ancfsparse.scene.functions import RigidMotion
 from ancfsparse.scene.masses import second_moments
@@ -117,8 +118,9 @@ class RigidBodies(Records):
             array.flags.writeable = False
         body = RigidBody(
             name=label,
-            element="rigid",
+            element=RIGID,
             options={"vectors": str(n_vectors)},
+            kind=rigid_kind(dim, n_vectors),
             positions=arrays[0],
             n_each=0,
             lengths=np.empty(0),

@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_count, check_positive, check_reals, check_vector
 from ancfsparse.errors import InputError, Parameter, Sentence
+from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.machine import check_room
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import VelocityField
-from ancfsparse.scene.elements import check_make, options_of
+from ancfsparse.scene.elements import check_make, chosen_element
 from ancfsparse.scene.functions import Uniform
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection
@@ -28,7 +29,7 @@ FARTHEST = 1e150
 def straight_beam(
     label: str,
     dim: int,
-    element: str,
+    element: str | ElementKind,
     start: ArrayLike,
     end: ArrayLike,
     n_elements: int,
@@ -56,11 +57,11 @@ def straight_beam(
     Beam
         The handle, not yet part of a scene.
     """
-    chosen = options_of(label, element, dim, options)
+    element, chosen, kind = chosen_element(label, element, dim, options)
     tail = check_vector(f"start of {label}", start, dim, "m")
     head = check_vector(f"end of {label}", end, dim, "m")
     count = check_count(f"n_elements of {label}", n_elements)
-    check_make(label, element, dim, section, material)
+    check_make(label, kind, section, material)
     fewer = Sentence("a smaller {n_elements}", n_elements=Parameter("n_elements"))
     check_room(f"{label}, {count} elements,", (16.0 * dim + 20.0) * count, fewer)
     far = max(np.abs(tail).max(), np.abs(head).max())
@@ -91,6 +92,7 @@ def straight_beam(
         name=label,
         element=element,
         options=chosen,
+        kind=kind,
         section=section,
         material=material,
         positions=positions,

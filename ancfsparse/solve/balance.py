@@ -160,7 +160,7 @@ class Balance:
         body, slope = np.zeros(system.n_all, dtype=np.int32), np.ones(system.n_all, dtype=bool)
         for k, places in enumerate(system.places):
             body[places] = k
-            slope[places[:, : system.dim]] = False
+        slope[system.positions] = False
         return body[: system.n_free], np.flatnonzero(slope[: system.n_free])
 
     def _jacobian(self, q: Vector) -> Any:

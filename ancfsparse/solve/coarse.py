@@ -37,16 +37,21 @@ class CoarseModes:
     """
 
     def __init__(self, system: System) -> None:
-        dim, places = system.dim, system.places
+        dim = system.dim
         self._n, self._dim = system.n_free, dim
         # Of each row: position, first slope, line.
-        self._rows = np.concatenate([table[:, :dim] for table in places])
-        self._tangents = np.concatenate([table[:, dim : 2 * dim] for table in places])
+        positions = system.vectors("r")
+        self._rows = np.concatenate(positions)
+        self._tangents = np.concatenate(system.vectors("r_x"))
         self._line = _lines(system)
         # All slopes, and the node and box of each.
-        self._slopes = np.concatenate([table[:, dim:].reshape(-1, dim) for table in places])
-        each = [(table.shape[1] - dim) // dim for table in places]
-        owner = [np.repeat(table[:, 0], k) for table, k in zip(places, each, strict=True)]
+        slopes, owner = [], []
+        for name in ("r_x", "r_y", "r_z"):
+            for table, position in zip(system.vectors(name), positions, strict=True):
+                if table.shape[1] == dim:
+                    slopes.append(table)
+                    owner.append(position[:, 0])
+        self._slopes = np.concatenate(slopes)
         heads, index = np.unique(self._rows[:, 0], return_index=True)
         self._nodes = self._rows[index]
         self._box = boxes(system.q0[self._nodes])
@@ -71,7 +76,9 @@ class CoarseModes:
         """Move each line along its slopes."""
         tangents = q[self._tangents]
         tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
-        entries = [(self._rows[:, k], self._line, tangents[:, k]) for k in range(self._dim)]
+        entries: list[tuple[Numbers, Numbers, Vector]] = []
+        for k in range(self._dim):
+            entries.append((self._rows[:, k], self._line, tangents[:, k]))
         return self._columns(entries, int(self._line.max()) + 1)
 
     def _affine(self, q: Vector) -> sp.csc_array:
@@ -108,9 +115,8 @@ def slides_of(system: System, dt: float = np.inf) -> Slides | None:
         < REACH
     ):
         return None
-    dim, places = system.dim, system.places
-    at = np.concatenate([table[:, :dim] for table in places])
-    tangent = system.q0[np.concatenate([table[:, dim : 2 * dim] for table in places])]
+    dim, at = system.dim, np.concatenate(system.vectors("r"))
+    tangent = system.q0[np.concatenate(system.vectors("r_x"))]
     line = _lines(system)
     held = np.zeros(int(line.max()) + 1, dtype=bool)
     held[line[(at >= system.n_free).any(axis=1)]] = True

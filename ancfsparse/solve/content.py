@@ -62,7 +62,7 @@ def frequency(system: System, one: States, other: States, resolved: bool = False
     It is speed over place; or, where the steps of both resolve all vibrations, the root of
     acceleration over place, which has more of the fast ones.
     """
-    where = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
+    where = system.positions
     names = ("q", "a") if resolved else ("q", "v")
     tables = [(getattr(one, name), getattr(other, name)) for name in names]
     below, above = (

@@ -67,7 +67,7 @@ class Criterion:
         mean = self.total / n
         self.norm = np.concatenate([self.mass, np.full(system.n_multipliers, 1.0 / mean)])
         self._size = math.sqrt(float(self.mass @ q0[:n] ** 2) / self.total)
-        places = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
+        places = system.positions
         terms = system.constraints.sizes(q0)  # of constraints, which are rounded like them
         self._largest = float(np.max(np.abs(np.concatenate([q0[places], terms]))))
         self._terms = float(np.linalg.norm(terms)) / math.sqrt(n)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene import Scene
 from ancfsparse.seeds import fill_of
 from ancfsparse.system.pattern import build
@@ -39,7 +38,7 @@ def counted_fill(scene: Scene) -> float:
     cliques = []
     coordinates = -scene.dim * float(size - n_unknowns)
     for body, node, row in zip(scene.bodies, first_node, first_row, strict=True):
-        kind = element_kind(body.element, scene.dim, **body.options)
+        kind = body.kind
         width = len(kind.node_coordinates)
         coordinates += scene.dim * body.n_nodes + (width - scene.dim) * len(body.row_nodes)
         meeting = [node + body.row_nodes[body.ends], row + body.ends]

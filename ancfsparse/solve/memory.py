@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from ancfsparse.errors import InputError, Parameter, Sentence
-from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.kernels.layout import MANY_BLOCKS
 from ancfsparse.machine import GIGABYTE, available
 from ancfsparse.nonlinear import Method
@@ -114,7 +113,7 @@ def estimate(
     n_rows = n_elements = n_nodes = 0
     width = 1
     for body in scene.bodies:
-        kind = element_kind(body.element, scene.dim, **body.options)
+        kind = body.kind
         n, n_out, n_c = kind.n_coordinates, kind.n_out("tangent"), len(kind.node_coordinates)
         # The blocks of a long beam share their tables, see `Layout.compressed`.
         shared = isinstance(body, Beam) and body.n_elements >= MANY_BLOCKS * kind.lanes

@@ -113,7 +113,7 @@ def _bending(system: System, v: Vector, a: Vector) -> Vector:
 
 def _rate(system: System, v: Vector) -> float:
     """Return how fast the scene moves by its own size, or a slope by its own length [1/s]."""
-    places = np.concatenate([each[:, : system.dim].ravel() for each in system.places])
+    places = system.positions
     slopes = np.ones(system.n_all, dtype=bool)
     slopes[places] = False
     speed, size = (np.max(np.abs(x[places])) for x in (v, system.q0))

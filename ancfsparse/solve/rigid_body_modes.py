@@ -127,20 +127,21 @@ def _moves(
     dim = system.dim
     row, column = np.nonzero(wanted[part.places])
     places = part.places[row, column]
-    vector, component = column // dim, column % dim
+    kind = part.kind
     out = np.zeros((len(row), dim + len(part.axes)))
-    unit = np.where(vector == 0, part.size, 1.0)
-    out[np.arange(len(row)), component] = np.where(vector == 0, part.size, 0.0)
-    whole = part.places.shape[1] // dim * dim  # a planar beam has a stretch that does not move
-    rotating = np.flatnonzero(column < whole)
-    row, vector, component = row[rotating], vector[rotating], component[rotating]
-    arm = np.zeros((len(row), 3))
-    for d in range(dim):
-        arm[:, d] = system.q_ref[part.places[row, dim * vector + d]]
-    arm[vector == 0] -= part.start
-    for k, axis in enumerate(part.axes):
-        turned = np.cross(axis, arm)
-        out[rotating, dim + k] = turned[np.arange(len(row)), component]
+    unit = np.ones(len(row))
+    for name in kind.vectors:
+        columns, directions = kind.columns(name), np.array(kind.directions(name))
+        mine = np.flatnonzero((column >= columns.start) & (column < columns.stop))
+        component = directions[column[mine] - columns.start]
+        arm = np.zeros((len(mine), 3))
+        arm[:, directions] = system.q_ref[part.places[row[mine], columns]]
+        if name == "r":
+            unit[mine] = out[mine, component] = part.size
+            arm -= part.start
+        for k, axis in enumerate(part.axes):
+            turned = np.cross(axis, arm)
+            out[mine, dim + k] = turned[np.arange(len(mine)), component]
     return places, out, unit
 
 

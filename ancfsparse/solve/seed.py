@@ -132,7 +132,7 @@ def make_static_seed(
     """
     fills = kind == "incomplete"
     if fills or (kind == "auto" and _meshed(system)):
-        groups = Groups.of(indptr, indices, *vectors_of(system.places, system.dim, system.n_free))
+        groups = Groups.of(indptr, indices, *vectors_of(system.places, system.kinds, system.n_free))
         if not fills:
             fills = groups.cycles > 0 and groups.exact_fill(MOST_STATIC_FILL) is None
         if fills:
@@ -145,7 +145,7 @@ def make_static_seed(
 def groups_of(system: System) -> Groups:
     """Return the vectors of the free coordinates, and which meet in the matrix of a step."""
     own = leading(system.pattern.indptr, system.pattern.indices, system.n_free)
-    return Groups.of(*own, *vectors_of(system.places, system.dim, system.n_free))
+    return Groups.of(*own, *vectors_of(system.places, system.kinds, system.n_free))
 
 
 def _may_fill_in(system: System, solver: Method | str) -> bool:

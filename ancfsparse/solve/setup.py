@@ -156,8 +156,7 @@ def difference_steps(system: System) -> Vector:
     own, see `finite_difference`.
     """
     steps = np.full(system.n_free + system.n_multipliers, SMALL)
-    for body, table in zip(system.scene.bodies, system.places, strict=True):
-        places = table[:, : system.dim]
+    for body, places in zip(system.scene.bodies, system.vectors("r"), strict=True):
         steps[places[places < system.n_free]] = SMALL * body.shortest
     return steps
 

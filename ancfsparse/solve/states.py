@@ -92,8 +92,7 @@ class States:
 def distance(system: System, one: States, other: States) -> float:
     """Return the largest distance of a node from itself in another motion [m]."""
     largest = 0.0
-    for places in system.places:
-        where = places[:, : system.dim]
+    for where in system.vectors("r"):
         for a, b in zip(one.q, other.q, strict=True):
             apart = a[where] - b[where]
             largest = max(largest, float(np.max(np.sum(apart**2, axis=1))))

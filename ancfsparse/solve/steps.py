@@ -353,7 +353,7 @@ def divided(pattern: Pattern, by: int) -> Pattern:
 def _weights(system: System) -> Vector:
     """Return weights of the squares of coordinates that make a mean over the mass, (n_free,)."""
     mass = system.mass_diagonal
-    places = np.concatenate([p[:, : system.dim].ravel() for p in system.places])
+    places = system.positions
     total = float(mass[places[places < system.n_free]].sum())
     if total == 0.0:  # all nodes are held: the mass between them moves by the slopes alone
         along = np.zeros(system.n_all)

@@ -187,7 +187,7 @@ def _lasting(omega: Vector, decay: Vector) -> tuple[NDArray[np.bool_], Vector]:
 
 def _sizes(system: System, shapes: Vector, omega: Vector, speed: Vector, rate: Vector) -> Vector:
     """Return the largest motion of a node in each mode [m]; of no use where a mode is at rest."""
-    nodes = np.unique(np.concatenate([p[:, : system.dim].ravel() for p in system.places]))
+    nodes = np.unique(system.positions)
     size = np.abs(shapes[nodes[nodes < system.n_free]]).max(axis=0, initial=0.0)
     slowest = np.maximum(omega, np.finfo(float).tiny ** 0.25)
     return np.asarray(size * np.hypot(speed / slowest, rate / slowest**2))

@@ -119,7 +119,7 @@ def loads_of(
         if isinstance(load, PointForce):
             places, weights = point(load.node)
         else:
-            places, weights = _distributed(load, scene.dim, elements(load.beam))
+            places, weights = _distributed(load, elements(load.beam))
         if not callable(load.value):
             np.add.at(out.constant, places, load.at(0.0)[:, None] * weights)
             continue
@@ -133,12 +133,10 @@ def loads_of(
 
 
 def _distributed(
-    load: DistributedForce, dim: int, places: NDArray[np.int32]
+    load: DistributedForce, places: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], Vector]:
     """Places (dim, p) and weights (p,) of a force per length: integrated shape functions."""
-    half = places.shape[1] // 2
+    ends, kind = places.reshape(len(places), 2, -1), load.beam.kind
+    cubic = [ends[:, end, kind.columns(name)] for end in (0, 1) for name in ("r", "r_x")]
     weights = integral_weights(load.beam.lengths)
-    where = np.stack(
-        [places[:, [d, dim + d, half + d, half + dim + d]].ravel() for d in range(dim)]
-    )
-    return where, weights.ravel()
+    return np.stack(cubic, axis=1).transpose(2, 0, 1).reshape(load.beam.dim, -1), weights.ravel()

@@ -12,6 +12,7 @@ from ancfsparse.scene import Body, Node, Scene
 from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints import LINEAR, Led
 from ancfsparse.system.constraints import Constraints
+from ancfsparse.system.vectors import weighed
 
 Places = NDArray[np.int32]
 
@@ -39,7 +40,6 @@ class Lowering:
     def __init__(self, scene: Scene, kinds: Sequence[ElementKind]) -> None:
         self.raw: list[Places] = []
         self.n_raw = 0
-        self._dim = scene.dim
         self._kinds = {id(body): kind for body, kind in zip(scene.bodies, kinds, strict=True)}
         self._index: dict[int, int] = {}
         for body, kind in zip(scene.bodies, kinds, strict=True):
@@ -68,12 +68,11 @@ class Lowering:
 
     def position(self, node: Node) -> Places:
         """Return the coordinates of the position of a node, (dim,)."""
-        return self.rows(node)[0, : self._dim]
+        return self.rows(node)[0, self.kind(node).columns("r")]
 
     def point(self, node: Node) -> tuple[Places, NDArray[np.float64]]:
         """Return coordinates (dim, p) and weights (p,) of a point."""
-        row, k = self.rows(node)[0], len(node.offsets) + 1
-        return row[: self._dim * k].reshape(k, self._dim).T, np.array([1.0, *node.offsets])
+        return weighed(self.kind(node), self.rows(node)[0], node.offsets)
 
     def fix(self, coordinates: Places) -> None:
         """Hold coordinates at their reference values."""

@@ -20,6 +20,9 @@ from ancfsparse.system.state import SAME, State, carried_over
 # Share of the largest velocity by which two that must agree may differ: what is left of rounding.
 ROUNDING = 1e-9
 
+# Vectors of a row, in the order of `Body.vectors`.
+AXES = ("r_x", "r_y", "r_z")
+
 Places = NDArray[np.int32]
 
 
@@ -87,7 +90,7 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
     del final, owner, held
     q_ref, v = np.empty(n_all), np.zeros(n_all)
     for beam, where in zip(scene.bodies, places, strict=True):
-        q_ref[where] = reference(beam, where.shape[1])
+        q_ref[where] = reference(beam)
     q = q_ref
     if start is not None:
         q, v = carried_over(scene, start, places, q_ref)
@@ -126,7 +129,7 @@ def _ordered(
 
 def _set_moving(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
     """Write the velocities of a beam, rest included, and refuse what another beam contradicts."""
-    given = velocities(beam, where.shape[1])
+    given = velocities(beam)
     undefined = np.count_nonzero(~np.isfinite(given))
     if undefined:
         raise InputError(
@@ -134,15 +137,15 @@ def _set_moving(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
             "coordinates: give a field that is defined beside the beam too, because slopes move "
             "with its derivative"
         )
-    known, dim = v[where], beam.dim
-    apart = np.abs(known - given)[:, :dim]  # only positions are shared; NaN is nothing known
-    clash = np.argwhere(apart > ROUNDING * max(_largest(known[:, :dim]), _largest(given[:, :dim])))
+    known, r = v[where], beam.kind.columns("r")  # only positions are shared; NaN is nothing known
+    before, now = known[:, r], given[:, r]
+    clash = np.argwhere(np.abs(before - now) > ROUNDING * max(_largest(before), _largest(now)))
     if len(clash):
         row, column = clash[0]
         more = f" ({len(clash)} coordinates in all)" if len(clash) > 1 else ""
         raise InputError(
             f"{_point(beam, row)} is connected to a beam whose initial velocity is another, "
-            f"{given[row, column]:.6g} m/s against {known[row, column]:.6g} m/s along "
+            f"{now[row, column]:.6g} m/s against {before[row, column]:.6g} m/s along "
             f"{'xyz'[column]}{more}: give connected beams velocities that agree where they meet "
             "(none means at rest)"
         )
@@ -163,8 +166,8 @@ def _hold_in_place(
     """Set held coordinates to where joints hold them, which is where they are but for rounding."""
     apart = np.abs(q[held] - q_ref[held])
     if len(apart) and np.max(apart) > SAME * np.max(np.abs(q)):
-        point, column = _found(scene, places, held.start + int(np.argmax(apart)))
-        what, unit = ("position", " m") if column < scene.dim else ("slope", "")
+        point, is_place = _found(scene, places, held.start + int(np.argmax(apart)))
+        what, unit = ("position", " m") if is_place else ("slope", "")
         raise InputError(
             f"start has the {what} of {point!r} {np.max(apart):.3g}{unit} from where a joint of "
             "this scene holds it: leave out the joint, or start from a state that it allows"
@@ -172,11 +175,11 @@ def _hold_in_place(
     q[held] = q_ref[held]
 
 
-def _found(scene: Scene, places: Sequence[Places], place: int) -> tuple[Node, int]:
-    """Return a node that has a coordinate, and the column of the coordinate in its row."""
+def _found(scene: Scene, places: Sequence[Places], place: int) -> tuple[Node, bool]:
+    """Return a node that has a coordinate, and whether that is one of its position."""
     found = ((b, np.argwhere(w == place)) for b, w in zip(scene.bodies, places, strict=True))
     body, (row, column) = next((body, at[0]) for body, at in found if len(at))
-    return _point(body, row), int(column)
+    return _point(body, row), body.kind.vector_of(column) == "r"
 
 
 def _hold_still(
@@ -186,8 +189,8 @@ def _hold_still(
     held = v[still]
     moving = np.flatnonzero(np.abs(held) > ROUNDING * speeds(scene, places, v)[still])
     if len(moving):
-        point, column = _found(scene, places, still.start + int(moving[0]))
-        what, unit = ("position", "m/s") if column < scene.dim else ("slope", "1/s")
+        point, is_place = _found(scene, places, still.start + int(moving[0]))
+        what, unit = ("position", "m/s") if is_place else ("slope", "1/s")
         raise InputError(
             f"the initial velocity moves {len(moving)} held coordinate"
             f"{'s, the first' if len(moving) > 1 else ','} of the {what} of {point} by "
@@ -203,12 +206,13 @@ def speeds(scene: Scene, places: Sequence[Places], v: NDArray[np.float64]) -> ND
     since points between the nodes may move where no node does; for all slopes the largest of
     theirs, or what an element makes of that velocity.
     """
-    straight = max(_largest(v[where[:, : scene.dim]]) for where in places)
-    turning = max(_largest(v[where[:, scene.dim :]]) for where in places)
-    shortest = min(beam.shortest for beam in scene.bodies)
+    slopes = np.ones(len(v), dtype=bool)
+    for body, where in zip(scene.bodies, places, strict=True):
+        slopes[where[:, body.kind.columns("r")]] = False
+    straight, turning = _largest(v[~slopes]), _largest(v[slopes])
+    shortest = min(body.shortest for body in scene.bodies)
     out = np.full(len(v), max(turning, straight / shortest))
-    for where in places:
-        out[where[:, : scene.dim]] = max(straight, turning * shortest)
+    out[~slopes] = max(straight, turning * shortest)
     return out
 
 
@@ -216,18 +220,21 @@ def _largest(values: NDArray[np.float64]) -> float:
     return float(np.nanmax(np.abs(values), initial=0.0))
 
 
-def reference(body: Body, n_coordinates: int) -> NDArray[np.float64]:
+def reference(body: Body) -> NDArray[np.float64]:
     """Return the stress-free coordinates of all rows, (n_rows, n_c) [m, 1]."""
-    nodes, dim = body.row_nodes, body.dim
-    q = np.empty((len(nodes), n_coordinates))
-    q[:, :dim] = body.positions if len(nodes) == body.n_nodes else body.positions[nodes]
-    vectors = body.vectors.reshape(len(body.vectors), -1)[:, : n_coordinates - dim]
-    q[:, dim:] = 1.0  # what a planar beam has besides: the stretch of its section along z
-    q[:, dim : dim + vectors.shape[1]] = vectors
+    nodes, kind = body.row_nodes, body.kind
+    q = np.empty((len(nodes), len(kind.node_coordinates)))
+    q[:, kind.columns("r")] = (
+        body.positions if len(nodes) == body.n_nodes else body.positions[nodes]
+    )
+    for name in kind.vectors[1:]:
+        k = AXES.index(name)
+        # A planar beam has besides the stretch of its section along z.
+        q[:, kind.columns(name)] = body.vectors[:, k] if k < body.vectors.shape[1] else 1.0
     return q
 
 
-def velocities(body: Body, n_coordinates: int) -> NDArray[np.float64]:
+def velocities(body: Body) -> NDArray[np.float64]:
     """Return initial velocities of all rows, (n_rows, n_c) [m/s, 1/s].
 
     Slopes move with the derivative of the velocity field along their vector.  Where it is no
@@ -236,24 +243,26 @@ def velocities(body: Body, n_coordinates: int) -> NDArray[np.float64]:
     mesh can follow.
     """
     field = body.velocity
-    nodes, dim = body.row_nodes, body.dim
-    v = np.zeros((len(nodes), n_coordinates))
+    nodes, kind = body.row_nodes, body.kind
+    v = np.zeros((len(nodes), len(kind.node_coordinates)))
     if field is None:
         return v
     places = body.positions[nodes]
-    v[:, :dim] = field(body.positions)[nodes]
-    if isinstance(field, RigidMotion):
-        turned = field.turned(np.broadcast_to(body.vectors, (len(nodes), *body.vectors.shape[1:])))
-        width = min(turned.shape[1] * dim, n_coordinates - dim)
-        v[:, dim : dim + width] = turned.reshape(len(nodes), -1)[:, :width]
-        return v
+    v[:, kind.columns("r")] = field(body.positions)[nodes]
+    rates = (
+        field.turned(np.broadcast_to(body.vectors, (len(nodes), *body.vectors.shape[1:])))
+        if isinstance(field, RigidMotion)
+        else None
+    )
     reach = 5e-4 * body.shortest
-    for k in range(body.vectors.shape[1]):
-        columns = slice(dim * (k + 1), dim * (k + 2))
-        if columns.stop > n_coordinates:
-            break
+    for k, name in enumerate(AXES[: body.vectors.shape[1]]):
+        if name not in kind.vectors:
+            continue
+        if rates is not None:
+            v[:, kind.columns(name)] = rates[:, k]
+            continue
         step = reach * body.vectors[:, k]
         near = field(places + step) - field(places - step)
         far = field(places + 2.0 * step) - field(places - 2.0 * step)
-        v[:, columns] = (8.0 * near - far) / (12.0 * reach)
+        v[:, kind.columns(name)] = (8.0 * near - far) / (12.0 * reach)
     return v

@@ -39,7 +39,7 @@ def reaction(
     InputError
         If no joint to the ground holds the node, or it is none.
     """
-    places = system.rows(check_node("a reaction", node))[0, : system.dim]
+    places = system.rows(check_node("a reaction", node))[0, system.kind_of(node.beam).columns("r")]
     rows = {i for i, j in zip(system.constraints.i, system.constraints.j, strict=True)}
     if np.all(places < system.n_free) and rows.isdisjoint(places.tolist()):
         connected = any(joint.joins and node in joint.nodes for joint in system.scene.joints)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body
 from ancfsparse.system.system import System
 
@@ -32,6 +33,8 @@ class Part:
     ----------
     name : str
         For messages.
+    kind : ElementKind
+        Its element.
     places : (n_rows, n_c) int
         Places of its coordinates.
     start : (3,) float
@@ -43,6 +46,7 @@ class Part:
     """
 
     name: str
+    kind: ElementKind
     places: Places
     start: Vector
     size: float
@@ -80,21 +84,24 @@ def _parts(system: System, body: Body, all_places: Places) -> Iterator[Part]:
         start[:dim] = body.positions[nodes[piece[0]]]
         size = float(lengths[body.parts[piece[0]]])
         places = all_places[piece]
-        yield Part(name, places, start, size, _turns(system, places, start, size))
+        yield Part(
+            name, body.kind, places, start, size, _turns(system, body.kind, places, start, size)
+        )
 
 
-def _turns(system: System, places: Places, start: Vector, size: float) -> Vector:
+def _turns(system: System, kind: ElementKind, places: Places, start: Vector, size: float) -> Vector:
     """Return the axes about which a part can turn so that something moves, (k, 3)."""
-    dim = system.dim
-    if dim == 2:
+    if system.dim == 2:
         return np.array([[0.0, 0.0, 1.0]])
     # A turn w moves vectors x by w x x: the squares add up to w.(tr S - S).w, S = sum of x x^T.
     moments = np.zeros((3, 3))
     for begin in range(0, len(places), CHUNK):
-        rows = system.q_ref[places[begin : begin + CHUNK]].reshape(-1, places.shape[1] // 3, 3)
-        rows[:, 0] = (rows[:, 0] - start) / size
-        vectors = rows.reshape(-1, 3)
-        moments += vectors.T @ vectors
+        rows = system.q_ref[places[begin : begin + CHUNK]]
+        for name in kind.vectors:
+            vectors = rows[:, kind.columns(name)]
+            if name == "r":
+                vectors = (vectors - start) / size
+            moments += vectors.T @ vectors
     squares, axes = np.linalg.eigh(np.trace(moments) * np.eye(3) - moments)
     moving = axes[:, squares > STRAIGHT**2 * squares[-1]].T
     return _along_coordinates(moving)

@@ -41,13 +41,14 @@ def frame_of(system: System) -> Frame:
     begin = 0
     for kind, places in zip(system.kinds, system.places, strict=True):
         rows = np.arange(begin, begin + len(places), dtype=np.int32)
-        sections = dim == 3 and not kind.is_cable
-        width = 2 * dim if sections else dim
-        axes[rows, :width] = places[:, dim : dim + width]
-        positions[rows] = places[:, :dim]
-        for first in range(dim, places.shape[1] - dim + 1, dim):
-            vectors.append(places[:, first : first + dim])
-            rotations.append(rows)
+        across = [name for name in kind.section if name != "r_x"][: dim - 2]
+        for k, name in enumerate(("r_x", *across)):
+            axes[rows, dim * k : dim * (k + 1)] = places[:, kind.columns(name)]
+        positions[rows] = places[:, kind.columns("r")]
+        for name in kind.vectors[1:]:
+            if len(kind.directions(name)) == dim:  # in the plane r_z stays as it is
+                vectors.append(places[:, kind.columns(name)])
+                rotations.append(rows)
         begin += len(places)
 
     single, shared, start, rows_of = _by_position(positions)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError, LoadFailure
-from ancfsparse.kernels.catalog import ElementKind, element_kind
+from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.scene import Body, Node, Scene, check_point, check_scene
 from ancfsparse.system.contributions import contributions_of
@@ -19,6 +19,7 @@ from ancfsparse.system.numbering import Places, number
 from ancfsparse.system.pattern import build
 from ancfsparse.system.reactions import drive_power, reaction
 from ancfsparse.system.state import Layout, State, check_state, meanings
+from ancfsparse.system.vectors import weighed
 
 if TYPE_CHECKING:
     from ancfsparse.system.equations import Assembly
@@ -80,7 +81,7 @@ class System:
             )
         self.scene, self.description = scene, scene.digest()
         self.dim = scene.dim
-        self.kinds = [element_kind(b.element, scene.dim, **b.options) for b in scene.bodies]
+        self.kinds = [body.kind for body in scene.bodies]
         if start is not None:
             check_state(scene, start)
         numbering = number(scene, self.kinds, start)
@@ -135,6 +136,19 @@ class System:
         lam = np.zeros(self.n_multipliers) if lam is None else lam
         return State(self.layout, float(t), q, v, a, lam, **more)
 
+    def vectors(self, name: str) -> list[Places]:
+        """Return the places of a nodal vector, ``"r"`` or ``"r_x"``, ..., a table for each body.
+
+        Each has shape (n_rows, k), with as many columns as its element has components of it.
+        """
+        pairs = zip(self.kinds, self.places, strict=True)
+        return [places[:, kind.columns(name)] for kind, places in pairs]
+
+    @property
+    def positions(self) -> Places:
+        """Places of the positions of all rows, (n,), those that rows share several times."""
+        return np.concatenate([places.ravel() for places in self.vectors("r")])
+
     def rows(self, node: Node) -> Places:
         """Return the places of the coordinates of all rows of a node, shape (k, n_c)."""
         return self.places[self._of(node.beam)][node.beam.rows_of(node.index)]
@@ -162,12 +176,12 @@ class System:
     def point(self, node: Node) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
         check_point("a position", node)
-        return self._interpolate(node, 0, position_weights(node.xi, self._length(node)))
+        return self._interpolate(node, "r", position_weights(node.xi, self._length(node)))
 
     def slope(self, node: Node) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of the slope r'."""
         check_point("a slope", node)
-        return self._interpolate(node, 1, slope_weights(node.xi, self._length(node)))
+        return self._interpolate(node, "r_x", slope_weights(node.xi, self._length(node)))
 
     def frame(self, node: Node) -> Places:
         """Return the places (3, dim) of those of r_x, r_y and r_z at a node that a moment acts on.
@@ -180,17 +194,17 @@ class System:
             out["xyz".index(vector[-1])] = places[kind.columns(vector)]
         return out
 
-    def _interpolate(self, node: Node, part: int, inside: Vector) -> tuple[Places, Vector]:
+    def _interpolate(self, node: Node, vector: str, inside: Vector) -> tuple[Places, Vector]:
         """Weigh the ends of an element, or take this vector of a node as it is."""
-        if node.offsets and part == 0:
-            row, k = self.rows(node)[0], len(node.offsets) + 1
-            return row[: self.dim * k].reshape(k, self.dim).T, np.array([1.0, *node.offsets])
+        kind = self.kind_of(node.beam)
+        if node.offsets and vector == "r":
+            return weighed(kind, self.rows(node)[0], node.offsets)
         if node.is_node or node.offsets:
-            places = self.rows(node)[0] if part == 0 else self.place(node)
-            return places[self.dim * part : self.dim * (part + 1)][:, None], np.ones(1)
+            places = self.rows(node)[0] if vector == "r" else self.place(node)
+            return places[kind.columns(vector)][:, None], np.ones(1)
         ends = self.places[self._of(node.beam)][node.beam.ends[node.index]]
-        where = [[e[d], e[self.dim + d]] for d in range(self.dim) for e in ends]
-        return np.array(where).reshape(self.dim, 4), inside
+        cubic = [end[kind.columns(name)] for end in ends for name in ("r", "r_x")]
+        return np.stack(cubic, axis=1), inside
 
     @staticmethod
     def _length(point: Node) -> float:
@@ -209,8 +223,7 @@ class System:
 
     def unit(self, place: int) -> str:
         """Return the unit of the force that belongs to a place in q, N or N m."""
-        positions = (places[:, : self.dim] for places in self.places)
-        return "N" if any((places == place).any() for places in positions) else "N m"
+        return "N" if any((places == place).any() for places in self.vectors("r")) else "N m"
 
     @property
     def conservative(self) -> bool:
@@ -308,7 +321,7 @@ class System:
     def mass(self) -> float:
         """Mass of the scene [kg]."""
         uniform = np.zeros(self.n_all)
-        for places in self.places:
+        for places in self.vectors("r"):
             uniform[places[:, 0]] = 1.0
         return float(uniform @ self.assembly.inertia(uniform))
 
@@ -354,6 +367,6 @@ class System:
     def _gravity(self) -> Vector:
         """Return gravity as a generalized force, (n_all,) [N, N m]."""
         uniform = np.zeros(self.n_all)
-        for places in self.places:
-            uniform[places[:, : self.dim]] = self.scene.gravity
+        for places in self.vectors("r"):
+            uniform[places] = self.scene.gravity
         return np.asarray(self.assembly.inertia(uniform))

@@ -7,21 +7,23 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.kernels.catalog import ElementKind
+
 # Numbers of a vector: components in space; in the plane, and for single ones, some remain free.
 WIDTH = 3
 
 
 def vectors_of(
-    places: Sequence[NDArray[np.int32]], dim: int, n_free: int
+    places: Sequence[NDArray[np.int32]], kinds: Sequence[ElementKind], n_free: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Return the free coordinates vector by vector, and the node of each vector.
 
     Parameters
     ----------
     places : sequence of (n_rows, n_c) int32 arrays
-        Per beam the place of each coordinate of each row, position first.
-    dim : int
-        Dimension of the scene.
+        Per body the place of each coordinate of each row.
+    kinds : sequence of ElementKind
+        The element of each body.
     n_free : int
         Places from here on are fixed.
 
@@ -32,23 +34,42 @@ def vectors_of(
     node : (n_vectors,) int32
         Numbers from 0 on; rows that share a position are of one node.
     """
-    heads = np.concatenate([table[:, 0] for table in places])
+    positions = [t[:, kind.columns("r")] for t, kind in zip(places, kinds, strict=True)]
+    heads = np.concatenate([table[:, 0] for table in positions])
     number = np.zeros(max(int(table.max()) for table in places) + 1, dtype=np.int32)
     number[heads] = 1
     number = np.cumsum(number, dtype=np.int32) - np.int32(1)
     tables, nodes = list[NDArray[np.int32]](), list[NDArray[np.int32]]()
-    for table in places:
-        for first in range(dim, table.shape[1], dim):
-            tables.append(_padded(table[:, first : first + dim]))
-            nodes.append(number[table[:, 0]])
-    positions = np.concatenate([table[:, :dim] for table in places])
+    for table, kind, position in zip(places, kinds, positions, strict=True):
+        for name in kind.vectors[1:]:
+            tables.append(_padded(table[:, kind.columns(name)]))
+            nodes.append(number[position[:, 0]])
     _, first_of = np.unique(heads, return_index=True)
-    tables.append(_padded(positions[first_of]))
+    tables.append(_padded(np.concatenate(positions)[first_of]))
     nodes.append(number[heads[first_of]])
     vectors, node = np.concatenate(tables), np.concatenate(nodes)
     vectors[vectors >= n_free] = -1
     some = (vectors >= 0).any(axis=1)
     return vectors[some], node[some]
+
+
+def weighed(
+    kind: ElementKind, row: NDArray[np.int32], offsets: Sequence[float]
+) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+    """Return places (dim, p) and weights (p,) of a point of a rigid body.
+
+    Parameters
+    ----------
+    kind : ElementKind
+        Its coordinates.
+    row : (n_c,) int32 array
+        Their places.
+    offsets : sequence of float
+        Coordinates of the point along r_x, r_y and r_z [m].
+    """
+    names = ("r", "r_x", "r_y", "r_z")[: len(offsets) + 1]
+    places = np.stack([row[kind.columns(name)] for name in names], axis=1)
+    return places, np.array([1.0, *offsets])
 
 
 def _padded(table: NDArray[np.int32]) -> NDArray[np.int32]:

@@ -5,7 +5,6 @@ from collections.abc import Callable
 import sympy as sp
 
 from codegen.fields import (
-    KERNELS,
     Element,
     Field,
     Gauss,
@@ -16,6 +15,7 @@ from codegen.fields import (
     interpolate,
     parameter,
 )
+from codegen.kernels import NAMES
 
 lame_area = parameter("lame_area")
 shear_modulus_area = parameter("shear_modulus_area")
@@ -87,7 +87,7 @@ def thick(dim: int, curvature: str, section_strain: str, *, by_quadrature: bool 
         projected=((eps_l, eps_x),),
         energy=tuple(term for term in energy if term.strain != 0),
         inertia=((mass_per_length, r), (inertia_y, r_y), (inertia_z, r_z)),
-        kernels=("energy", "force") if by_quadrature else KERNELS,
+        kernels=("energy", "force") if by_quadrature else NAMES,
     )
 
 

@@ -31,7 +31,7 @@ def steel(n, dt, make=lattice):
 
 def seed_of(system, slides=None, threads=1):
     pattern = system.pattern
-    vectors = vectors_of(system.places, system.dim, system.n_free)
+    vectors = vectors_of(system.places, system.kinds, system.n_free)
     groups = Groups.of(pattern.indptr, pattern.indices, *vectors)
     return IncompleteSeed(pattern.indptr, pattern.indices, groups, threads, slides)
 

@@ -33,7 +33,7 @@ def solver_of(scene, **options):
 
 def groups_of(system):
     indptr, indices = system.pattern.indptr, system.pattern.indices
-    return Groups.of(indptr, indices, *vectors_of(system.places, system.dim, system.n_free))
+    return Groups.of(indptr, indices, *vectors_of(system.places, system.kinds, system.n_free))
 
 
 @pytest.mark.parametrize("make", [lambda: lattice(6).scene, lambda: net(20).scene])

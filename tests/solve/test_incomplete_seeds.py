@@ -67,7 +67,7 @@ def test_thick_nodes_have_four_vectors():
         return scene
 
     system = System(scene())
-    vectors, node = vectors_of(system.places, system.dim, system.n_free)
+    vectors, node = vectors_of(system.places, system.kinds, system.n_free)
     assert sorted(vectors[vectors >= 0]) == list(range(system.n_free))
     assert max(np.bincount(node)) == 7  # where two beams meet: six slopes and a position
     exact, incomplete = both(scene, 0.02, 1e-3)
@@ -78,7 +78,7 @@ def test_set_up_without_a_march_is_linear():
     # Blocks, and so time and memory: 5 below the diagonal and 4/3 on it for each element.
     for n in (6, 12):
         system = System(lattice(n).scene)
-        vectors, node = vectors_of(system.places, system.dim, system.n_free)
+        vectors, node = vectors_of(system.places, system.kinds, system.n_free)
         indptr, indices = system.pattern.indptr, system.pattern.indices
         seed = IncompleteSeed(indptr, indices, Groups.of(indptr, indices, vectors, node))
         assert seed.nnz == system.pattern.n_values - system.n_free

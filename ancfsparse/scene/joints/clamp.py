@@ -54,20 +54,19 @@ class Clamp(Joint):
             if self.stretch == "fixed" or not self.node.beam.n_elements:
                 builder.fix(coordinates)
             elif kind.is_cable:
-                self._hold_direction(builder, row, coordinates)
+                builder.fix(coordinates[kind.columns("r")])
+                self._hold_direction(builder, row, coordinates[kind.columns("r_x")])
             else:
-                held = [k for vector in ("r_", *kind.section) for k in kind.columns(vector)]
-                builder.fix(coordinates[held])
+                for vector in ("r", *kind.section):
+                    builder.fix(coordinates[kind.columns(vector)])
 
-    def _hold_direction(self, builder: Builder, row: int, coordinates: Coordinates) -> None:
-        """Fix the position and leave the slope its length.
+    def _hold_direction(self, builder: Builder, row: int, slope: Coordinates) -> None:
+        """Hold the direction of a slope and leave it its length.
 
         A slope that is not along a coordinate axis is held by equations e.r_x = 0 across it.  It
         counts by the way that it moves at the distance of an element: in metres.
         """
         body, dim = self.node.beam, self.node.beam.dim
-        position, slope = coordinates[:dim], coordinates[dim : 2 * dim]
-        builder.fix(position)
         axes = body.axes_of(row)
         along = along_axis(axes[0])
         if along is not None:

@@ -22,25 +22,10 @@ cdef extern from "parallel.h":
 cdef extern from "simd.h":
     const int LANES "ANCF_LANES"
 
+include "../../kernels/kernel_list.pxi"
 include "../../abi/system_abi.pxi"
 include "../arrays.pxi"
 
-
-cdef enum Kernel:
-    ENERGY
-    FORCE
-    INERTIA_FORCE
-    RESIDUAL
-    TANGENT
-    MASS_MATRIX
-    DAMPING_FORCE
-    MATERIAL_TANGENT
-    DISCRETE_GRADIENT
-    N_KERNELS
-
-# In the order of that enumeration.
-KERNELS = ("energy", "force", "inertia", "residual", "tangent", "mass", "damping", "material",
-           "discrete_gradient")
 
 # Places of the energies of a block: all in one.
 cdef int32_t[16] NOWHERE
@@ -170,9 +155,7 @@ cdef void add_run(const Flat *self, const Run *run, int kernel, bint damped, con
     """Let a kernel add what the elements of a run give, with the parameters of damping if asked for."""
     cdef const Group *group = &self.groups[run.group]
     cdef ancf_kernel call = group.kernels[kernel]
-    cdef bint to_matrix = (
-        kernel == TANGENT or kernel == MASS_MATRIX or kernel == MATERIAL_TANGENT)
-    cdef bint to_masses = kernel == INERTIA_FORCE or kernel == MASS_MATRIX
+    cdef bint to_matrix = fills_matrix(kernel), to_masses = is_of_mass(kernel)
     cdef const int32_t *set_of = group.damping_set_of if damped else group.set_of
     cdef const double *parameters = group.damping_parameters if damped else group.parameters
     cdef ptrdiff_t n_in = group.n * LANES, n_out = n_in, b, table
@@ -182,9 +165,9 @@ cdef void add_run(const Flat *self, const Run *run, int kernel, bint damped, con
         return
     if to_matrix:
         scatter, base, n_out = group.matrix_scatter, group.matrix_base, group.n_matrix * LANES
-    if kernel == ENERGY:
+    if kernel == KERNEL_ENERGY:
         scatter, n_out = &NOWHERE[0], 0
-    if group.table_of == NULL and kernel != ENERGY:
+    if group.table_of == NULL and kernel != KERNEL_ENERGY:
         call(run.end - run.begin, group.gather + run.begin * n_in, scatter + run.begin * n_out,
              set_of + run.begin, parameters, q, a, out)
         return
@@ -194,7 +177,7 @@ cdef void add_run(const Flat *self, const Run *run, int kernel, bint damped, con
              scatter + table * n_out, set_of + b, parameters,
              q if group.table_of == NULL else q + group.base[b],
              a if group.table_of == NULL else a + group.base[b],
-             out if group.table_of == NULL or kernel == ENERGY else out + base[b])
+             out if group.table_of == NULL or kernel == KERNEL_ENERGY else out + base[b])
 
 
 cdef void add_part(void *context, ptrdiff_t part) noexcept nogil:
@@ -218,9 +201,9 @@ cdef void add(const Flat *self, int kernel, const double *q, const double *a, do
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
     if x.a == NULL:
-        add(self, FORCE, x.q, x.q, r)
+        add(self, KERNEL_FORCE, x.q, x.q, r)
     else:
-        add(self, RESIDUAL, x.q, x.a, r)
+        add(self, KERNEL_RESIDUAL, x.q, x.a, r)
     if self.damped:
         add_damping(context, x.q, x.v, r)
 
@@ -228,8 +211,8 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
 cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
                   double *r, double *phi) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
-    add(self, DISCRETE_GRADIENT, q0, q1, r)
-    add(self, INERTIA_FORCE, x.a, x.a, r)
+    add(self, KERNEL_DISCRETE_GRADIENT, q0, q1, r)
+    add(self, KERNEL_INERTIA, x.a, x.a, r)
     if self.damped:
         add_damping(context, x.q, x.v, r)
 
@@ -237,25 +220,25 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
 cdef void add_damping(void *context, const double *q, const double *v,
                       double *r) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
-    add(self, DAMPING_FORCE, q, v, r, True)
-    add(self, INERTIA_FORCE, v, v, r, True)
+    add(self, KERNEL_DAMPING, q, v, r, True)
+    add(self, KERNEL_INERTIA, v, v, r, True)
 
 
 cdef void inertia(void *context, const double *a, double *r) noexcept nogil:
-    add(<const Flat *>context, INERTIA_FORCE, a, a, r)
+    add(<const Flat *>context, KERNEL_INERTIA, a, a, r)
 
 
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
     if part == STIFFNESS:
-        add(self, TANGENT, x.q, x.q, values)
+        add(self, KERNEL_TANGENT, x.q, x.q, values)
     elif part == MATERIAL:
-        add(self, MATERIAL_TANGENT, x.q, x.q, values)
+        add(self, KERNEL_MATERIAL, x.q, x.q, values)
     elif part == MASS:
-        add(self, MASS_MATRIX, x.q, x.q, values)
+        add(self, KERNEL_MASS, x.q, x.q, values)
     elif part == DAMPING and self.damped:
-        add(self, MATERIAL_TANGENT, x.q, x.q, values, True)
-        add(self, MASS_MATRIX, x.q, x.q, values, True)
+        add(self, KERNEL_MATERIAL, x.q, x.q, values, True)
+        add(self, KERNEL_MASS, x.q, x.q, values, True)
 
 
 cdef void energy_part(void *context, ptrdiff_t part) noexcept nogil:
@@ -263,7 +246,7 @@ cdef void energy_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef double sum = 0.0
     cdef ptrdiff_t k
     for k in range(call.flat.run_start[part], call.flat.run_start[part + 1]):
-        add_run(call.flat, &call.flat.runs[k], ENERGY, False, call.q, call.q, &sum)
+        add_run(call.flat, &call.flat.runs[k], KERNEL_ENERGY, False, call.q, call.q, &sum)
     call.out[part] = sum
 
 

@@ -72,6 +72,12 @@ cdef inline bint vector_at(const Data *self, ptrdiff_t k, ptrdiff_t v, const dou
     return True
 
 
+cdef inline double share_at(const Data *self, ptrdiff_t k) noexcept nogil:
+    """Share of a twist that each of r_y and r_z takes on where moment k acts."""
+    cdef const int32_t *place = self.place + 3 * k * self.dim
+    return 0.5 if place[self.dim] >= 0 and place[2 * self.dim] >= 0 else 1.0
+
+
 cdef inline void cross(const double *a, const double *b, double *out) noexcept nogil:
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
@@ -187,7 +193,7 @@ cdef double reach(void *context, const double *q0, const double *q1, const doubl
 cdef void add(const Data *self, const double *q, const double *amplitudes,
               double *r) noexcept nogil:
     """A moment m bends by m x r_x / |r_x|^2 on the slope; the part of it along the axis twists by
-    half of itself on each of the two section vectors, if there are any.
+    equal shares of itself on the section vectors, if there are any.
 
     Where r_x is free of the section, the moment acts on the section vectors alone, with the forces
     w x u that turn both at one rate w and have the moment m about the node."""
@@ -210,7 +216,7 @@ cdef void add(const Data *self, const double *q, const double *amplitudes,
             r[place[d]] -= f[d] / p
         for v in range(1, 3):
             if vector_at(self, k, v, q, y):
-                along = 0.5 * dot(m, x) / (p * dot(y, y))
+                along = share_at(self, k) * dot(m, x) / (p * dot(y, y))
                 cross(x, y, f)
                 for d in range(self.dim):
                     r[place[v * self.dim + d]] -= along * f[d]
@@ -251,7 +257,7 @@ cdef void stiffness_on_axis(const Data *self, ptrdiff_t k, const double *m, cons
     cdef double f[3]
     cdef double unit[3]
     cdef double g[3]
-    cdef double p = dot(x, x)
+    cdef double p = dot(x, x), share = share_at(self, k)
     cdef double s, along
     cdef ptrdiff_t v, i, j
     cross(m, x, f)
@@ -262,7 +268,7 @@ cdef void stiffness_on_axis(const Data *self, ptrdiff_t k, const double *m, cons
         if not vector_at(self, k, v, q, y):
             continue
         s = dot(y, y)
-        along = 0.5 * dot(m, x) / (p * s)
+        along = share * dot(m, x) / (p * s)
         cross(x, y, f)
         for j in range(3):
             unit[0] = unit[1] = unit[2] = 0.0
@@ -271,4 +277,4 @@ cdef void stiffness_on_axis(const Data *self, ptrdiff_t k, const double *m, cons
             for i in range(3):
                 derivative[3 * v + i][3 * v + j] = 2.0 * along * f[i] * y[j] / s
                 derivative[3 * v + i][j] = (
-                    -along * g[i] - f[i] * (0.5 * m[j] / (p * s) - 2.0 * along * x[j] / p))
+                    -along * g[i] - f[i] * (share * m[j] / (p * s) - 2.0 * along * x[j] / p))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ancfsparse.system.contributions.masses import Entries, Masses, add
 
 if TYPE_CHECKING:
@@ -15,6 +17,7 @@ def of(system: System) -> list[Masses]:
     entries: Entries = {}
     for body, places in zip(system.scene.bodies, system.places, strict=True):
         if body.masses is not None:
-            for direction in places[0].reshape(len(body.masses), system.dim).T:
+            vectors = [places[0, body.kind.columns(name)] for name in body.kind.vectors]
+            for direction in np.array(vectors).T:
                 add(entries, direction, body.masses)
     return [Masses(system.n_free, entries)]

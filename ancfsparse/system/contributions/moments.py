@@ -51,9 +51,10 @@ class Moments(Contribution):
             slope, spin = _spin(q, v, places[0])
             power += np.sum(moment * spin, axis=1)
             along = np.sum(moment * slope, axis=1) / np.sum(slope**2, axis=1)
-            for vector in places[1:]:
-                if vector[0] >= 0:
-                    power += 0.5 * along * np.sum(slope * _spin(q, v, vector)[1], axis=1)
+            across = [vector for vector in places[1:] if vector[0] >= 0]
+            for vector in across:
+                spin = _spin(q, v, vector)[1]
+                power += along / len(across) * np.sum(slope * spin, axis=1)
         return power
 
     def _places(self) -> NDArray[np.int32]:

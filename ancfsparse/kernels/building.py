@@ -1,0 +1,138 @@
+"""Compile kernel modules: those of a user's own elements, and variants to be measured.
+
+Needs Cython and a C compiler; deriving an element needs SymPy too, in a process of its own.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import sysconfig
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from ancfsparse.dispatch import REQUIRED_FLAGS, instruction_set
+from ancfsparse.errors import InputError
+
+HEADERS = Path(__file__).parent
+PACKAGE = HEADERS.parent
+FLAGS = ("-O2", "-fno-tree-vectorize", "-ffp-contract=fast", "-fno-math-errno", "-shared", "-fPIC")
+MARCH = {
+    name: "-march=" + name.replace("_v", "-v").replace("x86_", "x86-") for name in REQUIRED_FLAGS
+}
+
+OPENING = '''\
+"""Element {name}, built by `ancfsparse element` from {source}."""
+
+from ancfsparse.kernels.outside import built
+
+ELEMENT = built(__name__)
+'''
+
+
+def build_element(
+    source: str | Path, folder: str | Path = ".", instruction_sets: Sequence[str] = ()
+) -> Path:
+    """Derive the kernels of an element from its energy and compile them to a package.
+
+    Parameters
+    ----------
+    source : str or Path
+        A file of Python with an ``ELEMENT = Element(...)`` in the words of ``codegen.fields``.
+    folder : str or Path, optional
+        Where to put the package, a folder with the name of the element.
+    instruction_sets : sequence of str, optional
+        What to compile for; by default the instruction set in use on this machine.
+
+    Returns
+    -------
+    Path
+        The package.  Its ``ELEMENT`` goes to `Scene.add_beam`, once `folder` is among those that
+        Python imports from.
+
+    Raises
+    ------
+    InputError
+        If the file has no such element, or something that this takes is not installed.
+    """
+    for each in instruction_sets:
+        if each not in MARCH:
+            raise InputError(f"{each!r} is not one of the instruction sets {', '.join(MARCH)}")
+    with tempfile.TemporaryDirectory() as work:
+        module = _derived(Path(source), Path(work))
+        package = Path(folder) / module.stem
+        package.mkdir(parents=True, exist_ok=True)
+        text = translated(module, module.stem)
+        for each in instruction_sets or (instruction_set(),):
+            name = f"{module.stem}_{each}"
+            library = package / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
+            started = f"-DPyInit_{module.stem}=PyInit_{name}"
+            compile_c(text, library, MARCH[each], started)
+        (package / module.name).write_bytes(module.read_bytes())
+        opening = OPENING.format(name=module.stem, source=Path(source).name)
+        (package / "__init__.py").write_text(opening, encoding="utf-8")
+    return package
+
+
+def translated(module: Path, name: str) -> Path:
+    """Translate a module to C beside it.
+
+    Parameters
+    ----------
+    module : Path
+        The ``.pyx`` file.
+    name : str
+        The name it is imported by.
+    """
+    target = module.with_suffix(".c")
+    command = [sys.executable, "-m", "cython", "-3", "--module-name", name, str(module)]
+    _run([*command, "-o", str(target)], "Cython")
+    return target
+
+
+def compile_c(source: Path, library: Path, *options: str) -> None:
+    """Compile a translated module with the options of this package and more."""
+    include = [f"-I{HEADERS}", f"-I{sysconfig.get_paths()['include']}"]
+    compiler = os.environ.get("CC", "cc").split()
+    unfinished = library.with_name(library.name + ".part")
+    _run(
+        [*compiler, *FLAGS, *options, *include, str(source), "-o", str(unfinished), "-lm"],
+        "the C compiler",
+    )
+    unfinished.replace(library)  # a process that has loaded the one before keeps it
+
+
+def _derived(source: Path, folder: Path) -> Path:
+    """Write the module of an element by the generator, which is no part of this package."""
+    if not source.is_file():
+        raise InputError(f"there is no file {source} with the energy of an element")
+    places = PACKAGE / "generator", PACKAGE.parent  # installed, or in a checkout
+    found = [each for each in places if (each / "codegen" / "derive.py").is_file()]
+    if not found:
+        raise InputError(f"the generator of kernels is missing: it is not in {places[0]}")
+    paths = [str(found[0]), os.environ.get("PYTHONPATH", "")]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
+    # -P: what lies in the working directory does not take the place of the generator.
+    command = [sys.executable, "-P", "-m", "codegen", "--element", str(source)]
+    out = _run(
+        [*command, "--folder", str(folder)],
+        "the generator",
+        environment,
+    )
+    return Path(out.strip().splitlines()[-1])
+
+
+def _run(command: Sequence[str], what: str, environment: dict[str, str] | None = None) -> str:
+    """Run a command and return what it prints, or refuse with what it says."""
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, env=environment)
+    except OSError as failure:
+        raise InputError(f"{what} cannot be run: {failure}") from None
+    if not done.returncode:
+        return done.stdout
+    reason = done.stderr.strip() or done.stdout.strip()
+    if "No module named" in reason:
+        reason = reason.splitlines()[-1] + ': install it with pip install "ancfsparse[codegen]"'
+    raise InputError(f"{what} refused: {reason}")
