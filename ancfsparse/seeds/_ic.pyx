@@ -53,6 +53,7 @@ cdef extern from "ic.h":
         const int32_t *row
         const int32_t *place_of_entry
         double *scale
+        double *scale_of
         double *blocks
         double *column
         float *x
@@ -118,6 +119,7 @@ cdef class Ic:
         cdef Factor *data = &self.data
         cdef float[:, ::1] vectors
         cdef double[::1] blocks, column, scale
+        cdef double[:, ::1] scale_of
         cdef const int32_t[::1] place
         cdef ptrdiff_t middle, width
         data.n, data.n_triples = n, unknown.shape[0]
@@ -133,16 +135,18 @@ cdef class Ic:
             "unknown": np.asarray(unknown), "start": np.asarray(start), "row": np.asarray(row),
             "place": places(indptr, indices, n, unknown, start, row, first,
                             BLOCK * (data.n_blocks + image) + PAST),
-            "scale": np.ones(indptr.shape[0] - 1),
+            "scale": np.ones(indptr.shape[0] - 1), "scale of": np.ones((data.n_triples, 3)),
             "blocks": np.zeros(BLOCK * (data.n_blocks + image) + PAST + FRONTS),
             "column": np.zeros(FRONTS * (BLOCK * data.longest + PAST)),
             "vectors": np.zeros((5, TRIPLE * (data.n_triples + width)), dtype=np.float32),
         }
         place, scale, blocks, column = a["place"], a["scale"], a["blocks"], a["column"]
+        scale_of = a["scale of"]
         vectors = a["vectors"]
         data.indptr, data.indices, data.unknown = &indptr[0], &indices[0], &unknown[0, 0]
         data.start, data.row, data.place_of_entry = &start[0], &row[0], &place[0]
-        data.scale, data.blocks, data.column = &scale[0], &blocks[0], &column[0]
+        data.scale, data.scale_of = &scale[0], &scale_of[0, 0]
+        data.blocks, data.column = &blocks[0], &column[0]
         data.x, data.r = &vectors[0, 0], &vectors[1, 0]
         data.z, data.p, data.w = &vectors[2, 0], &vectors[3, 0], &vectors[4, 0]
         data.per_sweep = 2.0 * indptr[n]

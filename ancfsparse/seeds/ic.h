@@ -76,6 +76,7 @@ typedef struct {
     const int32_t *row;            /* triple of each of these, ascending; of the second front in its image */
     const int32_t *place_of_entry; /* of A, counted in numbers of `blocks` */
     double *scale;                 /* of each unknown; of equations one */
+    double *scale_of;              /* of the three of each triple */
     double *blocks;                /* and then the image of those of the middle */
     double *column;                /* room for the longest one of each front */
     float *x, *r, *z, *p, *w;      /* vectors over the triples and the image of the middle */

@@ -48,9 +48,13 @@ static void ic_spread(void *context, ptrdiff_t front)
             self->blocks[self->place_of_entry[p]] = values[p] * scale * self->scale[self->indices[p]];
     }
     for (ptrdiff_t t = self->first[front]; t < ic_end(self, front); ++t)
-        for (int k = 0; k < 3; ++k)
-            if (self->unknown[3 * t + k] < 0)
+        for (int k = 0; k < 3; ++k) {
+            int32_t at = self->unknown[3 * t + k];
+            if (at < 0)
                 self->blocks[IC_BLOCK * t + 4 * k] = 1.0;
+            else
+                self->scale_of[3 * t + k] = self->scale[at];
+        }
 }
 
 /* Clear a share of the blocks, and the second front the image. */

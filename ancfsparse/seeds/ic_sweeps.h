@@ -4,6 +4,9 @@
 
 #include "ic.h"
 
+/* Numbers of blocks ahead of those in use that are asked for: hardware stops at each page. */
+enum { IC_FAR = 30 * IC_BLOCK };
+
 IC_INLINE short_quad ic_get(const float *p) { return *(const short_quad *)p; }
 IC_INLINE void ic_put(float *p, short_quad v) { *(short_quad *)p = v; }
 
@@ -54,6 +57,7 @@ static void ic_forward(void *context, ptrdiff_t front)
         short_quad here = ic_get(x + IC_TRIPLE * j), n[3];
         for (ptrdiff_t b = start[j]; b < start[j + 1]; ++b, block += IC_BLOCK) {
             float *there = x + IC_TRIPLE * (ptrdiff_t)row[b];
+            __builtin_prefetch(block + IC_FAR);
             ic_columns(n, block);
             ic_put(there, ic_get(there) - ic_three(ic_times(n, here)));
         }
@@ -75,6 +79,7 @@ static void ic_backward(void *context, ptrdiff_t front)
         for (ptrdiff_t b = start[j + 1] - 1; b >= start[j]; --b) {
             short_quad there = ic_get(x + IC_TRIPLE * (ptrdiff_t)row[b]);
             block -= IC_BLOCK;
+            __builtin_prefetch(block - IC_FAR);
             ic_columns(n, block);
             for (int c = 0; c < 3; ++c)
                 total[c] += n[c] * there;
@@ -146,6 +151,7 @@ static void ic_multiply(void *context, ptrdiff_t front)
         for (ptrdiff_t b = start[j]; b < start[j + 1]; ++b, block += IC_BLOCK) {
             float *to = y + IC_TRIPLE * (ptrdiff_t)row[b];
             short_quad there = ic_get(x + IC_TRIPLE * (ptrdiff_t)row[b]);
+            __builtin_prefetch(block + IC_FAR);
             ic_columns(a, block);
             ic_put(to, ic_get(to) + ic_three(ic_times(a, here)));
             for (int c = 0; c < 3; ++c)

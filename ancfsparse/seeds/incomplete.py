@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     import scipy.sparse as sp
 
 # Bytes of a block: nine numbers in double precision, and its row; and of three unknowns: five
-# vectors in single precision, their scale, and where they are.
-BLOCK_BYTES, TRIPLE_BYTES = 76, 120
+# vectors in single precision, their scale twice, and where they are.
+BLOCK_BYTES, TRIPLE_BYTES = 76, 144
 # What a solution from Python may leave of its right-hand side; by how much each round of conjugate
 # gradients in single precision brings it down, how many iterations that may take, and rounds.
 REST, SHARE, MOST, ROUNDS = 1e-13, 1e-5, 2000, 12
