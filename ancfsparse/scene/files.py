@@ -9,6 +9,7 @@ import base64
 import json
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, TypeVar
@@ -66,7 +67,8 @@ def save(scene: Records, path: str | Path) -> None:
         part.write_text(text, encoding="utf-8")
         part.replace(file)
     except OSError as error:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
         raise InputError(f"the scene cannot be written to {file}: {error.strerror}") from error
 
 
@@ -224,7 +226,7 @@ def _array_of(value: Mapping[str, Any]) -> Any:
 
 
 def _place(path: object) -> Path:
-    if not isinstance(path, str | Path) or not str(path) or "\0" in str(path):
+    if not isinstance(path, str | Path) or not Path(path).name or "\0" in str(path):
         raise InputError(
             f"the file of a scene must have a name such as 'scene.json', got {shown(path)}"
         )

@@ -190,6 +190,11 @@ def test_what_cannot_be_written_is_named(tmp_path):
         ancf.Scene.load(tmp_path / "scene.json")
     with pytest.raises(ancf.InputError, match=r"must have a name such as 'scene\.json', got 3"):
         other.save(3)
+    for path, reason in ((tmp_path, "Is a directory"), (tmp_path / ("x" * 300), "File name too")):
+        with pytest.raises(ancf.InputError, match=f"cannot be written to .*: {reason}"):
+            other.save(path)
+    with pytest.raises(ancf.InputError, match=r"must have a name such as 'scene\.json', got ''"):
+        other.save("")
     (tmp_path / "scene.json").write_text("[" * 10**5)
     with pytest.raises(ancf.InputError, match="is no file of a scene"):
         ancf.Scene.load(tmp_path / "scene.json")

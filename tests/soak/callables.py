@@ -82,6 +82,9 @@ def calls():
     other = scene.add_beam("thin", (1, 0), (1, 1), 2, SECTION, MATERIAL)
     mesh = scene.add_mesh([(5, 0), (6, 0), (6, 1)], [(0, 1), (1, 2)], "thin", SECTION, MATERIAL)
     moving, tip = held_scene()
+    moving.save("good.json")
+    loaded, _ = held_scene()
+    loaded.distributed_force(loaded.beams[0], (0, 1))
     run = ancf.simulate(moving, 0.01, 1e-3)
     ancf.simulate(moving, 0.01, 1e-3, output="good.h5")
     rest = ancf.solve_static(moving)
@@ -125,6 +128,15 @@ def calls():
         Call("add_mass, spatial", space.add_mass, {"node": spatial.end, "mass": 1.0}),
         Call("spring", scene.spring, {"a": rod.end, "b": (3, 0), "stiffness": 1.0}),
         Call("force", scene.force, {"points": [rod.end], "function": lambda q, v, t: 0.0 * q}),
+        Call("Scene.refined", moving.refined, {}),
+        Call("Scene.replaced", lambda n_elements, material, gravity: moving.replaced(
+            tip, n_elements=n_elements, material=material, gravity=gravity),
+             {"n_elements": 2, "material": MATERIAL, "gravity": (0, -1)}),
+        Call("Scene.replaced, a load", lambda beam, value: loaded.replaced(
+            loaded.loads[0], beam=beam, value=value), {"beam": loaded.beams[0], "value": (0, 1)}),
+        Call("Scene.counterpart", moving.counterpart, {"handle": tip.end}),
+        Call("Scene.save", moving.save, {"path": "good.json"}),
+        Call("Scene.load", ancf.Scene.load, {"path": "good.json"}),
         Call("Beam.node", rod.node, {"i": 1}),
         Call("Beam.at", rod.at, {"s": 0.3}),
         Call("Mesh.node", mesh.node, {"i": 1}),
