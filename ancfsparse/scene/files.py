@@ -18,6 +18,7 @@ import numpy as np
 
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import AncfError, InputError
+from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.callbacks import is_compiled
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.records import Records
@@ -148,6 +149,8 @@ def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
     if (DATA | REFERENCES).get(kind.__name__) is kind:
         given = {each.name: getattr(value, each.name) for each in fields(value) if each.init}
         return {"kind": kind.__name__} | {k: encoded(v, where, names) for k, v in given.items()}
+    if isinstance(value, ElementKind):
+        return {"own": value.package, "definition": value.definition, "values": dict(value.values)}
     if callable(value) and not is_compiled(value):
         name = name_of(value)
         if names.setdefault(name, value) is not value:
@@ -197,13 +200,26 @@ def _decoded(value: Any, own: Mapping[str, Any]) -> Any:
                 f"it needs {shown(value['own'])}, which a file cannot hold: give it to load, as in "
                 f"own={{{value['own']!r}: ...}}"
             )
-        return own[value["own"]]
+        return _element(own[value["own"]], value) if "definition" in value else own[value["own"]]
     if "base64" in value:
         return _array_of(value)
     known = DATA | REFERENCES
     kind = check_choice("kind", value.get("kind"), known)
     given = {name: _decoded(each, own) for name, each in value.items() if name != "kind"}
     return _made(known[kind], given, kind)
+
+
+def _element(kind: Any, wanted: Mapping[str, Any]) -> ElementKind:
+    """Return an element of the user's, if it is the one that a file was written with."""
+    if not isinstance(kind, ElementKind) or kind.definition != wanted["definition"]:
+        raise InputError(
+            f"it was made with another element than the {shown(kind)} that was given as "
+            f"{wanted['own']!r}: its energy or coordinates have changed since"
+        )
+    values = wanted.get("values")
+    if not isinstance(values, dict):
+        raise InputError(f"the values of element {kind.name} are damaged: {shown(values)}")
+    return kind.with_values(**values) if values else kind
 
 
 def _made(kind: type[Any], given: Mapping[str, Any], what: str) -> Any:

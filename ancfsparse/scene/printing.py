@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.signal import Signal
 from ancfsparse.scene.spec import Point, Spec, Whole, equal
@@ -33,6 +34,8 @@ def value(given: Any, scene: Records) -> str:
         return f"{given:.6g}"
     if isinstance(given, tuple):
         return "(" + ", ".join(value(each, scene) for each in given) + ")"
+    if isinstance(given, ElementKind):
+        return repr(given)
     if isinstance(given, Signal):
         return repr(given)
     if is_dataclass(given):

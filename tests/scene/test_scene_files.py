@@ -3,6 +3,7 @@
 import copy
 import json
 import pickle
+from dataclasses import replace
 
 import everything as all_of_it
 import numpy as np
@@ -12,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ancfsparse as ancf
+from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene import Signal
 from ancfsparse.scene.files import name_of
 from tests.soak.scenes import draw
@@ -73,6 +75,22 @@ def test_random_scenes_come_back(tmp_path_factory, number):
         scene.beams[0].n_nodes
     )
     assert read_again(fine, path) == fine
+
+
+def test_an_element_of_the_users_is_given_and_compared(tmp_path):
+    element = replace(element_kind("thin", 2), package="mine", own={"extra": "ratios"})
+    scene, path = ancf.Scene(), tmp_path / "scene.json"
+    scene.add_beam(element.with_values(extra=2.0), (0, 0), (2, 0), 3, SECTION, MATERIAL)
+    scene.save(path)
+    assert f"element {element.name} {element.definition}, extra = 2, start" in str(scene)
+    twin = ancf.Scene.load(path, {"mine": element})
+    assert twin == scene
+    assert twin.records[0].element.values == {"extra": 2.0}
+    with pytest.raises(ancf.InputError, match="record 1: it needs 'mine', which a file cannot hol"):
+        ancf.Scene.load(path)
+    for other in (replace(element, definition="another"), "thin"):
+        with pytest.raises(ancf.InputError, match="record 1: it was made with another element tha"):
+            ancf.Scene.load(path, {"mine": other})
 
 
 def test_large_arrays_come_back(tmp_path):
