@@ -65,6 +65,8 @@ def counterpart(scene: Records, handle: Body | Node) -> Any:
     """Return the handle of the same body or point in a scene; see `Scene.counterpart`."""
     if isinstance(handle, Node):
         here = scene.body(handle.beam.name)
+        if type(here) is not type(handle.beam):
+            raise InputError(f"{here.name} of this scene is no {type(handle.beam).__name__}")
         return here.point(handle.beam.among(here.n_each, handle))
     if isinstance(handle, Body):
         return scene.body(handle.name)

@@ -33,7 +33,6 @@ class ForceSpec(Spec):
     function: Any
     coupled: bool = False
     method = "force"
-    part = "attached"
 
     def describe(self, at: At, made: Any) -> str:
         """Describe where it acts; the function counts for nothing."""

@@ -103,8 +103,6 @@ class Applied(ABC):
 class LoadSpec(Spec):
     """What the records of all loads have in common."""
 
-    part = "loads"
-
     def describe(self, at: At, made: Any) -> str:
         """Describe where it acts and what it is."""
         where, value = self.given.values()

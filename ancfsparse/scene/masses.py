@@ -31,7 +31,6 @@ class MassSpec(Spec):
     mass: float
     inertia: float | Matrix | None = None
     method = "add_mass"
-    part = "attached"
     units: ClassVar = {"mass": "kg", "inertia": "kg m2"}
 
     def describe(self, at: At, made: Any) -> str:

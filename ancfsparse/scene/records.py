@@ -45,7 +45,6 @@ class Records:
             )
         self.dim: int = size[0]
         self.gravity: NDArray[np.float64] = check_vector("gravity", gravity, self.dim, "m/s2")
-        self.records: list[Spec] = []
         self.bodies: list[Body] = []
         self.joints: list[Joint] = []
         self.loads: list[Load] = []
@@ -76,6 +75,11 @@ class Records:
             raise InputError(f"the scene has no body {shown(name)}: {suggest(name, self._bodies)}")
         return self._bodies[name]
 
+    @property
+    def records(self) -> tuple[Spec, ...]:
+        """What was specified, in the order of the calls."""
+        return tuple(self._built.values())
+
     def record_of(self, handle: object) -> Spec:
         """Return the record that a handle was built of."""
         return self._built[handle]
@@ -105,7 +109,6 @@ class Records:
         return thing
 
     def _record(self, record: Spec, handle: object) -> None:
-        self.records.append(record)
         self._built[handle] = record
 
     def _label(self, name: str | None, kind: str) -> str:

@@ -43,7 +43,7 @@ class Scene(
         2 if planar, 3 if spatial.
     gravity : ndarray, shape (dim,)
         Acceleration of gravity [m/s2], read-only.
-    records : list of Spec
+    records : tuple of Spec
         What was specified, in the order of the calls.
     bodies : list of Beam, Mesh and RigidBody
         In the order they were added.

@@ -89,14 +89,11 @@ class Spec:
     ----------
     method : str
         Method of `Scene` that was called.
-    part : str
-        Part of the digest that it belongs to.
     units : dict of str to str
         Units of its numbers, by field.
     """
 
     method: ClassVar[str]
-    part: ClassVar[str] = "joints"
     units: ClassVar[Mapping[str, str]] = {}
 
     def __init_subclass__(cls) -> None:
@@ -105,14 +102,12 @@ class Spec:
             SPECS[cls.method] = cls
 
     def __post_init__(self) -> None:
-        """Keep vectors as tuples."""
-        vectors = {
-            name: tuple(value.tolist())
-            for name, value in self.__dict__.items()
-            if isinstance(value, np.ndarray) and value.ndim == 1
-        }
-        if vectors:
-            keep(self, **vectors)
+        """Keep vectors as tuples, and numbers of NumPy as those of Python."""
+        for name, value in [*self.__dict__.items()]:
+            if isinstance(value, np.ndarray) and value.ndim == 1:
+                keep(self, **{name: tuple(value.tolist())})
+            elif isinstance(value, np.generic):
+                keep(self, **{name: value.item()})
 
     @property
     def given(self) -> dict[str, Any]:

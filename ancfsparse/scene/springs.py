@@ -37,7 +37,6 @@ class SpringSpec(Spec):
     damping: float = 0.0
     length: float | None = None
     method = "spring"
-    part = "attached"
     units: ClassVar = {"b": "m", "stiffness": "N/m", "damping": "N s/m", "length": "m"}
 
     def describe(self, at: At, made: Any) -> str:
