@@ -81,6 +81,7 @@ def lattices(
         int, typer.Option(help="Nodes along a side of the largest lattice on exact seeds.")
     ] = 16,
     steps: Annotated[int, typer.Option(help="Time steps.")] = 20,
+    threads: Annotated[int, typer.Option(help="Of the largest lattice, run once more.")] = 1,
     output: OutputOption = Path("results"),
     page: PageOption = None,
 ) -> None:
@@ -90,7 +91,8 @@ def lattices(
         check_count(name, size, 2)
     check_count("largest-exact", largest_exact, 0)
     check_count("steps", steps)
-    sizes = (largest, largest_net, largest_exact, steps)
+    check_count("threads", threads)
+    sizes = (largest, largest_net, largest_exact, steps, threads)
     report(LATTICES, LATTICES.run(*sizes, progress=True), output, page)
 
 

@@ -13,23 +13,25 @@ from matplotlib.ticker import NullFormatter
 from ancfsparse.studies.common.charts import SMALL, WIDTH, set_empty, set_head, set_legend
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.lattices.findings import findings, targets
 from ancfsparse.studies.lattices.run import Row, lattices, pairs
 
-COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00")
+COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#000000")
 HEAD = (
-    "seeds", "elements", "us per element and step", "set-up s", "kB per element", "corrections",
-    "sweeps and products", "factorisations",
+    "seeds", "elements", "fill", "us per element and step", "set-up s", "kB per element",
+    "corrections", "sweeps and products", "factorisations",
 )  # fmt: skip
 
 
 def _cells(row: Row) -> list[str]:
     job, record = row.job, row.record
     if row.note:
-        return [job.seed, f"{job.elements:,}", row.note.partition(":")[0], "", "", "", "", ""]
+        return [job.seed, f"{job.elements:,}", "", row.note.partition(":")[0], "", "", "", "", ""]
     inner = record["sweeps"] + record["products"]
     return [
         job.seed,
         f"{job.elements:,}",
+        f"{record['fill']:.3g}" if "fill" in record else "",
         f"{row.microseconds:.3g}",
         f"{record['set_up_seconds']:.2g}",
         f"{row.bytes_per_element / 1e3:.2g}",
@@ -56,40 +58,14 @@ def as_markdown(rows: Sequence[Row]) -> str:
     return with_findings([picture, "", *tabled], (f"{each}." for each in findings(rows)))
 
 
-def findings(rows: Sequence[Row]) -> list[str]:
-    """Say what incomplete seeds save, and how their cost grows."""
-    sentences = []
-    for exact, incomplete in pairs(rows):
-        set_up = exact.record["set_up_seconds"] / incomplete.record["set_up_seconds"]
-        memory = exact.bytes_per_element / incomplete.bytes_per_element
-        sentences.append(
-            f"{exact.job.title.capitalize()}, {exact.job.side}: the exact seed takes "
-            f"{exact.microseconds / incomplete.microseconds:.2g} times the time per step, "
-            f"{set_up:.2g} times the set-up, {memory:.2g} times the memory"
-        )
-    for title, own in _incomplete(rows):
-        if len(own) > 1:
-            growth = own[-1].microseconds / own[0].microseconds
-            sentences.append(
-                f"{title.capitalize()}: on incomplete seeds a step of {own[-1].job.elements:,} "
-                f"elements costs {growth:.2f} times as much per element as of "
-                f"{own[0].job.elements:,}"
-            )
-    return sentences
-
-
-def _incomplete(rows: Sequence[Row]) -> list[tuple[str, list[Row]]]:
-    found: dict[str, list[Row]] = {}
-    for row in rows:
-        if not row.note and row.job.seed == "incomplete":
-            found.setdefault(row.job.title, []).append(row)
-    return list(found.items())
-
-
 def chart(rows: Sequence[Row]) -> Figure:
-    """Draw time and memory per element against the number of elements, trusses below lattices."""
+    """Draw time and memory per element against the number of elements, by kind of scene."""
+    rows = [row for row in rows if row.job.case != "statics" and row.job.threads == 1]
     kinds = {
-        "nets and lattices": [row for row in rows if row.job.case != "octet"],
+        "nets and lattices": [
+            row for row in rows if row.job.case != "octet" and not (row.job.jitter or row.job.rods)
+        ],
+        "irregular or on rods": [row for row in rows if row.job.jitter or row.job.rods],
         "octet trusses": [row for row in rows if row.job.case == "octet"],
     }
     kinds = {name: own for name, own in kinds.items() if own}
@@ -138,7 +114,8 @@ def _panels(
 
 
 def _label(row: Row) -> str:
-    return f"{'net' if row.job.case == 'net' else row.job.stiff}, {row.job.course}"
+    job = row.job
+    return f"{'net' if job.case == 'net' else job.stiff}, {job.course}"
 
 
 def _headline(rows: Sequence[Row]) -> str:
@@ -159,6 +136,7 @@ STUDY = Study(
     rows=lambda rows: [row.flat() for row in rows],
     record=lambda rows: {"rows": [row.flat() for row in rows]},
     findings=findings,
+    targets=targets,
     charts={"lattices": chart},
     regions={"lattices": as_markdown},
 )

@@ -1,8 +1,9 @@
-"""Exact and incomplete seeds on nets, lattices and trusses: time, memory and counts by size."""
+"""Time, memory and counts of each run of nets, lattices and trusses, in a process of its own."""
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -11,88 +12,19 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from ancfsparse.errors import InputError, StepFailure
-from ancfsparse.problems import lattice, net, octet
-from ancfsparse.problems.meshes import STIFF
-from ancfsparse.scene import Scene
-from ancfsparse.solve import simulate
+from ancfsparse.errors import EquilibriumFailure, InputError, StepFailure
+from ancfsparse.problems import lattice
+from ancfsparse.solve import simulate, solve_static
+from ancfsparse.solve.seed import groups_of
 from ancfsparse.studies.common.process import peak_memory
 from ancfsparse.studies.common.progress import bar as progress_bar
+from ancfsparse.studies.lattices.jobs import Job, jobs_of
+from ancfsparse.system import System
 
-LATTICES, NETS = (10, 16, 22, 30, 46, 64), (30, 60, 100, 200)
-OCTETS = {4: 10, 8: 16, 11: 22, 15: 30, 23: 46, 32: 64}
-"""Cells along a side of octet trusses, and of the lattice with about as many elements."""
-
-# What is run of each lattice and truss: stiffness, motion, step [s].
-RUNS = (
-    ("soft", "rest", 1e-3),
-    ("soft", "rough", 1e-3),
-    ("steel", "rest", 1e-3),
-    ("steel", "rest", 4e-3),
-    ("steel", "rest", 1e-2),
-)
-# Nets as in the study of scaling: their own cable, at rest.
-NET_RUN = ("soft", "rest", 5e-4)
-
-
-@dataclass(frozen=True)
-class Job:
-    """One run.
-
-    Attributes
-    ----------
-    case : {"lattice", "net", "octet"}
-        The scene.
-    size : int
-        Nodes along a side; of an octet truss, cells.
-    stiff, motion : str
-        A name in `STIFF`, and a motion as in `problems.lattice`.
-    dt : float
-        Step [s].
-    steps : int
-        How many.
-    seed : {"exact", "incomplete"}
-        What corrections are solved with.
-    """
-
-    case: str
-    size: int
-    stiff: str
-    motion: str
-    dt: float
-    steps: int
-    seed: str
-
-    def scene(self) -> Scene:
-        """Build the scene."""
-        if self.case == "net":
-            return net(self.size, self.motion).scene
-        make = octet if self.case == "octet" else lattice
-        return make(self.size, self.motion, *STIFF[self.stiff]).scene
-
-    @property
-    def elements(self) -> int:
-        """Number of elements."""
-        n = self.size
-        if self.case == "octet":
-            return 12 * n * n * (2 * n + 1)
-        return 2 * n * (n - 1) if self.case == "net" else 3 * n * n * (n - 1)
-
-    @property
-    def title(self) -> str:
-        """What is run, without size and seed."""
-        names = {"net": "net", "lattice": "soft lattice", "octet": "soft octet truss"}
-        return f"{names[self.case].replace('soft', self.stiff)}, {self.course}"
-
-    @property
-    def course(self) -> str:
-        """Motion and step in words."""
-        return f"{'at rest' if self.motion == 'rest' else self.motion}, {self.dt:g} s"
-
-    @property
-    def side(self) -> str:
-        """The size in words."""
-        return f"{self.size} {'cells' if self.case == 'octet' else 'nodes'} a side"
+# Runs that take less than this [s] are made again, up to so many times, and the fastest counts.
+SHORT, ROUNDS = 1.0, 3
+# Blocks of an exact factor for each of the matrix beyond which they are not counted.
+MOST_FILL = 100.0
 
 
 @dataclass
@@ -139,6 +71,7 @@ def lattices(
     largest_net: int = 100,
     largest_exact: int = 16,
     steps: int = 20,
+    threads: int = 1,
     progress: bool = False,
 ) -> list[Row]:
     """Run nets, lattices and trusses on both kinds of seeds, each in a process of its own.
@@ -146,39 +79,25 @@ def lattices(
     Parameters
     ----------
     largest, largest_net : int, optional
-        Nodes along a side of the largest lattice and net; before it come those of `LATTICES` and
-        `NETS` that are smaller.  Octet trusses are those of `OCTETS` with as many elements.
+        Nodes along a side of the largest lattice and net; before it come those of
+        `jobs.LATTICES` and `jobs.NETS` that are smaller.  Octet trusses are those of
+        `jobs.OCTETS` with as many elements.
     largest_exact : int, optional
         Nodes along a side of the largest lattice on exact seeds, and of the truss as large.
     steps : int, optional
-        Time steps of each run.
+        Time steps of each run, of small scenes more.
+    threads : int, optional
+        With more than one, the largest lattice is run on so many too.
     progress : bool, optional
         Whether to draw a progress bar.
     """
-    scenes = [("net", n, *NET_RUN) for n in _sizes(NETS, largest_net)]
-    scenes += [("lattice", n, *run) for run in RUNS for n in _sizes(LATTICES, largest)]
-    trusses = [cells for cells, as_large in OCTETS.items() if as_large <= largest]
-    scenes += [("octet", n, *run) for run in RUNS for n in trusses]
-    jobs = [
-        Job(*scene, steps, seed)
-        for scene in scenes
-        for seed in ("exact", "incomplete")
-        if seed == "incomplete" or _exact_too(scene[0], scene[1], largest_exact)
-    ]
+    jobs = jobs_of(largest, largest_net, largest_exact, steps, threads)
     rows = []
     with progress_bar(jobs, "run", progress) as bar:
         for job in bar:
             bar.set_description(f"{job.title}, {job.size}, {job.seed}")
             rows.append(Row(job, in_process(job)))
     return rows
-
-
-def _exact_too(case: str, size: int, largest_exact: int) -> bool:
-    return case == "net" or (OCTETS[size] if case == "octet" else size) <= largest_exact
-
-
-def _sizes(usual: Sequence[int], largest: int) -> list[int]:
-    return sorted({each for each in usual if each < largest} | {largest})
 
 
 def in_process(job: Job) -> dict[str, Any]:
@@ -204,13 +123,28 @@ def run(job: Job) -> dict[str, Any]:
     dict
         ``seconds`` of the march and ``set_up_seconds`` before it, the scene included [s];
         ``corrections``, ``sweeps``, ``products`` per step; ``factorizations``, ``recoveries``;
-        ``peak_bytes`` and ``base_bytes`` of the process; or ``note``, why there is no result.
+        ``peak_bytes`` and ``base_bytes`` of the process; with exact seeds ``fill``, the blocks of
+        the factor for each of the matrix; or ``note``, why there is no result.
     """
     simulate(lattice(2).scene, 1e-3, 1e-3, seed="incomplete")  # whatever is loaded once only
-    base, begin = peak_memory(), time.perf_counter()
-    scene = job.scene()
-    built, t_end = time.perf_counter() - begin, job.steps * job.dt
+    base = peak_memory()
     try:
+        record = _statics(job) if job.case == "statics" else _march(job)
+    except (InputError, StepFailure, EquilibriumFailure, MemoryError) as error:
+        return {"note": str(error) or type(error).__name__}
+    record |= {"peak_bytes": peak_memory(), "base_bytes": base}
+    if job.seed == "exact" and job.case != "statics":
+        record["fill"] = _fill(job)
+    return record
+
+
+def _march(job: Job) -> dict[str, Any]:
+    """Run the steps of a job; short ones again, and the fastest counts."""
+    best: dict[str, Any] = {}
+    for _ in range(ROUNDS):
+        begin = time.perf_counter()
+        scene = job.scene()
+        built, t_end = time.perf_counter() - begin, job.steps * job.dt
         stats = simulate(
             scene,
             t_end,
@@ -218,27 +152,51 @@ def run(job: Job) -> dict[str, Any]:
             seed=job.seed,
             save_every=job.steps,
             save_nodes=[scene.beams[0].node(0)],
+            threads=job.threads,
         ).stats
-    except (InputError, StepFailure, MemoryError) as error:
-        return {"note": str(error) or type(error).__name__}
+        set_up = built + stats.seconds["set-up"]
+        if not best or stats.march_seconds < best["seconds"]:
+            best = {
+                "seconds": stats.march_seconds,
+                "corrections": stats.iterations_per_step,
+                "sweeps": stats.sweeps / stats.steps,
+                "products": stats.products / stats.steps,
+                "factorizations": stats.factorizations,
+                "recoveries": stats.recoveries,
+                "set_up_seconds": min(set_up, best.get("set_up_seconds", set_up)),
+            }
+        if time.perf_counter() - begin > SHORT:
+            break
+    return best
+
+
+def _statics(job: Job) -> dict[str, Any]:
+    """Find the equilibrium of a job."""
+    scene, begin = job.scene(), time.perf_counter()
+    stats = solve_static(scene, seed=job.seed).stats
     return {
-        "seconds": stats.march_seconds,
-        "set_up_seconds": built + stats.seconds["set-up"],
-        "corrections": stats.iterations_per_step,
-        "sweeps": stats.sweeps / stats.steps,
-        "products": stats.products / stats.steps,
+        "seconds": time.perf_counter() - begin,
+        "set_up_seconds": 0.0,
+        "corrections": float(stats.iterations),
+        "sweeps": float(stats.sweeps),
+        "products": float(stats.products),
         "factorizations": stats.factorizations,
-        "recoveries": stats.recoveries,
-        "peak_bytes": peak_memory(),
-        "base_bytes": base,
+        "recoveries": 0,
     }
+
+
+def _fill(job: Job) -> float:
+    """Return how many blocks an exact factor has for each of the matrix, NaN if beyond counting."""
+    groups = groups_of(System(job.scene()))
+    fill = groups.exact_fill(MOST_FILL)
+    return math.nan if fill is None else fill.nnz / groups.nnz
 
 
 def pairs(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
     """Return the runs with results on both kinds of seeds, exact first."""
     by_scene: dict[tuple[str, int], dict[str, Row]] = {}
     for row in rows:
-        if not row.note:
+        if not row.note and row.job.threads == 1:
             by_scene.setdefault((row.job.title, row.job.size), {})[row.job.seed] = row
     return [(both["exact"], both["incomplete"]) for both in by_scene.values() if len(both) == 2]
 

@@ -1,0 +1,144 @@
+"""What the rows of the study of lattices say, and the numbers that they should reach."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from ancfsparse.studies.common.target import Target
+from ancfsparse.studies.lattices.run import Row, pairs
+
+GIGABYTE = 1e9
+# The steps of 1 ms of soft lattices that fall from rest, and of nets, to which most targets apply.
+LATTICE, NET = "soft lattice, at rest, 0.001 s", "net, at rest, 0.0005 s"
+
+
+def ratios(exact: Row, incomplete: Row) -> tuple[float, float, float]:
+    """Return how many times the time, set-up and memory of incomplete seeds exact ones take."""
+    return (
+        exact.microseconds / incomplete.microseconds,
+        exact.record["set_up_seconds"] / incomplete.record["set_up_seconds"],
+        exact.bytes_per_element / incomplete.bytes_per_element,
+    )
+
+
+def targets(rows: Sequence[Row]) -> list[Target]:
+    """Return what is aimed at, as far as the rows tell."""
+    found = []
+    for exact, incomplete in pairs(rows):
+        case = exact.job.title, exact.job.size
+        what = f"{exact.job.title}, {exact.job.size}: exact / incomplete"
+        time, set_up, memory = ratios(exact, incomplete)
+        if case == (LATTICE, 22):
+            found.append(Target(f"{what}, step", time, 8.0))
+            found.append(Target(f"{what}, set-up", set_up, 10.0))
+            found.append(Target(f"{what}, memory", memory, 3.0))
+        if case in ((NET, 200), (NET, 100)):
+            found.append(Target(f"{what}, step", time, 2.5 if case[1] == 200 else 1.0))
+    own = incomplete_rows(rows)
+    for row in own.get(LATTICE, []):
+        if row.job.size == 46:
+            peak = row.record["peak_bytes"] / GIGABYTE
+            found.append(
+                Target("soft lattice, 46: us per element and step", row.microseconds, 2.5, True)
+            )
+            found.append(Target("soft lattice, 46: GB at the peak", peak, 1.5, True))
+    by_size = {row.job.size: row.microseconds for row in own.get(LATTICE, [])}
+    if {10, 46} <= set(by_size):
+        growth = by_size[46] / by_size[10]
+        found.append(Target("soft lattice: cost per element, 46 / 10", growth, 1.5, True))
+    for title, of_title in own.items():
+        large = [row.microseconds for row in of_title if 22 <= row.job.size <= 46]
+        if title.startswith("steel lattice, at rest") and large:
+            found.append(Target(f"{title}: us per element, 22 to 46", max(large), 6.0, True))
+    for one, more in _threaded(rows):
+        name = f"{one.job.title}, {one.job.size}: gain of {more.job.threads} threads"
+        found.append(Target(name, one.record["seconds"] / more.record["seconds"], 1.5))
+    for row in rows:
+        if row.job.case == "statics" and not row.note:
+            name = f"{row.job.title}, {row.job.size}: s"
+            found.append(Target(name, row.record["seconds"], 20.0, True))
+    return found
+
+
+def findings(rows: Sequence[Row]) -> list[str]:
+    """Say what incomplete seeds save, how their cost grows, and from which fill on they win."""
+    sentences = []
+    for exact, incomplete in pairs(rows):
+        time, set_up, memory = ratios(exact, incomplete)
+        sentences.append(
+            f"{exact.job.title.capitalize()}, {exact.job.side}: the exact seed takes {time:.2g} "
+            f"times the time per step, {set_up:.2g} times the set-up, {memory:.2g} times the memory"
+        )
+    for title, own in incomplete_rows(rows).items():
+        large = [row for row in own if row.job.elements >= 2000] or own
+        if len(large) > 1:
+            growth = large[-1].microseconds / large[0].microseconds
+            sentences.append(
+                f"{title.capitalize()}: on incomplete seeds a step of {large[-1].job.elements:,} "
+                f"elements costs {growth:.2f} times as much per element as of "
+                f"{large[0].job.elements:,}"
+            )
+    return sentences + _limits(rows) + [_as_sentence(each) for each in targets(rows)]
+
+
+def _limits(rows: Sequence[Row]) -> list[str]:
+    """Say, for times of steps and with set-up, up to and from which fill each seed wins."""
+    known = [(e.record["fill"], e, i) for e, i in pairs(rows) if e.record.get("fill")]
+    if not known:
+        return []
+    out = []
+    cost: dict[str, Callable[[Row], float]] = {
+        "steps": lambda row: row.microseconds,
+        "set-up and steps": lambda row: (
+            row.microseconds + 1e6 * row.record["set_up_seconds"] / row.job.steps / row.job.elements
+        ),
+    }
+    for what, of in cost.items():
+        slower = [fill for fill, exact, incomplete in known if of(exact) < of(incomplete)]
+        faster = [fill for fill, exact, incomplete in known if of(exact) >= of(incomplete)]
+        sentence = f"By {what}, "
+        if slower:
+            sentence += f"exact seeds win {len(slower)} times, up to a fill of {max(slower):.3g}"
+        else:
+            sentence += "exact seeds never win"
+        if faster:
+            sentence += (
+                f"; incomplete ones {len(faster)} times, from a fill of {min(faster):.3g} on"
+            )
+            above = [fill for fill in faster if not slower or fill > max(slower)]
+            if slower and above:
+                sentence += f", and always from {min(above):.3g} on"
+        out.append(sentence)
+    return out
+
+
+def _as_sentence(target: Target) -> str:
+    bound = "at most" if target.at_most else "at least"
+    met = "met" if target.met else "missed"
+    what = target.what[0].upper() + target.what[1:]
+    return f"{what}: {target.value:.3g} (aim: {bound} {target.wanted:g}, {met})"
+
+
+def incomplete_rows(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Return the marches with results on incomplete seeds and one thread, by title."""
+    found: dict[str, list[Row]] = {}
+    for row in rows:
+        job = row.job
+        if not row.note and (job.seed, job.threads) == ("incomplete", 1) and job.case != "statics":
+            found.setdefault(job.title, []).append(row)
+    return found
+
+
+def _threaded(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
+    """Return pairs of rows of the same run on one and on more threads."""
+
+    def key(row: Row) -> tuple[object, ...]:
+        job = row.job
+        return job.case, job.size, job.stiff, job.motion, job.dt, job.jitter, job.rods, job.seed
+
+    ones = {key(row): row for row in rows if row.job.threads == 1 and not row.note}
+    return [
+        (ones[key(row)], row)
+        for row in rows
+        if row.job.threads > 1 and not row.note and key(row) in ones
+    ]

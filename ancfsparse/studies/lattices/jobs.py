@@ -1,0 +1,185 @@
+"""What is run of nets, lattices and trusses: scene, motion, step, seeds, threads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancfsparse.problems import lattice, net, octet
+from ancfsparse.problems.meshes import STIFF
+from ancfsparse.scene import Material, Rectangle, Scene
+
+LATTICES, NETS = (10, 16, 22, 30, 46, 64), (5, 10, 30, 60, 100, 200)
+# Where it is decided which seed wins: sizes for the first two of RUNS.
+SMALL = ((3, 4, 5, 6, 8), (5, 6, 8))
+OCTETS = {4: 10, 8: 16, 11: 22, 15: 30, 23: 46, 32: 64}
+"""Cells along a side of octet trusses, and of the lattice with about as many elements."""
+
+# Stiffness, motion, step [s], jitter, rods; and the largest size, where it is not that of all.
+RUNS = (
+    ("soft", "rest", 1e-3, 0.0, 0),
+    ("soft", "rough", 1e-3, 0.0, 0),
+    ("steel", "rest", 1e-3, 0.0, 0),
+    ("steel", "rest", 4e-3, 0.0, 0),
+    ("steel", "rest", 1e-2, 0.0, 0),
+)
+# Irregular ones, whose cables buckle, and those tied to the ground by rods.
+OTHERS = (
+    ("soft", "rough", 1e-3, 0.2, 0),
+    ("steel", "rest", 1e-3, 0.2, 0),
+    ("steel", "rough", 1e-3, 0.2, 0),
+    ("soft", "rest", 1e-3, 0.0, 32),
+    ("steel", "rest", 4e-3, 0.0, 32),
+)
+LARGEST_OTHER, LARGEST_OCTET = 22, 22
+# Steps of irregular ones take up to ten exact factors each.
+LARGEST_IRREGULAR = 10
+# Nets as in the study of scaling: their own cable, at rest.
+NET_RUN = ("soft", "rest", 5e-4, 0.0, 0)
+# The first run is made on exact seeds up to this size; equilibria are found of this one.
+LARGEST_FIRST, STATIC = 22, 16
+# Elements of scenes so small that a few steps are over before a clock can tell.
+FEW = 4000
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run.
+
+    Attributes
+    ----------
+    case : {"lattice", "net", "octet", "statics"}
+        The scene; with "statics" its equilibrium under its weight and a tenth of it sideways.
+    size : int
+        Nodes along a side; of an octet truss, cells.
+    stiff, motion : str
+        A name in `STIFF`, and a motion as in `problems.lattice`.
+    dt : float
+        Step [s].
+    steps : int
+        How many.
+    seed : {"exact", "incomplete"}
+        What corrections are solved with.
+    jitter : float
+        Of a lattice, as in `problems.lattice`.
+    rods : int
+        How many nodes of a lattice are tied to the ground.
+    threads : int
+        How many share the work.
+    """
+
+    case: str
+    size: int
+    stiff: str
+    motion: str
+    dt: float
+    steps: int
+    seed: str
+    jitter: float = 0.0
+    rods: int = 0
+    threads: int = 1
+
+    def scene(self) -> Scene:
+        """Build the scene."""
+        if self.case == "net":
+            return net(self.size, self.motion).scene
+        if self.case == "octet":
+            return octet(self.size, self.motion, *STIFF[self.stiff]).scene
+        if self.case == "statics":
+            return _clamped(self.size, self.stiff)
+        scene, mesh = lattice(self.size, self.motion, *STIFF[self.stiff], jitter=self.jitter)
+        n = self.size
+        for k in range(min(self.rods, n * (n - 1))):  # of the side x = 0, from its bottom on
+            node = mesh.node(n * (k % n) + k // n)
+            scene.rod(node, node.position + np.array([0.05 * k, 0.1, -2.0]))
+        return scene
+
+    @property
+    def elements(self) -> int:
+        """Number of elements."""
+        n = self.size
+        if self.case == "octet":
+            return 12 * n * n * (2 * n + 1)
+        return 2 * n * (n - 1) if self.case == "net" else 3 * n * n * (n - 1)
+
+    @property
+    def title(self) -> str:
+        """What is run, without size and seed."""
+        if self.case == "net":
+            return f"net, {self.course}"
+        kind = "octet truss" if self.case == "octet" else "lattice"
+        kind += " on rods" if self.rods else ""
+        return f"{self.stiff} {'irregular ' if self.jitter else ''}{kind}, {self.course}"
+
+    @property
+    def course(self) -> str:
+        """Motion and step in words."""
+        if self.case == "statics":
+            return "equilibrium"
+        course = f"{'at rest' if self.motion == 'rest' else self.motion}, {self.dt:g} s"
+        return course + (f", {self.threads} threads" if self.threads > 1 else "")
+
+    @property
+    def side(self) -> str:
+        """The size in words."""
+        return f"{self.size} {'cells' if self.case == 'octet' else 'nodes'} a side"
+
+
+def _clamped(n: int, stiff: str) -> Scene:
+    """Clamp a lattice at its top, with a tenth of its weight sideways."""
+    grid, (modulus, density) = lattice(n).mesh, STIFF[stiff]
+    scene = Scene((0.0, 0.0, -9.81))
+    mesh = scene.add_mesh(
+        grid.positions, grid.edges, "thin", Rectangle(0.01, 0.01), Material(modulus, density)
+    )
+    height = mesh.positions[:, 2]
+    for node in np.flatnonzero(height > height.max() - 1e-6):
+        scene.clamp(mesh.node(int(node)))
+    weight = mesh.stiffnesses()["mass_per_length"] * 9.81
+    scene.distributed_force(mesh, (0.1 * weight, 0.0, 0.0))
+    return scene
+
+
+def jobs_of(
+    largest: int, largest_net: int, largest_exact: int, steps: int, threads: int
+) -> list[Job]:
+    """List what `run.lattices` runs; its arguments are explained there."""
+    sizes, found = _sizes(LATTICES, largest), list[Job]()
+    small = dict(zip(RUNS, SMALL, strict=False))
+
+    def add(case: str, size: int, run: tuple[str, str, float, float, int], exact: bool) -> None:
+        stiff, motion, dt, jitter, rods = run
+        job = Job(case, size, stiff, motion, dt, steps, "exact", jitter, rods)
+        more = min(10, max(1, FEW // job.elements)) if motion == "rest" else 1
+        for seed in ("exact", "incomplete") if exact else ("incomplete",):
+            found.append(Job(case, size, stiff, motion, dt, more * steps, seed, jitter, rods))
+
+    for n in _sizes(NETS, largest_net):
+        add("net", n, NET_RUN, True)
+    for run in RUNS:
+        limit = max(largest_exact, LARGEST_FIRST) if run is RUNS[0] else largest_exact
+        for n in sorted({n for n in small.get(run, ()) if n < largest} | set(sizes)):
+            add("lattice", n, run, n <= limit)
+    for run in OTHERS:
+        limit = min(LARGEST_IRREGULAR, largest_exact) if run[3] else largest_exact
+        for n in sizes:
+            if n <= LARGEST_OTHER:
+                add("lattice", n, run, n <= limit)
+    for run in RUNS:
+        for cells, as_large in OCTETS.items():
+            if as_large <= min(largest, LARGEST_OCTET):
+                add("octet", cells, run, as_large <= largest_exact)
+    if threads > 1:
+        for run in (RUNS[0], RUNS[3]):
+            stiff, motion, dt, *_ = run
+            job = ("lattice", largest, stiff, motion, dt, steps, "incomplete")
+            found.append(Job(*job, threads=threads))
+    if largest >= STATIC:
+        found += [Job("statics", STATIC, stiff, "rest", 0.0, 1, "incomplete") for stiff in STIFF]
+    return found
+
+
+def _sizes(usual: Sequence[int], largest: int) -> list[int]:
+    return sorted({each for each in usual if each < largest} | {largest})
