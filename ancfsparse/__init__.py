@@ -12,6 +12,7 @@ from ancfsparse.errors import (
     Instability,
     LoadFailure,
     OutputFailure,
+    RedundantConstraints,
     StepFailure,
     UnstableEquilibrium,
 )
@@ -67,6 +68,7 @@ __all__ = [
     "QuasiNewton",
     "Ramp",
     "Rectangle",
+    "RedundantConstraints",
     "Rod",
     "RungeKuttaNystrom",
     "Scene",

@@ -5,7 +5,13 @@ data (`Parameter`), so that a command line can show its options in their place.
 """
 
 from ancfsparse.errors.equilibria import EquilibriumFailure, UnstableEquilibrium
-from ancfsparse.errors.inputs import AncfError, InputError, LoadFailure, SingularSceneError
+from ancfsparse.errors.inputs import (
+    AncfError,
+    InputError,
+    LoadFailure,
+    RedundantConstraints,
+    SingularSceneError,
+)
 from ancfsparse.errors.runs import (
     AccuracyFailure,
     EnergyGain,
@@ -25,6 +31,7 @@ __all__ = [
     "LoadFailure",
     "OutputFailure",
     "Parameter",
+    "RedundantConstraints",
     "Sentence",
     "SingularSceneError",
     "StepFailure",

@@ -49,6 +49,10 @@ class SingularSceneError(InputError):
     """The scene leaves a motion undetermined, or determines one twice."""
 
 
+class RedundantConstraints(UserWarning):
+    """Constraints repeat others: the motion is determined, the forces of these are not."""
+
+
 KEPT = " The states up to here are in the attribute `trajectory` of this error."
 
 

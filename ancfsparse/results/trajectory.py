@@ -16,12 +16,12 @@ from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
 from ancfsparse.results.tables import Chosen, StoredState
 from ancfsparse.scene import ElasticBody, Node
-from ancfsparse.scene.rigid import RigidBody
 from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
     from ancfsparse.results.rigid import BodyMotion
     from ancfsparse.results.sections import SectionForce, Where
+    from ancfsparse.scene.rigid import RigidBody
 
 
 @dataclass(frozen=True, eq=False, repr=False)

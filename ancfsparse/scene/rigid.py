@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +13,7 @@ from ancfsparse.checks import check_finite, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Body, Node, Numbers, Vector
 from ancfsparse.scene.shapes import Shape
-from ancfsparse.scene.spec import Point, Spec
+from ancfsparse.scene.spec import Point
 from ancfsparse.scene.straight import place
 from ancfsparse.words import numbers
 
@@ -23,32 +23,6 @@ if TYPE_CHECKING:
 AXES = "uvw"
 # Share of a body's size within which a point is its origin.
 AT_ORIGIN = 1e-12
-
-
-@dataclass(frozen=True, eq=False)
-class BodySpec(Spec):
-    """The record of `Scene.add_body`."""
-
-    shape: Shape | None
-    position: tuple[float, ...]
-    mass: float | None = None
-    density: float | None = None
-    centre: tuple[float, ...] | None = None
-    inertia: Any = None
-    orientation: Any = None
-    velocity: tuple[float, ...] | None = None
-    angular_velocity: Any = None
-    name: str | None = None
-    method = "add_body"
-    units: ClassVar = {
-        "position": "m",
-        "mass": "kg",
-        "density": "kg/m3",
-        "centre": "m",
-        "inertia": "kg m2",
-        "velocity": "m/s",
-        "angular_velocity": "rad/s",
-    }
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,14 +16,42 @@ from ancfsparse.scene.bodies import Vector
 from ancfsparse.scene.functions import RigidMotion
 from ancfsparse.scene.masses import second_moments
 from ancfsparse.scene.records import Records
-from ancfsparse.scene.rigid import BodySpec, RigidBody
 from ancfsparse.scene.shapes import Box, Cylinder, Rod, Shape, Sphere
-from ancfsparse.scene.spec import specified
+from ancfsparse.scene.spec import Spec, specified
 from ancfsparse.scene.straight import check_position
 from ancfsparse.words import shown
 
+if TYPE_CHECKING:
+    from ancfsparse.scene.rigid import RigidBody
+
 # Share by which inertias, unit vectors and right angles may be off: what is left of rounding.
 ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class BodySpec(Spec):
+    """The record of `Scene.add_body`."""
+
+    shape: Shape | None
+    position: tuple[float, ...]
+    mass: float | None = None
+    density: float | None = None
+    centre: tuple[float, ...] | None = None
+    inertia: Any = None
+    orientation: Any = None
+    velocity: tuple[float, ...] | None = None
+    angular_velocity: Any = None
+    name: str | None = None
+    method = "add_body"
+    units: ClassVar = {
+        "position": "m",
+        "mass": "kg",
+        "density": "kg/m3",
+        "centre": "m",
+        "inertia": "kg m2",
+        "velocity": "m/s",
+        "angular_velocity": "rad/s",
+    }
 
 
 class RigidBodies(Records):
@@ -84,6 +113,8 @@ class RigidBodies(Records):
         InputError
             If anything does not fit; such as an inertia that no body has.
         """
+        from ancfsparse.scene.rigid import RigidBody
+
         label = self._label(name, "body")
         dim = self.dim
         if shape is not None and not isinstance(shape, Box | Cylinder | Sphere | Rod):

@@ -12,6 +12,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.scene.add_bodies import Bodies
 from ancfsparse.scene.add_joints import Joints
 from ancfsparse.scene.add_loads import Loads
+from ancfsparse.scene.add_mechanisms import Mechanisms
 from ancfsparse.scene.digest import digest
 from ancfsparse.scene.forces import Forces
 from ancfsparse.scene.masses import Masses
@@ -25,6 +26,7 @@ class Scene(
     Bodies,
     RigidBodies,
     Joints,
+    Mechanisms,
     Loads,
     Masses,
     Springs,

@@ -197,9 +197,18 @@ def system_at_start(request: Request) -> System:
     ------
     InputError
         If the start breaks a constraint or a drive, or leaves the range of numbers.
+
+    Warns
+    -----
+    RedundantConstraints
+        If constraints repeat others.
     """
     system = System(request.scene, request.state)
     start_drives(system, request.state, request.clock.dt, request.t_end)
     check_energy(system)
     check_constraints(system, request.state)
+    if any(body.masses is not None for body in request.scene.bodies):
+        from ancfsparse.solve.redundant import warn_of_repeats
+
+        warn_of_repeats(system)
     return system

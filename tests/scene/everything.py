@@ -52,6 +52,16 @@ def everything(fine=1):
     )  # fmt: skip
     link = scene.add_body(ancf.Rod(1.0), mass=0.5, position=(1, 3, 0))
     scene.connect(box.origin, link.origin)
+    lid, leaf, slide = (
+        scene.add_body(ancf.Box(0.4, 0.3, 0.1), mass=1.0, position=(x, 6, 0)) for x in (0, 1, 2)
+    )
+    scene.revolute(lid.origin, axis=(0, 0, 1))
+    scene.universal(leaf.at((-1, 0, 0)), lid.origin, axis_a=(1, 0, 0), axis_b=(0, 1, 0))
+    scene.prismatic(slide.origin, leaf.origin, axis=(1, 0, 0))
+    bolt = scene.add_body(ancf.Cylinder(0.1, 0.5), mass=1.0, position=(2, 6, 1))
+    scene.cylindrical(bolt.origin, slide.origin, axis=(0, 0, 1))
+    scene.weld(scene.add_body(ancf.Sphere(0.1), mass=0.2, position=(2, 6, 1)).origin, bolt.origin)
+    scene.distance(bolt.at((0, 0, 0.25)), link.end)
     scene.pin(link.end)
     scene.spring(box.at((0.1, 0.05, 0.0)), rope.node(2 * fine), stiffness=10.0)
     scene.clamp(rod.start, stretch="fixed")

@@ -50,7 +50,8 @@ class Connect(Joint):
                 for w, place in zip(weights, places[d], strict=True)
             ]
             label = f"connection of {self.a!r} and {self.b!r}, component {d + 1}"
-            builder.equation(label, 0.0, *terms)
+            size = max(node.beam.size for node in self.nodes)
+            builder.equation(label, 0.0, *terms, size=size)
 
     @property
     def has_multipliers(self) -> bool:

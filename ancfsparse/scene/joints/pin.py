@@ -48,7 +48,7 @@ class Pin(Joint):
         for d, (row, held) in enumerate(zip(places, self.node.position, strict=True)):
             label = f"pin at {self.node!r}, component {d + 1}"
             terms = ((w, place, LINEAR) for w, place in zip(weights, row, strict=True))
-            builder.equation(label, -held, *terms)
+            builder.equation(label, -held, *terms, size=self.node.beam.size)
 
     @property
     def nodes(self) -> tuple[Node, ...]:

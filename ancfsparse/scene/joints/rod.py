@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import Course
-from ancfsparse.scene.joints.joint import Builder, Joint, Led, Mark
-from ancfsparse.scene.joints.squares import squared
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Led, Mark
 from ancfsparse.scene.spec import At, Point, Spec, text
 from ancfsparse.words import numbers
 
 # Share of a beam's length within which two nodes count as being at one place.
 SAME_PLACE = 1e-9
+
+Term = tuple[float, int, int]
 
 
 @dataclass(frozen=True)
@@ -105,3 +106,35 @@ class Rod(Joint):
     def has_multipliers(self) -> bool:
         """Whether it is made by an equation: always."""
         return True
+
+
+def squared(
+    places: Coordinates, weights: NDArray[np.float64], anchor: NDArray[np.float64], factor: float
+) -> tuple[list[Term], list[float]]:
+    """Return the terms of ``factor |sum of w q - anchor|^2``, and what their places count from.
+
+    Parameters
+    ----------
+    places : (dim, p) int
+        Coordinates.
+    weights : (p,) float
+        Their weights; the first one is 1 where the anchor is not zero.
+    anchor : (dim,) float
+        Fixed point [m].
+    factor : float
+        Factor of the square [1/m].
+    """
+    terms: list[Term] = []
+    about: list[float] = []
+    for row, held in zip(places, np.asarray(anchor, dtype=float), strict=True):
+        for a, (i, w) in enumerate(zip(row, weights, strict=True)):
+            terms.append((factor * w * w, int(i), int(i)))
+            about.append(float(held) if a == 0 else 0.0)
+            for b in range(a):
+                twice = 2.0 * factor * w * weights[b]
+                terms.append((twice, int(i), int(row[b])))
+                about.append(0.0)
+                if b == 0 and held != 0.0:
+                    terms.append((-twice * float(held), int(i), LINEAR))
+                    about.append(0.0)
+    return terms, about

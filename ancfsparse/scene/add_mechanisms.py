@@ -1,0 +1,335 @@
+"""The methods of a scene that add joints between bodies, beams and the ground.
+
+The joints themselves are loaded where a scene has one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.checks import check_vector
+from ancfsparse.errors import InputError
+from ancfsparse.scene.bodies import Node, Vector
+from ancfsparse.scene.joints import SAME_PLACE, check_end
+from ancfsparse.scene.records import Records
+from ancfsparse.scene.spec import At, Point, Spec, text
+from ancfsparse.scene.straight import place
+from ancfsparse.words import shown
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.joints.between import (
+        Between,
+        Cylindrical,
+        Prismatic,
+        Revolute,
+        Universal,
+    )
+    from ancfsparse.scene.joints.distance import Distance
+    from ancfsparse.scene.joints.weld import Weld
+
+Kind = TypeVar("Kind", bound="Between")
+
+# Share of a right angle that two axes may be off [rad]: rounding.
+OFF = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class BetweenSpec(Spec):
+    """A record of a joint between two points."""
+
+    a: Point
+    b: Point | None = None
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equations follow from."""
+        other = "ground" if self.b is None else at(self.b)
+        more = "".join(
+            f", {name} {text(each, at)}" for name, each in self.given.items() if name not in "ab"
+        )
+        return f"{self.method} ({at(self.a)}; {other}){more}"
+
+
+@dataclass(frozen=True, eq=False)
+class RevoluteSpec(BetweenSpec):
+    """The record of `Scene.revolute`."""
+
+    axis: tuple[float, ...] | None = None
+    method = "revolute"
+
+
+@dataclass(frozen=True, eq=False)
+class UniversalSpec(BetweenSpec):
+    """The record of `Scene.universal`."""
+
+    axis_a: tuple[float, ...] | None = None
+    axis_b: tuple[float, ...] | None = None
+    method = "universal"
+
+
+@dataclass(frozen=True, eq=False)
+class CylindricalSpec(BetweenSpec):
+    """The record of `Scene.cylindrical`."""
+
+    axis: tuple[float, ...] | None = None
+    method = "cylindrical"
+
+
+@dataclass(frozen=True, eq=False)
+class PrismaticSpec(BetweenSpec):
+    """The record of `Scene.prismatic`."""
+
+    axis: tuple[float, ...] | None = None
+    method = "prismatic"
+
+
+@dataclass(frozen=True, eq=False)
+class WeldSpec(BetweenSpec):
+    """The record of `Scene.weld`."""
+
+    method = "weld"
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceSpec(Spec):
+    """The record of `Scene.distance`."""
+
+    a: Point
+    b: Point
+    method = "distance"
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equation follows from."""
+        return f"distance ({at(self.a)}; {at(self.b)})"
+
+
+class Mechanisms(Records):
+    """Joints of a scene that hold directions, or a point on a line."""
+
+    def revolute(self, a: Node, b: Node | None = None, *, axis: ArrayLike) -> Revolute:
+        """Let two points be one and turn about one axis of both, as a hinge does.
+
+        In a planar scene that is `connect`, or `pin` to the ground.
+
+        Parameters
+        ----------
+        a : Node
+            A point, for example ``crank.end``.
+        b : Node, optional
+            The other one, at the same place; without it the ground.
+        axis : array_like, shape (3,)
+            Direction of the axis in the reference shape.
+
+        Returns
+        -------
+        Revolute
+            The joint.  Where the axis is one of the vectors of both bodies, or of the one at the
+            ground, and the points are their origins, it is made by numbering.
+        """
+        from ancfsparse.scene.joints.between import Revolute, normals
+
+        self._check_spatial("revolute", "connect, or pin to the ground")
+        ends = self._ends("a revolute joint", a, b)
+        along = self._axis("a revolute joint", axis)
+        return self._between(Revolute, RevoluteSpec, ends, (along,), (along, *normals(along)))
+
+    def universal(
+        self, a: Node, b: Node | None = None, *, axis_a: ArrayLike, axis_b: ArrayLike
+    ) -> Universal:
+        """Let two points be one, and an axis of the one stay across an axis of the other.
+
+        Parameters
+        ----------
+        a, b
+            As in `revolute`.
+        axis_a, axis_b : array_like, shape (3,)
+            Directions in the reference shape, at a right angle, that turn with `a` and with `b`.
+
+        Returns
+        -------
+        Universal
+            The joint.
+        """
+        from ancfsparse.scene.joints.between import Universal
+
+        self._check_spatial("universal", "connect")
+        ends = self._ends("a universal joint", a, b)
+        one, other = (self._axis("a universal joint", each) for each in (axis_a, axis_b))
+        if abs(one @ other) > OFF:
+            angle = float(np.degrees(np.arccos(np.clip(one @ other, -1.0, 1.0))))
+            raise InputError(
+                f"the axes of a universal joint must be at a right angle, got {angle:.6g} degrees"
+            )
+        return self._between(Universal, UniversalSpec, ends, (one, other), ((one,), (other,)))
+
+    def cylindrical(self, a: Node, b: Node | None = None, *, axis: ArrayLike) -> Cylindrical:
+        """Let a point slide along an axis of both, and turn about it.
+
+        Parameters
+        ----------
+        a, b
+            As in `revolute`; `a` is on the line through `b` along the axis.
+        axis : array_like, shape (3,)
+            Direction of the axis in the reference shape.
+
+        Returns
+        -------
+        Cylindrical
+            The joint.
+        """
+        from ancfsparse.scene.joints.between import Cylindrical, normals
+
+        self._check_spatial("cylindrical", "prismatic")
+        ends = self._ends("a cylindrical joint", a, b, apart=True)
+        along = self._axis("a cylindrical joint", axis)
+        self._check_line("a cylindrical joint", *ends, along)
+        return self._between(Cylindrical, CylindricalSpec, ends, (along,), (along, *normals(along)))
+
+    def prismatic(self, a: Node, b: Node | None = None, *, axis: ArrayLike) -> Prismatic:
+        """Let a point slide along an axis without turning.
+
+        Parameters
+        ----------
+        a, b
+            As in `revolute`; `a` is on the line through `b` along the axis.
+        axis : array_like, shape (dim,)
+            Direction of the axis in the reference shape, which turns with `b`.
+
+        Returns
+        -------
+        Prismatic
+            The joint.
+        """
+        from ancfsparse.scene.joints.between import Prismatic, normals
+
+        ends = self._ends("a prismatic joint", a, b, apart=True)
+        along = self._axis("a prismatic joint", axis)
+        self._check_line("a prismatic joint", *ends, along)
+        needed = (along, *normals(along))
+        return self._between(Prismatic, PrismaticSpec, ends, (along,), (needed, needed))
+
+    def weld(self, a: Node, b: Node | None = None) -> Weld:
+        """Let two points be one, so that neither turns beside the other.
+
+        Of a beam it holds the section and leaves it free to stretch, as a clamp does; of a cable in
+        space the direction of its axis.
+
+        Parameters
+        ----------
+        a, b
+            As in `revolute`.
+
+        Returns
+        -------
+        Weld
+            The joint.
+        """
+        from ancfsparse.scene.joints.frames import knows
+        from ancfsparse.scene.joints.weld import Weld
+
+        ends = self._ends("a weld", a, b)
+        beams = [node for node in ends if node is not None and node.beam.n_elements]
+        cables = [each for each in beams if not knows(each, each.beam.axes_of(0)[-1])]
+        if self.dim == 3 and len(cables) == 2:
+            raise InputError(
+                f"{a!r} and {b!r} cannot be welded: cables in space know no rotation about their "
+                "axes; take element='thick', or weld both to a rigid body"
+            )
+        joint = Weld(*ends)
+        return self._add(joint, WeldSpec(a.reference, None if b is None else b.reference))
+
+    def distance(self, a: Node, b: Node) -> Distance:
+        """Keep the distance of two points, as a rigid rod without mass does.
+
+        Parameters
+        ----------
+        a, b : Node
+            Two points, apart from each other.
+
+        Returns
+        -------
+        Distance
+            The joint; to a fixed point it is `rod`.
+        """
+        from ancfsparse.scene.joints.distance import Distance
+
+        self._mine("a distance", check_end("a distance", a))
+        self._mine("a distance", check_end("a distance", b))
+        length = float(np.linalg.norm(a.position - b.position))
+        if length <= SAME_PLACE * max(a.beam.size, b.beam.size):
+            raise InputError(f"{a!r} and {b!r} are at one place: to keep them there, use connect")
+        return self._add(Distance(a, b, length), DistanceSpec(a.reference, b.reference))
+
+    def _check_spatial(self, name: str, instead: str) -> None:
+        if self.dim == 2:
+            raise InputError(f"a {name} joint needs a spatial scene; in a planar one use {instead}")
+
+    def _ends(
+        self, what: str, a: Node, b: Node | None, apart: bool = False
+    ) -> tuple[Node, Node | None]:
+        """Return the checked ends of a joint, which meet unless they may be apart."""
+        one = self._mine(what, check_end(what, a))
+        if b is None:
+            return one, None
+        other = self._mine(what, check_end(what, b))
+        if one == other:
+            raise InputError(f"{what} needs two points, got {a!r} twice")
+        gap = float(np.linalg.norm(one.position - other.position))
+        if not apart and gap > SAME_PLACE * max(one.beam.size, other.beam.size):
+            raise InputError(
+                f"{what} cannot join {a!r} and {b!r}: they are {gap:.6g} m apart, at "
+                f"{place(one.position)} and {place(other.position)}"
+            )
+        return one, other
+
+    def _axis(self, what: str, axis: ArrayLike) -> Vector:
+        given = check_vector(f"the axis of {what}", axis, self.dim)
+        length = float(np.linalg.norm(given))
+        if not 0.0 < length < np.inf:
+            raise InputError(f"the axis of {what} has no direction, got {shown(axis)}")
+        return np.asarray(given / length)
+
+    @staticmethod
+    def _check_line(what: str, a: Node, b: Node | None, axis: Vector) -> None:
+        if b is None:
+            return
+        way = a.position - b.position
+        off = float(np.linalg.norm(way - (way @ axis) * axis))
+        if off > SAME_PLACE * max(a.beam.size, b.beam.size):
+            raise InputError(
+                f"{what} needs {a!r} on the line through {b!r} along its axis, and it is "
+                f"{off:.6g} m beside"
+            )
+
+    def _between(
+        self,
+        kind: type[Kind],
+        spec: type[BetweenSpec],
+        ends: tuple[Node, Node | None],
+        axes: tuple[Vector, ...],
+        needed: Any,
+    ) -> Kind:
+        """Add a joint whose ends know the directions that it needs of them."""
+        from ancfsparse.scene.joints.frames import knows
+
+        of_each = needed if isinstance(needed[0], tuple) else (needed[:1], needed[1:])
+        a, b = ends
+        for node, directions in zip(ends, of_each, strict=True):
+            if node is not None and not all(knows(node, each) for each in directions):
+                raise InputError(
+                    f"the {kind.name} joint needs directions of {node!r} that it does not know: a "
+                    "thin rod or a cable knows that of its axis alone; exchange the two ends, or "
+                    "give the body an inertia"
+                )
+        joint = kind(a, b, axes)
+        names = ("axis",) if len(axes) == 1 else ("axis_a", "axis_b")
+        given: dict[str, Any] = dict(zip(names, axes, strict=True))
+        record = spec(a.reference, None if b is None else b.reference, **given)
+        if joint.is_point:
+            return self._add(joint, record)
+        self.joints.append(joint)
+        self._record(record, joint)
+        return joint

@@ -1,0 +1,53 @@
+"""Distances: two points keep theirs, as at the ends of a rigid rod without mass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.joints.frames import point
+from ancfsparse.scene.joints.joint import Builder, Joint
+
+
+@dataclass(frozen=True, eq=False)
+class Distance(Joint):
+    """Keep the distance of two points.
+
+    Attributes
+    ----------
+    a, b : Node
+        The points.
+    length : float
+        Their distance [m].
+    """
+
+    a: Node
+    b: Node
+    length: float
+    name = "distance"
+
+    def lower(self, builder: Builder) -> None:
+        """State (|r_a - r_b|^2 - l^2) / (2 l) = 0: in metres, with gradients of length one."""
+        apart = point(builder, self.a) - point(builder, self.b)
+        positions = {
+            int(k) for node in self.nodes for k in builder.rows(node)[0][: len(apart.terms)]
+        }
+        terms, about = [], []
+        for own, origin in zip(apart.terms, self.a.position, strict=True):
+            for k, w in own.items():
+                for j, x in own.items():
+                    terms.append((0.5 / self.length * w * x, k, j))
+                    # Weights of positions add up to zero, so they may be counted from anywhere.
+                    about.append(float(origin) if {k, j} <= positions else 0.0)
+        label = f"distance of {self.a!r} and {self.b!r}"
+        builder.equation(label, -0.5 * self.length, *terms, about=about)
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """Both points."""
+        return self.a, self.b
+
+    @property
+    def has_multipliers(self) -> bool:
+        """Whether it is made by an equation: always."""
+        return True

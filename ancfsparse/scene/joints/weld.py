@@ -1,0 +1,56 @@
+"""Welds: two points are one, and neither turns beside the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.joints.between import Between, normals
+from ancfsparse.scene.joints.frames import Sum, across, direction, frame_at, same
+from ancfsparse.scene.joints.joint import Builder, Vector
+
+
+@dataclass(frozen=True, eq=False)
+class Weld(Between):
+    """Two points are one, and neither turns beside the other.
+
+    Of beams it holds what a clamp with free stretch holds, beside a wall that moves.
+    """
+
+    name = "weld"
+
+    def lower(self, builder: Builder) -> None:
+        """Share the point, and what both know of their directions."""
+        self._share_point(builder)
+        beams = [node for node in self.nodes if node.beam.n_elements]
+        if not beams:
+            self._share_frame(builder)
+            return
+        held = beams[0]
+        wall = next((node for node in self.nodes if node is not held), None)
+        if wall is not None and builder.kind(wall).is_cable and wall.beam.n_elements:
+            held, wall = wall, held
+        self._hold(builder, held, wall)
+
+    def _hold(self, builder: Builder, held: Node, wall: Node | None) -> None:
+        """Hold the directions of a node of a beam beside a wall, which may move."""
+        kind, frame = builder.kind(held), frame_at(held)
+        if kind.is_cable:
+            tangent = frame[0] / np.linalg.norm(frame[0])
+            for k, normal in enumerate(normals(tangent)):
+                label = f"{self.label}, direction {k + 1}"
+                beside = self._beside(builder, wall, normal)
+                across(builder, label, direction(builder, held, tangent), beside, self.size)
+            return
+        row = builder.rows(held)[0]
+        for name, vector in zip(("r_x", "r_y", "r_z"), frame, strict=False):
+            if name in kind.section:
+                own = Sum.of([row[kind.columns(name)]], [1.0])
+                beside = self._beside(builder, wall, vector)
+                same(builder, f"{self.label}, {name}", own, beside, self.size, self.size)
+
+    @staticmethod
+    def _beside(builder: Builder, wall: Node | None, vector: Vector) -> Sum:
+        return Sum.fixed(vector) if wall is None else direction(builder, wall, vector)
