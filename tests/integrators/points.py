@@ -90,6 +90,8 @@ class Point:
         self.capsule = _new_capsule(ct.addressof(self.interface), b"ancf_system", None)
         # What the start and the set-up of a run ask of a system.
         self.dim, self.places = 2, [np.array([[0, 1]])]
+        # A body without length: what sizes are compared with is where the point is.
+        self.scene = SimpleNamespace(bodies=[SimpleNamespace(shortest=0.0)])
         self.mass_diagonal = np.full(2, mass)
         self.pattern = SimpleNamespace(indptr=self.indptr, indices=self._row.astype(np.int32))
         self.assembly = self

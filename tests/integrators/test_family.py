@@ -178,7 +178,7 @@ def test_newmark_with_damping_is_first_order_and_hht_second():
     hht, _ = swing_errors(ancf.HHT(0.05), steps)
     assert np.abs(orders(newmark) - 1.0).max() < 0.15
     assert np.abs(orders(hht) - 2.0).max() < 0.1
-    assert newmark[-1] > 10.0 * hht[-1]
+    assert newmark[-1] > 20.0 * hht[-1]
 
 
 def pushed(along):
@@ -220,7 +220,8 @@ def truss_run(stiffness, dt, integrator, t_end=10.0):
 @pytest.mark.parametrize("dt", [0.01, 0.05, 0.1])
 def test_the_trapezoidal_rule_breaks_down_on_the_stiff_truss(dt):
     largest, _, outcome = truss_run(1e10, dt, ancf.Newmark(0.0))
-    assert outcome != Outcome.CONVERGED or largest > 10.0
+    assert outcome == Outcome.CONVERGED
+    assert largest > 10.0
 
 
 def test_the_trapezoidal_rule_survives_with_small_steps():
@@ -247,7 +248,7 @@ def test_strong_damping_never_gains_energy_on_the_truss(stiffness, dt, integrato
 def test_a_little_damping_is_no_proof_against_gaining_energy():
     point = truss(1e10)
     *_, outcome = point.march(0.1, 100, ancf.HHT(0.05), largest_gain=0.05)
-    assert outcome != Outcome.CONVERGED
+    assert outcome == Outcome.GAINED_ENERGY
 
 
 def test_newmark_loses_more_energy_than_hht():
