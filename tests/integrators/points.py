@@ -89,7 +89,7 @@ class Point:
         )  # fmt: skip
         self.capsule = _new_capsule(ct.addressof(self.interface), b"ancf_system", None)
         # What the start and the set-up of a run ask of a system.
-        self.dim, self.places = 2, [np.array([[0, 1]])]
+        self.dim, self.positions = 2, np.arange(2)
         # A body without length: what sizes are compared with is where the point is.
         self.scene = SimpleNamespace(bodies=[SimpleNamespace(shortest=0.0)])
         self.mass_diagonal = np.full(2, mass)
