@@ -97,6 +97,7 @@ typedef struct {
     double mass_total;
     double moved; /* length of the way from the last state: to the predictor, or to x where the
                    * scheme keeps it up to date */
+    int leaps;    /* whether the predictor is not the sure one, which 0 makes the next restart take */
 } ancf_equations;
 
 typedef struct {

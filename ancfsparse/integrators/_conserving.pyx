@@ -82,16 +82,16 @@ cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
     while piece < end:
         stop = min(piece + PIECE, end)
         for i in range(piece, stop):
-            half = 0.5 * dt * (self.v0[i] + 0.5 * dt * self.a0[i])
+            half = 0.5 * dt * (self.v0[i] + 0.5 * dt * self.start[i])
             self.scheme.middle[i] = self.q0[i] + half
             self.q[i] = self.q0[i] + 2.0 * half
-            self.a[i] = self.a0[i]
+            self.a[i] = self.start[i]
         total += way(self, piece, stop)
         piece = stop
     self.squares[part] = total
     if self.system.damped:
         for i in range(begin, end):
-            self.v[i] = self.v0[i] + 0.5 * dt * self.a0[i]
+            self.v[i] = self.v0[i] + 0.5 * dt * self.start[i]
 
 
 cdef void coast_part(void *context, ptrdiff_t part) noexcept nogil:

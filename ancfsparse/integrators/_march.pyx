@@ -81,6 +81,7 @@ cdef class March(TimeLoop):
         self.arrays["a0"] += change_a
         if "b0" in self.arrays:
             self.arrays["b0"] += change_a
+        self.motion.phase[0] = UNKNOWN
         self.arrays["amplitudes0"][: len(amplitudes)] = amplitudes
         self.motion.corrected = True  # or the next start would believe that a is still a0
 
@@ -133,8 +134,9 @@ cdef void take_prescribed(Motion *self) noexcept nogil:
 cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef Motion *self = <Motion *>context
     cdef Weights w = self.scheme.weights  # of our own, so that no store can change it
-    cdef double dt = self.dt, v_a = w.v_a + w.v_new
+    cdef double dt = self.dt
     cdef const double *b0 = self.scheme.b0
+    cdef const double *start = self.start
     cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), i
     cdef ptrdiff_t piece = begin, stop
     cdef double total = 0.0
@@ -142,15 +144,18 @@ cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
         stop = min(piece + PIECE, end)
         for i in range(piece, stop):
             self.q[i] = self.q0[i] + dt * self.v0[i] + w.q_b * b0[i] + w.q_a * self.a0[i]
+        if start != self.a0:
+            for i in range(piece, stop):
+                self.q[i] += self.scale * (start[i] - self.a0[i])
         total += way(self, piece, stop)
         piece = stop
     self.squares[part] = total
-    if self.corrected:
+    if self.corrected or self.elsewhere or start != self.a0:
         for i in range(begin, end):
-            self.a[i] = self.a0[i]
+            self.a[i] = start[i]
     if self.system.damped:
         for i in range(begin, end):
-            self.v[i] = self.v0[i] + w.v_b * b0[i] + v_a * self.a0[i]
+            self.v[i] = self.v0[i] + w.v_b * b0[i] + w.v_a * self.a0[i] + w.v_new * start[i]
 
 
 cdef void coast_part(void *context, ptrdiff_t part) noexcept nogil:

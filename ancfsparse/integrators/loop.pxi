@@ -18,8 +18,9 @@ include "motion.pxi"
 
 
 # Arrays that make the next steps, beside the state: the integrator's own acceleration, coordinates
-# one step before, the course of the loads, and the forces of supports that move.
-REMEMBERED = ("b0", "before", "amplitudes0", "rate", "bend", "size", "past", "force0")
+# one step before, where steps start, the course of the loads, and the forces of supports that move.
+REMEMBERED = ("b0", "before", "earlier", "phase", "amplitudes0", "rate", "bend", "size", "past",
+              "force0")
 
 
 cdef class TimeLoop:
@@ -67,6 +68,7 @@ cdef class TimeLoop:
         lam, amplitudes = np.append(lam, 0.0), np.append(amplitudes, 0.0)
         motion.q0, motion.q = kept(own, "q0", q), kept(own, "q", q)
         motion.a0, motion.a = kept(own, "a0", a), kept(own, "a", a)
+        motion.earlier, motion.phase = reserved(own, "earlier", len(q)), reserved(own, "phase", 1)
         motion.lam0, motion.lam = kept(own, "lam0", lam), kept(own, "lam", lam)
         motion.v0 = kept(own, "v0", v)
         if motion.system.damped:
@@ -103,6 +105,7 @@ cdef class TimeLoop:
     def change_step(self, double dt, integrator, change_b, change_v):
         """Go on with another step: its weights, and what a smooth motion asks of ``b``, ``v``."""
         set_weights(&self.motion, dt, integrator)
+        self.motion.phase[0] = UNKNOWN
         if "b0" in self.arrays:
             self.arrays["b0"] += change_b
         self.arrays["v0"] += change_v
@@ -142,6 +145,7 @@ cdef class TimeLoop:
         """Set the number of threads for passes over vectors."""
         self.motion.n_parts = threads
         self.motion.squares = kept(self.arrays, "squares", np.zeros(threads))
+        self.motion.others = kept(self.arrays, "others", np.zeros(threads))
         self.motion.ways = kept(self.arrays, "ways", np.full(threads, np.nan))
 
     @property
@@ -250,7 +254,7 @@ cdef class TimeLoop:
         with nogil:
             for k in range(n_steps):
                 load(motion, &amplitudes[k, 0] if amplitudes.shape[1] > 0 else NULL)
-                restart(motion)
+                begin(motion)
                 outcome = solve_step(motion, solver)
                 if outcome != 0 and outcome != MAY_GROW:
                     break
@@ -275,5 +279,6 @@ cdef class TimeLoop:
         return k, outcome
 
 
+include "start.pxi"
 include "step.pxi"
 include "drives.pxi"

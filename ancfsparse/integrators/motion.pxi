@@ -34,6 +34,7 @@ cdef struct Motion:
     const ancf_system *system
     ptrdiff_t n_free, n_all, m, n_parts
     bint corrected  # whether the iterate is no longer a predictor
+    bint elsewhere  # whether the last predictor had another acceleration than the last
     bint ahead  # whether v0 and the work of the loads are already those of the step under way
     bint shortens  # whether a step that would gain energy may be tried again in shorter ones
     double dt
@@ -45,6 +46,9 @@ cdef struct Motion:
     double *q0
     double *v0
     double *a0
+    const double *start  # the acceleration of the predictor
+    double *earlier  # that before a0, if the phase says that it is kept
+    double *phase  # of the accelerations, see start.pxi
     double *lam0
     double *q
     double *v  # only if forces depend on it
@@ -57,7 +61,9 @@ cdef struct Motion:
     double *phi
     const double *s  # the correction under way, its factor, and the squares of each part
     double factor
+    ptrdiff_t corrections  # of the step under way, from its last start
     double *squares
+    double *others
     Drives drives
     double *ways  # squares of the way of each part, kept up to date by a scheme that keeps energy
     ancf_equations *interface
@@ -68,6 +74,13 @@ cdef double *kept(dict own, str name, values) except NULL:
     """Keep a copy of an array under its name; return its first place."""
     cdef double[::1] view
     own[name] = view = np.array(values, dtype=float)
+    return &view[0]
+
+
+cdef double *reserved(dict own, str name, ptrdiff_t n) except NULL:
+    """Keep room for numbers, which takes memory where it is written to."""
+    cdef double[::1] view
+    own[name] = view = np.zeros(n)
     return &view[0]
 
 

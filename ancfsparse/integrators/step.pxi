@@ -1,13 +1,4 @@
-"""One step: predictor, corrections, residual, acceptance and energy; text for `loop.pxi`."""
-
-
-cdef void restart(void *context) noexcept nogil:
-    """The predictor: the acceleration and the multipliers of the last step (equation 4)."""
-    cdef Motion *self = <Motion *>context
-    in_parts(self.n_parts, restart_part, self)
-    self.interface.moved = sqrt(total(self, self.squares) / self.interface.mass_total)
-    memcpy(self.lam, self.lam0, self.m * sizeof(double))
-    self.corrected = False
+"""One step: corrections, residual, acceptance and energy; text for `loop.pxi`."""
 
 
 cdef double correct(void *context, double factor, const double *s) noexcept nogil:
@@ -15,6 +6,7 @@ cdef double correct(void *context, double factor, const double *s) noexcept nogi
     cdef Motion *self = <Motion *>context
     cdef ptrdiff_t i
     self.s, self.factor, self.corrected = s, factor, True
+    self.corrections += 1
     in_parts(self.n_parts, correct_part, self)
     for i in range(self.m):
         self.lam[i] += factor / self.scale * s[self.n_free + i]
@@ -49,6 +41,7 @@ cdef void accept(Motion *self) noexcept nogil:
     if is_driven(self):
         take_prescribed(self)
         accept_drives(self)
+    choose_start(self)
     in_parts(self.n_parts, accept_part, self)
     self.corrected = False
     memcpy(self.lam0, self.lam, self.m * sizeof(double))

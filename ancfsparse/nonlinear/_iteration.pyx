@@ -37,7 +37,7 @@ cdef class Iteration:
         cdef double[:, ::1] vectors
         cdef double[::1] values
         self.kept = equations, frame
-        loop.equations = <const ancf_equations *>PyCapsule_GetPointer(
+        loop.equations = <ancf_equations *>PyCapsule_GetPointer(
             equations.capsule, "ancf_equations")
         self.take_seed(seed, inverse, rounds, cost_iteration, cost_seed)
         if frame is not None:

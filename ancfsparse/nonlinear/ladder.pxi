@@ -22,6 +22,14 @@ cdef void tally(Loop *self, ptrdiff_t by) noexcept nogil:
         self.counts.recoveries_newton += by
 
 
+cdef bint retreat(Loop *self) noexcept nogil:
+    """Go on from the sure predictor; whether it is another one."""
+    cdef ancf_equations *eq = self.equations
+    cdef bint leaps = eq.leaps
+    eq.leaps = False
+    return leaps
+
+
 cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
     """Try to solve the step in the way of a rung, from the start that belongs to it."""
     cdef const ancf_equations *eq = self.equations
@@ -43,7 +51,7 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
     else:
         eq.restart(eq.context)
         outcome = attempt(self, rung != NEW_SEED, rung == DAMPED_NEWTON, rung == NEW_SEED, used)
-        if outcome != CONVERGED and rung != NEW_SEED and not self.newton:
+        if outcome != CONVERGED and rung != NEW_SEED and not (self.newton and self.leapt == eq.leaps):
             # Damping can hold back what whole corrections solve, and the other way round.
             eq.restart(eq.context)
             used[0] = 0
@@ -68,7 +76,7 @@ cdef int solve(void *context) noexcept nogil:
     cdef ptrdiff_t indefinite = self.counts.indefinite
     cdef bint inexact = self.seed.refine != NULL
     self.step += 1
-    self.rung, self.doubtful = METHOD, False
+    self.rung, self.doubtful, self.leapt = METHOD, False, self.equations.leaps
     outcome = attempt(self, self.newton, False, self.economical, &used)
     if outcome != CONVERGED and not self.newton:
         self.cost_since += attempt_cost(self, used)
@@ -77,6 +85,8 @@ cdef int solve(void *context) noexcept nogil:
     if outcome != CONVERGED and inexact and has_saddles(self, indefinite):
         outcome = climb(self, DESCENT, outcome, &used)
     if outcome != CONVERGED:
+        outcome = climb(self, DAMPED_NEWTON, outcome, &used)
+    if outcome != CONVERGED and retreat(self):
         outcome = climb(self, DAMPED_NEWTON, outcome, &used)
     if outcome != CONVERGED and self.equations.coast != NULL:
         outcome = climb(self, COASTING, outcome, &used)
@@ -94,7 +104,7 @@ cdef int confirm(void *context) noexcept nogil:
     cdef Loop *self = <Loop *>context
     cdef Rung rung = self.rung
     cdef int used = 0, outcome = GAINED_ENERGY
-    if self.newton or rung > NEW_SEED:
+    if rung > NEW_SEED or not (retreat(self) or not self.newton):
         return outcome
     outcome = climb(self, NEWTON, CONVERGED, &used)
     if outcome == CONVERGED:
@@ -121,6 +131,10 @@ cdef int again(void *context, int reason) noexcept nogil:
     cdef int used = 0
     tally(self, -1)
     if self.rung < NEWTON and not self.newton:
+        reason = climb(self, NEWTON, reason, &used)
+        if reason == CONVERGED:
+            return CONVERGED
+    if self.rung < COASTING and retreat(self):
         reason = climb(self, NEWTON, reason, &used)
         if reason == CONVERGED:
             return CONVERGED

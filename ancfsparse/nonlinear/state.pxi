@@ -52,7 +52,7 @@ cdef struct Event:
 
 
 cdef struct Loop:
-    const ancf_equations *equations
+    ancf_equations *equations
     const ancf_seed *seed
     const ancf_inverse *inverse
     const ancf_frame *frame  # NULL if seeds do not turn
@@ -76,6 +76,7 @@ cdef struct Loop:
     ptrdiff_t step
     Rung rung  # the last one climbed in this step
     int doubtful
+    bint leapt  # whether the first attempt at this step did not begin at the sure predictor
     double contraction  # of the residual, the last one seen
     ptrdiff_t n_events
     Event *events

@@ -36,6 +36,7 @@ class _Interface(ct.Structure):
         ("mass", ct.c_void_p),
         ("mass_total", ct.c_double),
         ("moved", ct.c_double),
+        ("leaps", ct.c_int),
     ]
 
 

@@ -169,7 +169,7 @@ def test_a_step_that_fails_is_solved_on_an_exact_seed(monkeypatch):
 
 
 def test_rough_steps_of_steel_are_solved_on_incomplete_seeds():
-    run = ancf.simulate(lattice(8, "rough", **STEEL).scene, 0.01, 1e-3)
+    run = ancf.simulate(lattice(8, "rough", **STEEL).scene, 0.03, 3e-3)
     assert run.stats.steps == 10
     assert {event.rung for event in run.stats.events} == {"new seed", "descent"}
     assert "exact seed" not in run.stats.solver
