@@ -232,8 +232,9 @@ class ImplicitRuns:
             earlier, parted = self._mixed
             first = self._runs[0][0]
             expected = (first**-2 - before**-2) / (before**-2 - by**-2)
-            regular = 1.0 / REGULAR < parted / apart / expected < REGULAR
             near = distance(self._system, mixed, earlier)
+            # What is taken off brings motions closer together, or it is not their error.
+            regular = 1.0 / REGULAR < parted / apart / expected < REGULAR and near < apart
             left = self._content(near, mixed, earlier, before, by)
             self._power = BELIEVED if regular and left.lost < RESOLVED else UNRESOLVED
             share = max(1.0 / ((by / first) ** self._power - 1.0), LEAST_LEFT)
