@@ -133,3 +133,14 @@ def test_memory_of_what_was_attached_is_in_the_digest():
     assert one.digest() == other.digest()
     other.add_mass(other.beams[0].start, 1e-3)
     assert one.digest() != other.digest()
+
+
+def test_springs_add_nothing_to_the_masses_of_rigid_bodies():
+    def masses(*, spring):
+        scene = ancf.Scene((0.0, 0.0))
+        body = scene.add_body(mass=2.0, inertia=0.05, position=(0.0, 0.0))
+        if spring:
+            scene.spring(body.origin, (1.0, 0.0), stiffness=1e4, damping=3.0)
+        return System(scene).mass_diagonal
+
+    np.testing.assert_array_equal(masses(spring=True), masses(spring=False))

@@ -320,7 +320,7 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
     cdef double square, along, across
     cdef ptrdiff_t k, i, j, c, e
     cdef const int32_t *slot = self.slot
-    if part == MASS or part == EQUATIONS or part == DAMPING and not self.damped:
+    if not (part == STIFFNESS or part == MATERIAL or part == DAMPING and self.damped):
         return
     for k in range(self.n):
         sum_up(self, k, x.q, self.origin, &d[0])
