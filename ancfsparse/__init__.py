@@ -3,14 +3,18 @@
 A `Scene` says what there is, `simulate` and `solve_static` answer how it moves and rests.
 """
 
+from typing import TYPE_CHECKING
+
 from ancfsparse.errors import (
     AccuracyFailure,
     AncfError,
+    ApproximateModes,
     EnergyGain,
     EquilibriumFailure,
     InputError,
     Instability,
     LoadFailure,
+    ModesFailure,
     OutputFailure,
     RedundantConstraints,
     StepFailure,
@@ -42,10 +46,14 @@ from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
 from ancfsparse.solve import simulate, solve_static, stable_step
 from ancfsparse.system import State
 
+if TYPE_CHECKING:
+    from ancfsparse.solve.modes import modes
+
 __all__ = [
     "HHT",
     "AccuracyFailure",
     "AncfError",
+    "ApproximateModes",
     "Box",
     "CentralDifference",
     "Circle",
@@ -60,6 +68,7 @@ __all__ = [
     "Instability",
     "LoadFailure",
     "Material",
+    "ModesFailure",
     "ModifiedNewton",
     "Newmark",
     "Newton",
@@ -81,7 +90,17 @@ __all__ = [
     "Trajectory",
     "UnstableEquilibrium",
     "load",
+    "modes",
     "simulate",
     "solve_static",
     "stable_step",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """Load what motions do not need where it is asked for."""
+    if name != "modes":
+        raise AttributeError(f"module 'ancfsparse' has no attribute {name!r}")
+    from ancfsparse.solve.modes import modes
+
+    return modes

@@ -4,7 +4,12 @@ A message is a sentence: what is wrong, where, how much, and what to try.  It na
 data (`Parameter`), so that a command line can show its options in their place.
 """
 
-from ancfsparse.errors.equilibria import EquilibriumFailure, UnstableEquilibrium
+from ancfsparse.errors.equilibria import (
+    ApproximateModes,
+    EquilibriumFailure,
+    ModesFailure,
+    UnstableEquilibrium,
+)
 from ancfsparse.errors.inputs import (
     AncfError,
     InputError,
@@ -24,11 +29,13 @@ from ancfsparse.errors.sentence import Parameter, Sentence, in_python, with_unit
 __all__ = [
     "AccuracyFailure",
     "AncfError",
+    "ApproximateModes",
     "EnergyGain",
     "EquilibriumFailure",
     "InputError",
     "Instability",
     "LoadFailure",
+    "ModesFailure",
     "OutputFailure",
     "Parameter",
     "RedundantConstraints",

@@ -1,4 +1,4 @@
-"""Errors and warnings of statics."""
+"""Errors and warnings of statics and of modes."""
 
 from __future__ import annotations
 
@@ -73,4 +73,37 @@ class UnstableEquilibrium(UserWarning):
             f"direction{'s' * (self.negative > 1)}, as a straight column is beyond its buckling "
             "load: add a small force or a bend that tells the scene which way to go, or let it "
             "settle in time with simulate"
+        )
+
+
+class ModesFailure(AncfError, RuntimeError):
+    """Natural frequencies were not found to working accuracy.
+
+    Parameters
+    ----------
+    reason : str
+        What happened.
+    """
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+    def sentence(self, face: Face = in_python) -> str:
+        """Compose the message a reader meets."""
+        return (
+            f"the modes were not found: {self.reason}. Ask for a few more or fewer, and check that "
+            "no part of the scene is some 1e12 times as stiff as the others"
+        )
+
+
+class ApproximateModes(UserWarning):
+    """Some forces have no potential, and modes count the symmetric part of their stiffness."""
+
+    def __str__(self) -> str:
+        """Compose the message a reader meets."""
+        return (
+            "some forces have no potential, such as functions of the motion and moments about "
+            "fixed axes in space; modes count only the symmetric part of their stiffness, so "
+            "frequencies may be off and flutter is not found"
         )

@@ -34,6 +34,8 @@ SECTIONS = {
 """What sections have, over time or along a beam, and units."""
 ENERGIES = ("kinetic", "elastic", "potential", "work", "dissipated", "total")
 INSTANTS = 6
+# Amplitude of a mode beside the size of the scene.
+MODE_SHARE = 0.1
 
 
 def plot(
@@ -105,6 +107,30 @@ def plot_at_rest(
     canvas.draw(0, "0.7", label="reference")
     canvas.draw(1, "C0", label="equilibrium")
     canvas.draw_supports(1)
+    canvas.add_legend()
+    return canvas.ax
+
+
+def plot_mode(
+    system: SolvedSystem,
+    q: Array,
+    unit: Array,
+    amplitude: float | None,
+    name: str,
+    *,
+    ax: Axes | None = None,
+    view: str | tuple[float, float] | None = None,
+) -> Axes:
+    """Draw both ends of a vibration about q, by `unit` times an amplitude; see `Modes.plot`."""
+    outline = outline_for(system, None)
+    if amplitude is None:
+        amplitude = MODE_SHARE * float(np.max(np.ptp(film(outline, q[None]).box, axis=0)))
+    moved = amplitude * unit
+    canvas = Canvas(film(outline, np.stack([q, q + moved, q - moved])), ax, view)
+    canvas.draw(0, "0.7", label="at rest")
+    canvas.draw(1, "C0", label=name)
+    canvas.draw(2, "C0", alpha=0.35)
+    canvas.draw_supports(0)
     canvas.add_legend()
     return canvas.ax
 

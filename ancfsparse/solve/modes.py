@@ -1,0 +1,132 @@
+"""How a scene vibrates about a state: natural frequencies and mode shapes."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.checks import check_count
+from ancfsparse.errors import ApproximateModes, InputError
+from ancfsparse.nonlinear import Newton
+from ancfsparse.results import Equilibrium
+from ancfsparse.scene import Scene, check_scene
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.continuation import check_start
+from ancfsparse.solve.memory import NOTHING, check_factor, estimate, memory_for
+from ancfsparse.system import State, System
+from ancfsparse.words import shown
+
+if TYPE_CHECKING:
+    from ancfsparse.results.modes import Modes
+    from ancfsparse.solve.pencil import Pencil
+
+Vector = NDArray[np.float64]
+
+# Arrays of values on the pattern: four matrices, three of them from their triangles, with indices.
+MATRICES = 14
+
+
+def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | None = None) -> Modes:
+    """Find the n lowest natural frequencies and mode shapes of a scene.
+
+    Small motions about the state are looked at, with the stiffness that stress, loads and the
+    forces of joints have there.  What is prescribed over time, and loads, stay as they are at the
+    time of the state.
+
+    Parameters
+    ----------
+    of : Scene or Equilibrium
+        A scene, about its stress-free shape and without loads; or what `solve_static` has returned.
+    n : int, optional
+        How many modes, those of lowest frequency, after unstable ones and free rigid motions.
+    at : State or Equilibrium, optional
+        Where the scene is instead, such as ``run.last``.  Its velocities count in the forces of
+        joints alone.
+
+    Returns
+    -------
+    Modes
+        Frequencies [Hz], shapes, damping ratios, and whether the state is `stable`.
+
+    Raises
+    ------
+    InputError
+        If an argument is invalid, there are fewer modes, or the factor cannot fit in memory.
+    ModesFailure
+        If the modes cannot be found to working accuracy.
+
+    Warns
+    -----
+    ApproximateModes
+        If some forces have no potential, such as functions of the motion and moments about fixed
+        axes in space: only the symmetric part of their stiffness counts.
+
+    Notes
+    -----
+    Lanczos' method with one sparse factor below all eigenvalues, and the number of those up to a
+    gap is counted by another: none is left out.  The theory is in docs/theory.md.
+    """
+    from ancfsparse.results.modes import Modes  # what motions do not need
+    from ancfsparse.solve.spectrum import degrees_of_freedom, lowest
+
+    check_count("n", n)
+    if not isinstance(of, (Scene, Equilibrium)):
+        advice = "; give its scene too: modes(scene, n, at=state)" * isinstance(of, State)
+        raise InputError(f"modes are those of a scene or an equilibrium, got {shown(of)}{advice}")
+    if isinstance(of, Equilibrium) and at is not None:
+        raise InputError("an equilibrium is a state already: give its scene with at, or no at")
+    scene = of.system.scene if isinstance(of, Equilibrium) else of
+    check_scene(scene)
+    needed = estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)
+    with memory_for(needed):
+        pencil = _pencil(of, at)
+        check_factor(NOTHING, pencil.seed)
+        most = degrees_of_freedom(pencil)
+        if n > most:
+            raise InputError(f"the scene has {most} modes, and n asks for {n}")
+        values, vectors, rounding = lowest(pencil, n)
+    system = pencil.system
+    if not system.conservative:
+        warnings.warn(ApproximateModes(), stacklevel=2)
+    damping = np.zeros(n)
+    if system.damped:
+        damping = np.sum(vectors * (pencil.damping() @ vectors.T).T, axis=1)
+    shapes = np.zeros((n, system.n_all))
+    shapes[:, : system.n_free] = vectors
+    values[np.abs(values) <= rounding] = 0.0
+    masses = np.stack([shapes @ _accelerated(system, d) for d in range(system.dim)], axis=1) ** 2
+    return Modes(system, pencil.state, values, shapes, damping, rounding, masses)
+
+
+def _accelerated(system: System, axis: int) -> Vector:
+    """Return the forces that accelerate all points by 1 m/s2 along an axis, (n_all,) [N, N m]."""
+    uniform = np.zeros(system.n_all)
+    for places in system.places:
+        uniform[places[:, axis]] = 1.0
+    return np.asarray(system.assembly.inertia(uniform))
+
+
+def _pencil(of: Scene | Equilibrium, at: State | Equilibrium | None) -> Pencil:
+    """Linearise the scene where it is."""
+    from ancfsparse.solve.pencil import Pencil
+    from ancfsparse.solve.rates import initial_acceleration, start_load
+
+    if isinstance(of, Equilibrium):
+        assert isinstance(of.system, System)
+        return Pencil(of.system, of.state, of.system.loads.amplitudes(np.zeros(1))[0])
+    state = check_start(at)
+    system = System(of, state)
+    lam = np.zeros(system.n_multipliers)
+    if state is None:
+        rest = np.zeros(system.n_all)
+        here = system.state(system.t0, system.q_ref, rest, rest, lam)
+        return Pencil(system, here, np.zeros(system.loads.n_amplitudes))
+    if system.n_multipliers:
+        seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+        seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, start_load(system)))
+        lam = initial_acceleration(system, seed, system.v0)[1]
+    here = system.state(system.t0, system.q0, system.v0, None, lam)
+    return Pencil(system, here, start_load(system))

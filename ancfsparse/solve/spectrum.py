@@ -1,0 +1,208 @@
+"""The lowest eigenvalues of small motions: Lanczos' method on a factor, checked by counting."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import ModesFailure
+from ancfsparse.nonlinear.iteration import EPSILON
+from ancfsparse.solve.pencil import Pencil
+
+Vector = NDArray[np.float64]
+Found = tuple[Vector, Vector]
+
+# Up to so many coordinates all eigenvalues together are found sooner than a few.
+DENSE = 100
+# Rank of constraints by the singular values of their gradients, each of length one.
+RANK = 1e-10
+# Least shift, beside the squares of the highest frequencies: far enough above rounding.
+LEAST_SHIFT = 1e-12
+# Shift beside the largest eigenvalue that is wanted, and how far off it may be: from it the wanted
+# ones lie well apart, and none is so much nearer than the others that these are lost in rounding.
+SHARE, NEAREST, FARTHEST = 1e-2, 3.0, 1e5
+MOST_SHIFTS = 12
+# Eigenvalues beyond the wanted ones, among which a gap is looked for.
+BEYOND = 4
+# Largest relative residual of a mode, and the error of a first look at the eigenvalues.
+TOLERANCE, ROUGH = 1e-6, 0.1
+# Rounding of an eigenvalue in units of eps |x| |K| |x|, and of a motion in units of eps, whose
+# square counts where nothing else is stiff.
+ROUNDING, MOTION = 4.0, 1e3
+
+
+def lowest(pencil: Pencil, n: int) -> tuple[Vector, Vector, Vector]:
+    """Find the n lowest eigenvalues of ``K x + Phi_q^T mu = w M x``, ``Phi_q x = 0``.
+
+    Parameters
+    ----------
+    pencil : Pencil
+        The matrices.
+    n : int
+        How many.
+
+    Returns
+    -------
+    values : (n,) float
+        Eigenvalues in ascending order [1/s2].
+    vectors : (n, n_free) float
+        Motions, with ``x.M x = 1`` and orthogonal to one another.
+    rounding : (n,) float
+        How far rounding of the stiffness may move each eigenvalue [1/s2].
+
+    Raises
+    ------
+    ModesFailure
+        If the method does not converge.
+    """
+    find = _by_dense if pencil.system.n_free <= DENSE else _by_lanczos
+    _, vectors = find(pencil, n)
+    stiff, heavy = (
+        np.sum(vectors * (each @ vectors), axis=0) for each in (pencil.stiffness, pencil.mass)
+    )
+    values, vectors = stiff / heavy, vectors / np.sqrt(heavy)  # to rounding, also where near zero
+    largest = np.argmax(np.abs(vectors) * np.sqrt(pencil.diagonal)[:, None], axis=0)
+    vectors = (vectors * np.sign(vectors[largest, np.arange(n)])).T.copy()
+    size = np.abs(vectors)
+    rounding = ROUNDING * EPSILON * np.sum(size * (abs(pencil.stiffness) @ size.T).T, axis=1)
+    return values, vectors, rounding + (MOTION * EPSILON) ** 2 * pencil.size
+
+
+def degrees_of_freedom(pencil: Pencil) -> int:
+    """Return how many modes there are; of large scenes at least so many."""
+    system = pencil.system
+    if system.n_free > DENSE:
+        return system.n_free - system.n_multipliers
+    return int(_allowed(pencil).shape[1])
+
+
+def _by_dense(pencil: Pencil, n: int) -> Found:
+    """Solve a small problem on the motions that the constraints allow, and refine what is found."""
+    from scipy.linalg import eigh
+
+    allowed = _allowed(pencil)
+    stiffness, mass = (allowed.T @ (each @ allowed) for each in (pencil.stiffness, pencil.mass))
+    values, mixes = eigh(stiffness, mass, subset_by_index=[0, n - 1])
+    # The shift may not be next to what is zero but for rounding.
+    _factor_below(pencil, -max(SHARE * float(np.abs(values).max()), LEAST_SHIFT * pencil.size))
+    return _refined(pencil, allowed @ mixes)
+
+
+def _allowed(pencil: Pencil) -> Vector:
+    """Return a basis of the motions that the constraints allow, (n_free, k)."""
+    unit = np.sqrt(pencil.diagonal)
+    rows = pencil.gradients.toarray() / unit
+    if not len(rows):
+        return np.diag(1.0 / unit)
+    length = np.linalg.norm(rows, axis=1)
+    rows = rows[length > 0.0] / length[length > 0.0, None]
+    _, sizes, mixes = np.linalg.svd(rows, full_matrices=True)
+    rank = np.count_nonzero(sizes > RANK)
+    return np.asarray(mixes[rank:].T / unit[:, None])
+
+
+def _by_lanczos(pencil: Pencil, n: int) -> Found:
+    """Solve a large problem from a shift below all eigenvalues, and see that none is missing."""
+    k = min(n + BEYOND, degrees_of_freedom(pencil) - 1)
+    below = _place_shift(pencil, n)
+    values, vectors = _refined(pencil, _near(pencil, k)[1])
+    for _ in range(MOST_SHIFTS):
+        missing = _missing(pencil, values, n)
+        pencil.factor(below)
+        if not missing:
+            break
+        more = _near(pencil, min(missing + 1, k), vectors)
+        if more[0][0] > values[-1]:
+            break  # nothing is missing: rounding has spoilt the count
+        values, vectors = _refined(pencil, np.hstack([vectors, more[1]]))
+    else:
+        raise ModesFailure(f"eigenvalues are still missing after {MOST_SHIFTS} searches")
+    again = pencil.solve_all(pencil.mass @ vectors[:, :n]) * (values[:n] - below)
+    off = vectors[:, :n] - again
+    residual = np.sqrt(np.max(np.sum(off * (pencil.mass @ off), axis=0)))
+    if not residual <= TOLERANCE:
+        raise ModesFailure(f"a mode has the relative residual {residual:.2g}")
+    return values[:n], vectors[:, :n]
+
+
+def _place_shift(pencil: Pencil, n: int) -> float:
+    """Factor at a shift below all eigenvalues and not far from the wanted ones; return it."""
+    least = LEAST_SHIFT * pencil.size
+    if least == 0.0:
+        return _factor_below(pencil, least)
+    shift = -least
+    for _ in range(MOST_SHIFTS):
+        if pencil.factor(shift) is None:
+            shift *= 2.0
+            continue
+        farthest = float(np.max(np.abs(_near(pencil, n, tolerance=ROUGH)[0])))
+        if NEAREST <= farthest / -shift <= FARTHEST:
+            break
+        new = -max(SHARE * farthest, least)
+        if new == shift:
+            break
+        shift = new
+    return _factor_below(pencil, shift)
+
+
+def _factor_below(pencil: Pencil, shift: float) -> float:
+    """Factor at a shift, or one so far below it that no eigenvalue is lower; return it."""
+    shift = shift or -1.0  # nothing is stiff: any shift does
+    while pencil.factor(shift) != 0:
+        shift *= 4.0
+        if not np.isfinite(shift):
+            raise ModesFailure("the stiffness is not finite")
+    return shift
+
+
+def _near(pencil: Pencil, k: int, known: Vector | None = None, tolerance: float = 0.0) -> Found:
+    """Find the k eigenvalues next to the shift, ascending, apart from known modes (n_free, j)."""
+    from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+
+    n, mass = len(pencil.diagonal), pencil.mass
+    known = np.zeros((n, 0)) if known is None else known
+    moved = mass @ known
+
+    def solve(force: Vector) -> Vector:
+        x = pencil.solve(force)
+        return np.asarray(x - known @ (moved.T @ x))
+
+    force = np.sqrt(pencil.diagonal) * np.random.default_rng(0).standard_normal(n)
+    try:
+        values, vectors = eigsh(
+            pencil.stiffness,
+            k,
+            mass,
+            sigma=pencil.shift,
+            OPinv=LinearOperator((n, n), matvec=solve, dtype=float),
+            v0=solve(force),  # as allowed by the constraints; the same in every call
+            tol=tolerance,
+        )
+    except ArpackError as error:
+        raise ModesFailure(str(error)) from error
+    order = np.argsort(values)
+    return values[order], vectors[:, order]
+
+
+def _refined(pencil: Pencil, vectors: Vector) -> Found:
+    """Improve modes together: one more inverse iteration, and the best mixes of what it gives."""
+    from scipy.linalg import eigh
+
+    vectors = pencil.solve_all(pencil.mass @ vectors)
+    vectors = vectors / np.sqrt(np.sum(vectors * (pencil.mass @ vectors), axis=0))
+    stiffness, mass = (vectors.T @ (each @ vectors) for each in (pencil.stiffness, pencil.mass))
+    values, mixes = eigh(stiffness, mass)
+    return values, vectors @ mixes
+
+
+def _missing(pencil: Pencil, values: Vector, n: int) -> int:
+    """Count the eigenvalues below a gap beyond the wanted ones; return how many are not known."""
+    gaps = np.diff(values[n - 1 :]) / (np.abs(values[n:]) + abs(pencil.shift))
+    if not len(gaps):
+        return 0
+    at = n - 1 + int(np.argmax(gaps))
+    between = 0.5 * (values[at] + values[at + 1])
+    if abs(between) <= LEAST_SHIFT * pencil.size:
+        return 0  # all are zero but for rounding, and none is below the shift
+    count = pencil.factor(between)
+    return 0 if count is None else max(count - (at + 1), 0)
