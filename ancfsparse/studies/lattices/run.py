@@ -24,7 +24,7 @@ from ancfsparse.system import System
 # Runs that take less than this [s] are made again, up to so many times, and the fastest counts.
 SHORT, ROUNDS = 1.0, 3
 # Blocks of an exact factor for each of the matrix beyond which they are not counted.
-MOST_FILL = 100.0
+MOST_FILL = 1e4
 
 
 @dataclass
