@@ -150,7 +150,8 @@ def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
         given = {each.name: getattr(value, each.name) for each in fields(value) if each.init}
         return {"kind": kind.__name__} | {k: encoded(v, where, names) for k, v in given.items()}
     if isinstance(value, ElementKind):
-        return {"own": value.package, "definition": value.definition, "values": dict(value.values)}
+        name = value.package or value.name
+        return {"own": name, "definition": value.definition, "values": dict(value.values)}
     if callable(value) and not is_compiled(value):
         name = name_of(value)
         if names.setdefault(name, value) is not value:
