@@ -385,8 +385,12 @@ def test_an_interruption_inside_a_force_is_one_of_the_run():
     assert len(caught.value.trajectory.t) == 50
 
 
-@pytest.mark.parametrize(("coupled", "most"), [(True, 1.5), (False, 1.5)])
-def test_a_follower_force_costs_few_iterations_more(coupled, most):
+@pytest.mark.parametrize(
+    ("coupled", "size", "dt", "most"),
+    [(True, size, dt, 1.12) for size in (1.0, 4.0, 16.0) for dt in (1e-3, 5e-3, 0.02)]
+    + [(False, 4.0, 1e-3, 1.5)],
+)
+def test_a_follower_force_costs_few_iterations_more(coupled, size, dt, most):
     """A thrust along the end of a beam, against one that keeps its direction."""
     counts = []
     for follows in (False, True):
@@ -397,11 +401,10 @@ def test_a_follower_force_costs_few_iterations_more(coupled, most):
 
         def thrust(q, v, t, follows=follows):
             along = (q[1] - q[0]) / np.linalg.norm(q[1] - q[0]) if follows else np.array([1.0, 0.0])
-            return np.array([[0.0, 0.0], np.array([0.0, 1.0]) - 4.0 * along])
+            return np.array([[0.0, 0.0], np.array([0.0, 1.0]) - size * along])
 
         scene.force([beam.node(7), beam.end], thrust, coupled=coupled)
-        run = ancf.simulate(scene, 0.5, 1e-3)
-        assert not run.stats.events
+        run = ancf.simulate(scene, 0.5, dt)
         assert np.abs(run.position(beam.end)[-1, 1]) > 1e-3
         counts.append(run.stats.residual_evaluations)
     assert counts[1] < most * counts[0]

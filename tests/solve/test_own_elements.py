@@ -143,14 +143,10 @@ def test_scenes_and_runs_of_own_elements_go_to_files_and_other_processes(element
 
     text = (tmp_path / "scene.json").read_text()
     (tmp_path / "changed.json").write_text(text.replace(kind.definition, "0" * 16))
-    with pytest.raises(InputError, match=r"record 1: its element weakening_cable had .* '0+', and"):
+    with pytest.raises(InputError, match=r"record 1: it was made with another element than the"):
         ancf.Scene.load(tmp_path / "changed.json", own)
-    with pytest.raises(
-        InputError, match=r"needs 'weakening_cable', which a file cannot hold: give"
-    ):
+    with pytest.raises(InputError, match="needs 'weakening_cable', which a file cannot hold: give"):
         ancf.Scene.load(tmp_path / "scene.json")
-    with pytest.raises(InputError, match="needs 'weakening_cable' to be an element, got 3"):
-        ancf.Scene.load(tmp_path / "scene.json", {"weakening_cable": 3})
     sent = tmp_path / "scene.pickle"
     sent.write_bytes(pickle.dumps(scene))
     opened = f"import pickle; pickle.load(open({str(sent)!r}, 'rb'))"
