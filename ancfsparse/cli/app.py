@@ -252,6 +252,41 @@ def pendulum(
 
 
 @app.command()
+def problem(
+    name: Annotated[str | None, typer.Argument(help="Name of a scene, see --list.")] = None,
+    at: Annotated[str, typer.Option(help="Times [s], separated by commas.")] = "1",
+    given: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="May be repeated.")
+    ] = None,
+    step: Annotated[
+        float | None,
+        typer.Option(help="Time step [s] [default: two steps, from which it is extrapolated]."),
+    ] = None,
+    accuracy: Annotated[
+        float | None, typer.Option(help="Largest error of a position [m], instead of a step.")
+    ] = None,
+    names: Annotated[
+        bool, typer.Option("--list", help="List scenes, keys, quantities and known numbers.")
+    ] = False,
+    json_to: JsonOption = None,
+) -> None:
+    """Run a benchmark of rigid bodies and joints, and print its quantities at times."""
+    from ancfsparse.cli.problem import listing, run_problem
+
+    if names or name is None:
+        typer.echo(listing())
+        return
+    with _in_options():
+        found = run_problem(name, at, given or [], step, accuracy)
+    if json_to is not None:
+        write_json(found, json_to)
+        return
+    for quantity, values in found["quantities"].items():
+        for time, value in zip(found["time"], values, strict=True):
+            typer.echo(f"{quantity} at {time:g} s: {value}")
+
+
+@app.command()
 def table1(
     output: Annotated[Path, typer.Option(help="Folder for table and figures.")] = Path("results"),
     time: Annotated[float, typer.Option(help="Simulated time [s].")] = paper.T_END,

@@ -1,0 +1,132 @@
+"""The command ``ancfsparse problem``: a named scene of rigid bodies and its quantities at times."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.checks import check_choice
+from ancfsparse.errors import InputError, RedundantConstraints
+from ancfsparse.integrators import EnergyMomentum, GeneralizedAlpha
+from ancfsparse.problems.mechanisms import MECHANISMS, Case
+from ancfsparse.results import Trajectory
+from ancfsparse.solve import simulate
+from ancfsparse.words import numbers, shown
+
+TIGHT = 1e-12
+Array = NDArray[np.float64]
+
+
+def listing() -> str:
+    """Return all scenes with their keys, quantities and asserted numbers."""
+    lines = []
+    for name, case in MECHANISMS.items():
+        keys = ", ".join(f"{k}={numbers(v)} {unit}" for k, (v, unit) in (case.keys or {}).items())
+        lines.append(f"{name}" + f" [{keys}]" * bool(keys))
+        lines.append(f"  quantities: {', '.join(case.make().watched)}")
+        value = f"{numbers(case.value)} to {case.tolerance:g}"
+        lines.append(f"  {case.quantity} at {case.time:g} s: {value} ({case.source})")
+    return "\n".join(lines)
+
+
+def run_problem(
+    name: str, at: str, given: list[str], step: float | None, accuracy: float | None
+) -> dict[str, Any]:
+    """Run a named scene; return settings, times and quantities.
+
+    Parameters
+    ----------
+    name : str
+        One of `MECHANISMS`.
+    at : str
+        Times [s], separated by commas.
+    given : list of str
+        ``key=value``, numbers of a vector separated by commas.
+    step, accuracy : float, optional
+        Of one run [s], [m]; by default two runs are extrapolated.
+
+    Raises
+    ------
+    InputError
+        If a name, a key or a time is invalid, or both step and accuracy are given.
+    """
+    case = MECHANISMS[check_choice("name of a problem", name, MECHANISMS)]
+    times, keys = _numbers("--at", at), _keys(name, case, given)
+    if step is not None and accuracy is not None:
+        raise InputError("give --step or --accuracy, not both")
+    if accuracy is not None:
+        found = _quantities(case, keys, times, _tenth(times), accuracy=accuracy)
+        settings: dict[str, Any] = {"accuracy": accuracy, "integrator": repr(GeneralizedAlpha(0.9))}
+    else:
+        dt = case.dt if step is None else step
+        found = _quantities(case, keys, times, dt)
+        settings = {"dt": dt, "integrator": repr(EnergyMomentum()), "tolerance": TIGHT}
+        if step is None:
+            fine = _quantities(case, keys, times, 0.5 * dt)
+            found = {each: fine[each] + (fine[each] - found[each]) / 3.0 for each in found}
+            settings["extrapolated"] = f"from dt = {dt:g} s and {0.5 * dt:g} s"
+    return {
+        "settings": {"problem": name, **keys, **settings},
+        "time": times,
+        "quantities": {each: values.tolist() for each, values in found.items()},
+    }
+
+
+def _quantities(
+    case: Case, keys: dict[str, Any], times: list[float], dt: float, accuracy: float | None = None
+) -> dict[str, Array]:
+    mechanism = case.make(**keys)
+    end = max(times)
+    steps = round(end / dt)
+    if abs(steps * dt - end) > 1e-9 * end:
+        raise InputError(f"the last time {end:g} s is no whole number of steps of {dt:g} s")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RedundantConstraints)  # known of these scenes
+        if accuracy is None:
+            run: Trajectory = simulate(
+                mechanism.scene, end, dt, integrator=EnergyMomentum(), tolerance=TIGHT
+            )
+        else:
+            integrator = GeneralizedAlpha(0.9)
+            run = simulate(mechanism.scene, end, dt, accuracy=accuracy, integrator=integrator)
+    rows = [int(np.argmin(np.abs(run.t - time))) for time in times]
+    off = max(abs(float(run.t[row]) - time) for row, time in zip(rows, times, strict=True))
+    if off > 1e-9 * end:
+        raise InputError(f"a time of --at lies {off:.3g} s beside all steps of {dt:g} s")
+    return {each: np.asarray(v[rows]) for each, v in mechanism.quantities(run).items()}
+
+
+def _tenth(times: list[float]) -> float:
+    """Return a time that all times are whole numbers of, a millisecond or less."""
+    for dt in (1e-2, 1e-3, 1e-4):
+        if all(abs(round(t / dt) * dt - t) < 1e-12 for t in times):
+            return dt
+    raise InputError("with --accuracy the times of --at must be whole numbers of 1e-4 s")
+
+
+def _numbers(what: str, text: str) -> list[float]:
+    try:
+        values = [float(each) for each in text.split(",")]
+    except ValueError:
+        raise InputError(f"{what} needs numbers separated by commas, got {shown(text)}") from None
+    if not all(0.0 < each < np.inf for each in values) and what == "--at":
+        raise InputError(f"{what} needs positive times [s], got {shown(text)}")
+    return values
+
+
+def _keys(name: str, case: Case, given: list[str]) -> dict[str, Any]:
+    """Return the arguments of a scene from ``key=value``."""
+    keys: dict[str, Any] = {}
+    for each in given:
+        key, equals, value = each.partition("=")
+        if not equals:
+            raise InputError(f"--set needs key=value, got {shown(each)}")
+        if not case.keys:
+            raise InputError(f"{name} takes no keys, got {key!r}")
+        check_choice(f"key of {name}", key, case.keys)
+        found = _numbers(f"--set {key}", value)
+        keys[key] = found if isinstance(case.keys[key][0], tuple) else found[0]
+    return keys

@@ -1,0 +1,54 @@
+"""Every named mechanism has the number that it is known by, and the command prints it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from ancfsparse.cli import main
+from ancfsparse.problems.mechanisms import MECHANISMS
+
+
+def printed(capsys, *words):
+    main_exit = None
+    try:
+        main(["problem", *words])
+    except SystemExit as error:
+        main_exit = error.code
+    out = capsys.readouterr()
+    return main_exit, out.out, out.err
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_known_numbers(name, capsys):
+    """By the command with its usual setting, to the tolerance that the table states."""
+    case = MECHANISMS[name]
+    code, out, _ = printed(capsys, name, "--at", f"{case.time:g}", "--json", "-")
+    assert code in (None, 0)
+    found = json.loads(out)
+    assert found["time"] == [case.time]
+    value = np.ravel(found["quantities"][case.quantity][0])
+    np.testing.assert_allclose(value, case.value, rtol=0.0, atol=case.tolerance)
+
+
+def test_the_list_names_all(capsys):
+    code, out, _ = printed(capsys, "--list")
+    assert code in (None, 0)
+    assert all(name in out for name in MECHANISMS)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["four_baz"], "did you mean 'four_bar'"),
+        (["four_bar", "--at", "a"], "--at needs numbers"),
+        (["four_bar", "--at", "0.5", "--step", "0.3"], "no whole number of steps"),
+        (["four_bar", "--set", "n=3"], "four_bar takes no keys"),
+        (["heavy_top", "--set", "omega"], "--set needs key=value"),
+        (["four_bar", "--step", "0.1", "--accuracy", "0.1"], "not both"),
+    ],
+)
+def test_bad_words(words, message, capsys):
+    code, _, err = printed(capsys, *words)
+    assert code == 2
+    assert message in err
