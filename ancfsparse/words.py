@@ -74,4 +74,6 @@ def suggest(name: object, valid: Iterable[str]) -> str:
 
 def numbers(values: ArrayLike) -> str:
     """Write numbers with nine digits each, which distinguish what rounding does not make."""
-    return "(" + ", ".join(f"{each:.9g}" for each in np.ravel(values)) + ")"
+    if not (isinstance(values, tuple) and values and isinstance(values[0], float)):
+        values = np.ravel(values).tolist()
+    return "(" + ", ".join([f"{each:.9g}" for each in values]) + ")"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -91,7 +92,7 @@ class Beam(ElasticBody):
             f"{'planar' if self.dim == 2 else 'spatial'}"
         )
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Length in the reference shape [m]."""
         return float(np.linalg.norm(self.positions[-1] - self.positions[0]))

@@ -40,10 +40,12 @@ def digest(scene: Records) -> dict[str, str]:
         here = number[reference.body]
         if not isinstance(reference, Point):
             return here
-        node = reference.of(scene)
-        inside = f" + {node.xi:.9g}" * bool(node.xi)
-        inside += f" + {numbers(node.offsets)}" * bool(node.offsets)
-        return f"{here}, {node.index}{inside}"
+        inside = ""
+        if reference.xi:
+            inside = f" + {reference.of(scene).xi:.9g}"
+        if reference.offsets:
+            inside = f" + {numbers(reference.offsets)}"
+        return f"{here}, {reference.index}{inside}"
 
     parts = {"gravity": numbers(scene.gravity)}
     for body in scene.bodies:

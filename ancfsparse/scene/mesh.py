@@ -114,8 +114,13 @@ class Mesh(ElasticBody):
 
     def given(self) -> tuple[Vector, Numbers]:
         """Return the arrays that it was made of: nodes (n, dim) [m] and edges (m, 2)."""
-        edges = np.where(self.flipped[:, None], self.edges[:, ::-1], self.edges)
-        edges = np.stack([edges[:: self.n_each, 0], edges[self.n_each - 1 :: self.n_each, 1]], 1)
+        edges = self.edges
+        if self.flipped.any():
+            edges = np.where(self.flipped[:, None], edges[:, ::-1], edges)
+        if self.n_each > 1:
+            edges = np.stack(
+                [edges[:: self.n_each, 0], edges[self.n_each - 1 :: self.n_each, 1]], 1
+            )
         edges.flags.writeable = False
         return self.positions[: self._n_given], edges
 

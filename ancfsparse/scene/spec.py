@@ -7,12 +7,11 @@ written, changed and built a second time, in another scene.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from ancfsparse.checks import keep
 from ancfsparse.scene.callbacks import is_compiled, sent
 from ancfsparse.scene.signal import Signal
 from ancfsparse.words import numbers
@@ -77,6 +76,7 @@ class Point(Whole):
 
 
 At = Callable[[Whole], str]
+_NUMPY = np.ndarray, np.generic
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,16 +103,14 @@ class Spec:
 
     def __post_init__(self) -> None:
         """Keep vectors as tuples, and numbers of NumPy as those of Python."""
-        for name, value in [*self.__dict__.items()]:
-            if isinstance(value, np.ndarray) and value.ndim == 1:
-                keep(self, **{name: tuple(value.tolist())})
-            elif isinstance(value, np.generic):
-                keep(self, **{name: value.item()})
+        for name, value in self.__dict__.items():
+            if isinstance(value, _NUMPY) and value.ndim < 2:
+                self.__dict__[name] = tuple(value.tolist()) if value.ndim else value.item()
 
     @property
     def given(self) -> dict[str, Any]:
         """All fields by name."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
+        return dict(self.__dict__)
 
     def build(self, scene: Records) -> Any:
         """Add it to a scene; return the handle."""
@@ -167,14 +165,14 @@ def equal(one: Any, other: Any) -> bool:
 
 def text(value: Any, at: At) -> str:
     """Write a value for a digest: numbers with nine digits, functions without what they compute."""
+    if isinstance(value, tuple) and value:
+        return "; ".join(map(at, value)) if isinstance(value[0], Whole) else numbers(value)
     if isinstance(value, Whole):
         return at(value)
     if isinstance(value, Signal):
         return value.describe()
     if callable(value) or is_compiled(value):
         return "a function of time"
-    if isinstance(value, tuple) and value and isinstance(value[0], Whole):
-        return "; ".join(map(at, value))
     if isinstance(value, bool | str) or value is None:
         return str(value)
     return numbers(value)
