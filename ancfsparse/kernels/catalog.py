@@ -237,13 +237,14 @@ def from_module(module: ModuleType, package: str = "") -> ElementKind:
     InputError
         If it was built for another version of the calling convention.
     """
-    convention = compiled("kernel_call").SIGNATURE
-    if getattr(module, "SIGNATURE", None) != convention:
-        raise InputError(
-            f"element {module.NAME} was built for the calling convention "
-            f"{getattr(module, 'SIGNATURE', 'of an earlier version')}, and this version of "
-            f"ancfsparse has {convention}: build it again with `ancfsparse element`"
-        )
+    if package:  # those of this package are built with it
+        convention = compiled("kernel_call").SIGNATURE
+        if getattr(module, "SIGNATURE", None) != convention:
+            raise InputError(
+                f"element {module.NAME} was built for the calling convention "
+                f"{getattr(module, 'SIGNATURE', 'of an earlier version')}, and this version of "
+                f"ancfsparse has {convention}: build it again with `ancfsparse element`"
+            )
     return ElementKind(
         name=module.NAME,
         dim=module.DIM,
