@@ -23,6 +23,7 @@ from ancfsparse.studies.stability.cells import (
     SOLVERS,
     Place,
     Run,
+    ends_by_chance,
     energy_balance,
     largest_changes,
     run_at,
@@ -76,6 +77,16 @@ def test_what_newton_solves_the_others_solve(shipped):
     for run in shipped.worse_than_newton(GAINED):
         assert run.stretch > ROUGH, run
     assert len(shipped.worse_than_newton(GAINED)) < 10
+
+
+def test_chance_is_what_ends_newton_either_way_too(shipped):
+    chance = shipped.by_chance()
+    assert len(chance) < 10
+    assert all(shipped.at[run.place._replace(solver="Newton")].whole for run in chance)
+    shortest = min(chance, key=lambda run: run.place.youngs_modulus)
+    assert ends_by_chance(shortest.place)
+    completes, _ = shipped.borders()[0]
+    assert not ends_by_chance(completes.place)
 
 
 def test_no_run_ends_well_with_energy_from_nowhere(shipped):

@@ -37,6 +37,10 @@ SOLVERS = chosen(
 """By their names in tables."""
 
 
+# By how much runs beside another differ in Young's modulus, and how many there are on either side.
+MOVED, MOVES = 1e-9, 10
+
+
 class Place(NamedTuple):
     """A point of the map: keys of `SCENES`, `INTEGRATORS`, `SOLVERS`; Pa and s."""
 
@@ -77,6 +81,8 @@ class Run:
     gain, loss : float
         Most energy above what was given, and energy lost at the end, over the largest kinetic
         energy: from the stored states.
+    chaotic : bool
+        Whether it ended otherwise than Newton's run by chance alone, see `ends_by_chance`.
     """
 
     place: Place
@@ -90,6 +96,7 @@ class Run:
     stretch: float
     gain: float
     loss: float
+    chaotic: bool = False
 
     @property
     def whole(self) -> bool:
@@ -108,6 +115,7 @@ class Run:
                 name: float(f"{getattr(self, name):.2e}")
                 for name in ("new_seed", "newton", "turn", "stretch", "gain", "loss")
             },
+            "chaotic": int(self.chaotic),
         }
 
     @classmethod
@@ -117,10 +125,11 @@ class Run:
             row["scene"], float(row["youngs_modulus"]), float(row["dt"]), row["integrator"],
             row["solver"],
         )  # fmt: skip
+        chaotic = row["chaotic"] == "1"
         numbers = ("iterations", "new_seed", "newton", "turn", "stretch", "gain", "loss")
+        values = {name: float(row[name]) for name in numbers}
         return cls(
-            place, row["outcome"], int(row["steps"]), row["reason"],
-            *(float(row[name]) for name in numbers),
+            place, row["outcome"], int(row["steps"]), row["reason"], **values, chaotic=chaotic
         )  # fmt: skip
 
 
@@ -146,6 +155,22 @@ def run_at(place: Place) -> Run:
         place, outcome, path.stats.steps, reason, path.stats.iterations_per_step, new_seed, newton,
         turn, stretch, gain, loss,
     )  # fmt: skip
+
+
+def ends_by_chance(place: Place) -> bool:
+    """Return whether runs beside a place end either way: its solver's and Newton's too.
+
+    They differ by billionths of Young's modulus: the solver finishes some of them, and Newton not
+    all.  Near its limit a motion is chaotic, and whether one run of it completes says nothing of
+    the solver.
+    """
+    beside = [
+        place._replace(youngs_modulus=place.youngs_modulus * (1.0 + k * MOVED))
+        for k in range(-MOVES, MOVES + 1) if k
+    ]  # fmt: skip
+    return any(run_at(each).whole for each in beside) and not all(
+        run_at(each._replace(solver="Newton")).whole for each in beside
+    )
 
 
 def saved_shares(path: Trajectory) -> tuple[float, float]:

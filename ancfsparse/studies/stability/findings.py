@@ -10,6 +10,8 @@ from ancfsparse.studies.stability.cells import (
     FAILED,
     GAINED,
     INTEGRATORS,
+    MOVED,
+    MOVES,
     RECOVERED,
     SOLVERS,
     Run,
@@ -50,6 +52,7 @@ def findings(result: Stability) -> list[str]:
     beside = list(result.beside_newton())
     lost = result.worse_than_newton(FAILED)
     gained = result.worse_than_newton(GAINED)
+    chance = result.by_chance()
     better = sum(run.whole and not newton.whole for run, newton in beside)
     calm, often, hidden = result.calm(), result.often_rescued(), result.hidden_gains()
     others = result.calm_beside_newton()
@@ -58,7 +61,9 @@ def findings(result: Stability) -> list[str]:
     sentences = [
         f"Other solvers beside Newton at the same {len(beside)} points: {len(lost)} failed and "
         f"{len(gained)} were stopped for energy where Newton finished, {better} finished where "
-        "Newton did not.",
+        f"Newton did not. {len(chance)} more did not finish by chance: of {2 * MOVES} motions "
+        f"whose Young's modulus differs by multiples of {MOVED:g}, they finish some, and Newton "
+        "not all.",
         *(f"Only Newton finishes: {_where(run)}: {kinds(run)}." for run in [*lost, *gained]),
         f"Where no element turns by {CALM_TURN:g} rad or stretches by {CALM_STRETCH:g} within a "
         f"step, in {len(others)} runs of other solvers, damped Newton saved at most "

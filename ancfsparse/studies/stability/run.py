@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from ancfsparse.studies.stability.cells import (
     T_END,
     Place,
     Run,
+    ends_by_chance,
     run_at,
 )
 from ancfsparse.studies.stability.scenes import SCENES
@@ -89,10 +90,22 @@ class Stability:
                 yield run, newton
 
     def worse_than_newton(self, outcome: str = FAILED) -> list[Run]:
-        """Return the runs that end in this way where Newton's comes to its end."""
+        """Return the runs that end in this way where Newton's comes to its end, not by chance."""
         return [
-            run for run, newton in self.beside_newton() if run.outcome == outcome and newton.whole
-        ]
+            run for run, newton in self.beside_newton()
+            if run.outcome == outcome and newton.whole and not run.chaotic
+        ]  # fmt: skip
+
+    def by_chance(self) -> list[Run]:
+        """Return the runs that do not finish where Newton's does, by chance alone."""
+        return [run for run in self.runs if run.chaotic]
+
+    def judged(self) -> Stability:
+        """Return the map with those runs marked that end otherwise than Newton's by chance."""
+        worse = [*self.worse_than_newton(FAILED), *self.worse_than_newton(GAINED)]
+        chaotic = {run.place for run in worse if ends_by_chance(run.place)}
+        runs = [replace(run, chaotic=run.place in chaotic) for run in self.runs]
+        return Stability(runs, self.settings)
 
     def hidden_gains(self) -> list[Run]:
         """Return the runs that came to their end with more energy than they may have gained."""
@@ -191,7 +204,7 @@ def stability(
         "max_energy_gain": MOST_GAIN,
         **environment(),
     }
-    return Stability(runs, settings)
+    return Stability(runs, settings).judged()
 
 
 def read(path: Path) -> Stability:

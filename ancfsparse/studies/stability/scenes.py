@@ -24,7 +24,7 @@ LOAD, RISE = 1.1, 0.1
 
 # The sudden force on the tip of the pendulum, in terms of its weight, and between which times [s]:
 # both lie inside a step of any length of the map.
-PUSH, BETWEEN = 0.1, (0.02005, 0.52005)
+PUSH, BETWEEN = 0.5, (0.02005, 0.52005)
 
 
 class Case(NamedTuple):
