@@ -3,7 +3,9 @@
 import copy
 import json
 import pickle
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import everything as all_of_it
 import numpy as np
@@ -216,3 +218,12 @@ def test_what_cannot_be_written_is_named(tmp_path):
     (tmp_path / "scene.json").write_text("[" * 10**5)
     with pytest.raises(ancf.InputError, match="is no file of a scene"):
         ancf.Scene.load(tmp_path / "scene.json")
+
+
+def test_the_file_on_the_page_is_a_scene(tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "large.md").read_text(encoding="utf-8")
+    path = tmp_path / "scene.json"
+    path.write_text(re.search(r"```json\n(.*?)```", page, re.DOTALL)[1])
+    scene = ancf.Scene.load(path)
+    assert [record.method for record in scene.records] == ["add_beam", "pin", "point_force"]
+    assert scene.loads[0].node.s == pytest.approx(0.65)
