@@ -93,7 +93,7 @@ class Outline:
     def write(self, file: h5py.File) -> None:
         """Put it into the file of a run, as the group ``outline``."""
         group = file.create_group("outline")
-        group.attrs["gravity"] = self.gravity
+        group.attrs["gravity"], group.attrs["bodies"] = self.gravity, len(self.parts)
         for k, part in enumerate(self.parts):
             body = group.create_group(f"body {k}")
             body.attrs["name"], body.attrs["radius"] = np.bytes_(part.name.encode()), part.radius
@@ -134,10 +134,12 @@ class Outline:
                 for kind, places, other in zip(*tables, strict=True):
                     supports.append(Support(KINDS[kind], places, other))
             gravity = np.asarray(group.attrs["gravity"])
+            # Files of earlier versions have no such number, and at least one body.
+            lost = len(parts) != group.attrs.get("bodies", max(len(parts), 1))
         except DAMAGE as error:
             raise InputError(damaged(path, ": its outline is lost")) from error
         every = [part.places for part in parts] + [each.places for each in supports]
-        if not parts or any(((each < 0) | (each >= n)).any() for each in every):
+        if lost or any(((each < 0) | (each >= n)).any() for each in every):
             raise InputError(damaged(path, ": its outline is lost"))
         return Outline(gravity, parts, supports)
 

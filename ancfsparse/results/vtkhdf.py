@@ -20,7 +20,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.results.energy import BLOCK
 from ancfsparse.results.hdf5 import file_name
 from ancfsparse.results.outline import Outline
-from ancfsparse.results.shapes import shapes, slopes
+from ancfsparse.results.shapes import count_elements, shapes, slopes
 from ancfsparse.results.source import Array
 
 VERSION = 2, 2
@@ -62,7 +62,7 @@ def write_vtk(
         raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
     pieces = check_count("per_element", per_element)
     check_flag("progress", progress)
-    n_elements = sum(len(part.lengths) for part in outline.parts)
+    n_elements = count_elements(outline.parts)
     n_points = n_elements * (pieces + 1)
     rows = max(1, BLOCK // (8 * n_points))
     np.asarray(q[0:1])  # refuses a run that kept only some points before the file is made

@@ -71,7 +71,9 @@ class Waves:
         """
         n = system.n_free
         foreseeable = all(each.foreseeable for each in system.contributions)
-        if not 0 < n <= MOST or system.prescribed or not foreseeable:
+        # The mass of a flat rigid body alone is singular.
+        rigid = any(system.constraints.mass)
+        if not 0 < n <= MOST or system.prescribed or not foreseeable or rigid:
             return None
         first = system.loads.amplitudes(np.array([system.t0]))[0]
         none = np.zeros(system.n_multipliers)
@@ -115,7 +117,7 @@ class Waves:
             None if there are too many vibrations, or none.
         """
         n, length = system.n_free, float(states.t[-1] - states.t[0])
-        if not 0 < n <= MOST_DURING:
+        if not 0 < n <= MOST_DURING or any(system.constraints.mass):
             return None
         found: list[tuple[Vector, Vector, Vector]] = []
         for share in SAMPLES:
