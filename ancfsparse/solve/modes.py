@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,7 +42,8 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     of : Scene or Equilibrium
         A scene, about its stress-free shape and without loads; or what `solve_static` has returned.
     n : int, optional
-        How many modes, those of lowest frequency, after unstable ones and free rigid motions.
+        How many modes, those of lowest frequency, after unstable ones and free rigid motions; of a
+        scene with more than 100 coordinates at most half of all.
     at : State or Equilibrium, optional
         Where the scene is instead, such as ``run.last``.  Its velocities count in the forces of
         joints alone.
@@ -70,7 +72,7 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     gap is counted by another: none is left out.  The theory is in docs/theory.md.
     """
     from ancfsparse.results.modes import Modes  # what motions do not need
-    from ancfsparse.solve.spectrum import degrees_of_freedom, lowest
+    from ancfsparse.solve.spectrum import BEYOND, VECTORS, lowest, most_modes
 
     check_count("n", n)
     if not isinstance(of, (Scene, Equilibrium)):
@@ -83,19 +85,20 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     needed = estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)
     with memory_for(needed):
         pencil = _pencil(of, at)
-        check_factor(NOTHING, pencil.seed)
-        most = degrees_of_freedom(pencil)
+        vectors = 8.0 * VECTORS * (n + BEYOND) * pencil.seed.n
+        check_factor(replace(NOTHING, vectors=vectors), pencil.seed)
+        most = most_modes(pencil)
         if n > most:
-            raise InputError(f"the scene has {most} modes, and n asks for {n}")
-        values, vectors, rounding = lowest(pencil, n)
+            raise InputError(f"n must be at most {most} in this scene, got {n}")
+        values, motions, rounding = lowest(pencil, n)
     system = pencil.system
     if not system.conservative:
         warnings.warn(ApproximateModes(), stacklevel=2)
     damping = np.zeros(n)
     if system.damped:
-        damping = np.sum(vectors * (pencil.damping() @ vectors.T).T, axis=1)
+        damping = np.sum(motions * (pencil.damping() @ motions.T).T, axis=1)
     shapes = np.zeros((n, system.n_all))
-    shapes[:, : system.n_free] = vectors
+    shapes[:, : system.n_free] = motions
     values[np.abs(values) <= rounding] = 0.0
     masses = np.stack([shapes @ _accelerated(system, d) for d in range(system.dim)], axis=1) ** 2
     return Modes(system, pencil.state, values, shapes, damping, rounding, masses)

@@ -56,6 +56,7 @@ class Pencil:
         self.diagonal = system.mass_diagonal
         self.seed = SparseSeed(pattern.indptr, pattern.indices, n)
         self.shift = 0.0
+        self._below: int | None = None
 
     @property
     def size(self) -> float:
@@ -80,6 +81,8 @@ class Pencil:
             How many eigenvalues are below the shift, by Sylvester's law of inertia; None if the
             matrix is singular.
         """
+        if shift == self.shift:
+            return self._below
         system, self.shift = self.system, shift
         values = self._matrix(-np.sign(shift), 1.0 / abs(shift))  # [kg]
         n, m = system.n_free, system.n_multipliers
@@ -90,7 +93,8 @@ class Pencil:
             values[system.pattern.indptr[n : n + m]] -= FLEXIBILITY * flexible
         self.seed.factor(values)
         negative = self.seed.negative_pivots
-        return None if negative is None else negative - m
+        self._below = None if negative is None else negative - m
+        return self._below
 
     def solve(self, force: Vector) -> Vector:
         """Return ``(K - shift M)^-1 force`` under the constraints, nearly rigid, (n_free,)."""

@@ -1,17 +1,22 @@
 """Modes about loaded states: dense problems by differences, motions in time, other units."""
 
 import math
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh, null_space
+import scipy.sparse as sp
+from scipy.linalg import eig, eigh, null_space
 
 import ancfsparse as ancf
-from ancfsparse.errors import ApproximateModes, InputError
+from ancfsparse.errors import ApproximateModes, InputError, RedundantConstraints
 from ancfsparse.problems import net
+from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
 
-SOFT = ancf.Material(1e7, 1000.0)
+SOFT, STEEL = ancf.Material(1e7, 1000.0), ancf.Material(2e11, 7800.0)
 
 
 def hung(n=14, *, damping=0.0, size=1.0, stress=1.0, mass=1.0, time=1.0):
@@ -105,6 +110,59 @@ def test_free_motions_are_found_in_any_units():
         np.testing.assert_allclose(first, known, rtol=1e-5)
 
 
+@pytest.mark.parametrize("beside", [0, 40])
+def test_a_door_on_two_pins_of_which_one_equation_is_redundant(beside):
+    scene = ancf.Scene((0.0, -9.81, 0.0))
+    door = scene.add_body(ancf.Box(0.4, 0.6, 0.1), mass=3.0, position=(0.0, -0.3, 0.0))
+    scene.pin(door.at((-0.2, 0.3, 0.0)))
+    scene.pin(door.at((0.2, 0.3, 0.0)))
+    if beside:  # so many coordinates that the problem is a sparse one
+        rod = scene.add_beam("thin", (2, 0, 0), (2.3, 0, 0), beside, ancf.Circle(0.01), STEEL)
+        scene.clamp(rod.start)
+    with pytest.warns(RedundantConstraints):
+        last = ancf.simulate(scene, 1e-3, 1e-3).last
+    found = ancf.modes(scene, 1, at=last)
+    inertia = 3.0 * ((0.6**2 + 0.1**2) / 12.0 + 0.3**2)
+    np.testing.assert_allclose(found.eigenvalues[0], 3.0 * 9.81 * 0.3 / inertia, rtol=1e-11)
+
+
+def test_the_work_does_not_grow_with_the_mesh(monkeypatch):
+    def counted(name, count):
+        plain = getattr(SparseSeed, name)
+
+        def call(self, *args):
+            count[name] += 1
+            return plain(self, *args)
+
+        monkeypatch.setattr(SparseSeed, name, call)
+
+    counts = []
+    for n in (12, 24):
+        counts.append({"factor": 0, "solve": 0})
+        for name in counts[-1]:
+            counted(name, counts[-1])
+        ancf.modes(net(n).scene, 20)
+        monkeypatch.undo()
+    assert max(count["factor"] for count in counts) <= 4
+    assert max(count["solve"] for count in counts) <= 260
+
+
+@pytest.mark.slow
+def test_twenty_modes_of_ten_thousand_elements_take_less_than_ten_seconds():
+    code = (
+        "import time, ancfsparse as ancf\n"
+        "from ancfsparse.problems import net\n"
+        "scene = net(71).scene\n"
+        "begin = time.process_time(); ancf.modes(scene, 20); print(time.process_time() - begin)"
+    )
+    # Of one processor: threads of the BLAS that wait for one another count as work.
+    alone = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    run = subprocess.run(
+        [sys.executable, "-c", code], env=os.environ | alone, check=True, capture_output=True
+    )
+    assert float(run.stdout) < 10.0
+
+
 def test_a_square_net_has_all_its_pairs():
     # Four equal corners: many frequencies are double, and none may be left out.
     rest = ancf.solve_static(net(9).scene)
@@ -136,6 +194,39 @@ def test_damping_ratios_of_rayleigh_and_of_retardation():
     assert (ratios()[0] == 0.0).all()
 
 
+def test_the_ratio_of_a_dashpot_is_of_first_order():
+    def ratios(damping):
+        scene = ancf.Scene((0.0, 0.0))
+        rod = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), SOFT)
+        scene.clamp(rod.start)
+        scene.spring(rod.at(0.6), (0.6, 1.0), damping=damping)
+        found = ancf.modes(scene, 3)
+        system, q = found.system, found.about.q
+        n, none = system.n_free, np.zeros(0)
+        args = (q, none, none)
+        small = [
+            system.assembly.matrix(*factors, *args, damping_factor=c, v=np.zeros_like(q))
+            for *factors, c in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        ]
+        lower = [
+            sp.csc_array((each, system.pattern.indices, system.pattern.indptr)).toarray()
+            for each in small
+        ]
+        m, k, c = (each + np.tril(each, -1).T for each in lower)
+        whole = np.block([[np.zeros((n, n)), np.eye(n)], [-k, -c]])
+        roots = eig(whole, np.kron(np.diag([1.0, 0.0]), np.eye(n)) + np.kron(np.diag([0, 1]), m))[0]
+        roots = roots[(roots.imag > 0.0)]
+        roots = roots[np.argsort(np.abs(roots))][:3]
+        return found.damping, -roots.real / np.abs(roots)
+
+    offs = []
+    for damping in (2e-2, 1e-2):
+        ratio, exact = ratios(damping)
+        offs.append(np.abs(ratio / exact - 1.0))
+    assert offs[0].max() < 0.02
+    np.testing.assert_allclose(offs[0] / offs[1], 4.0, rtol=0.05)
+
+
 def test_masses_that_take_part_add_up():
     scene = ancf.Scene((0.0, 0.0))
     rod = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), SOFT)
@@ -155,7 +246,7 @@ def _free():
 
 def test_what_is_asked_for_is_checked():
     scene = _free()
-    with pytest.raises(InputError, match="20 modes, and n asks for 21"):
+    with pytest.raises(InputError, match="at most 20 in this scene, got 21"):
         ancf.modes(scene, 21)
     with pytest.raises(InputError, match="n must"):
         ancf.modes(scene, 0)
