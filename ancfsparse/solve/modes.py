@@ -43,7 +43,7 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
         A scene, about its stress-free shape and without loads; or what `solve_static` has returned.
     n : int, optional
         How many modes, those of lowest frequency, after unstable ones and free rigid motions; of a
-        scene with more than 100 coordinates at most half of all.
+        scene with more than 100 degrees of freedom at most half of all.
     at : State or Equilibrium, optional
         Where the scene is instead, such as ``run.last``.  Its velocities count in the forces of
         joints alone.
@@ -72,7 +72,7 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     gap is counted by another: none is left out.  The theory is in docs/theory.md.
     """
     from ancfsparse.results.modes import Modes  # what motions do not need
-    from ancfsparse.solve.spectrum import BEYOND, VECTORS, lowest, most_modes
+    from ancfsparse.solve.spectrum import BEYOND, VECTORS, all_motions, lowest, most_modes
 
     check_count("n", n)
     if not isinstance(of, (Scene, Equilibrium)):
@@ -87,10 +87,11 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
         pencil = _pencil(of, at)
         vectors = 8.0 * VECTORS * (n + BEYOND) * pencil.seed.n
         check_factor(replace(NOTHING, vectors=vectors), pencil.seed)
-        most = most_modes(pencil)
+        motions = all_motions(pencil)
+        most = most_modes(pencil, motions)
         if n > most:
             raise InputError(f"n must be at most {most} in this scene, got {n}")
-        values, motions, rounding = lowest(pencil, n)
+        values, motions, rounding = lowest(pencil, n, motions)
     system = pencil.system
     if not system.conservative:
         warnings.warn(ApproximateModes(), stacklevel=2)

@@ -12,10 +12,10 @@ from ancfsparse.solve.pencil import Pencil
 Vector = NDArray[np.float64]
 Found = tuple[Vector, Vector]
 
-# Up to so many coordinates all eigenvalues together are found sooner than a few.
+# Up to so many degrees of freedom all eigenvalues together are found sooner than a few.
 DENSE = 100
-# Rank of constraints by the singular values of their gradients, each of length one.
-RANK = 1e-10
+# Rank of motions that answer random forces, by singular values.
+RANK = 1e-8
 # Least shift, beside the squares of the highest frequencies: far enough above rounding.
 LEAST_SHIFT = 1e-12
 # Shift beside the largest eigenvalue that is wanted, and how far off it may be: from it the wanted
@@ -32,7 +32,7 @@ TOLERANCE, ROUGH = 1e-6, 0.1
 ROUNDING, MOTION = 4.0, 1e3
 
 
-def lowest(pencil: Pencil, n: int) -> tuple[Vector, Vector, Vector]:
+def lowest(pencil: Pencil, n: int, motions: Vector | None) -> tuple[Vector, Vector, Vector]:
     """Find the n lowest eigenvalues of ``K x + Phi_q^T mu = w M x``, ``Phi_q x = 0``.
 
     Parameters
@@ -41,6 +41,8 @@ def lowest(pencil: Pencil, n: int) -> tuple[Vector, Vector, Vector]:
         The matrices.
     n : int
         How many.
+    motions : (n_free, k) float or None
+        What `all_motions` has returned.
 
     Returns
     -------
@@ -56,8 +58,7 @@ def lowest(pencil: Pencil, n: int) -> tuple[Vector, Vector, Vector]:
     ModesFailure
         If the method does not converge.
     """
-    find = _by_dense if pencil.system.n_free <= DENSE else _by_lanczos
-    _, vectors = find(pencil, n)
+    _, vectors = _by_lanczos(pencil, n) if motions is None else _by_dense(pencil, n, motions)
     stiff, heavy = (
         np.sum(vectors * (each @ vectors), axis=0) for each in (pencil.stiffness, pencil.mass)
     )
@@ -69,37 +70,46 @@ def lowest(pencil: Pencil, n: int) -> tuple[Vector, Vector, Vector]:
     return values, vectors, rounding + (MOTION * EPSILON) ** 2 * pencil.size
 
 
-def most_modes(pencil: Pencil) -> int:
-    """Return how many modes can be found: all of small scenes, of large ones half."""
-    system = pencil.system
-    if system.n_free > DENSE:
-        return (system.n_free - system.n_multipliers) // 2
-    return int(_allowed(pencil).shape[1])
+def most_modes(pencil: Pencil, motions: Vector | None) -> int:
+    """Return how many modes can be found: all of them where they are few, else half."""
+    if motions is not None:
+        return int(motions.shape[1])
+    return (pencil.system.n_free - pencil.system.n_multipliers) // 2
 
 
-def _by_dense(pencil: Pencil, n: int) -> Found:
+def _by_dense(pencil: Pencil, n: int, motions: Vector) -> Found:
     """Solve a small problem on the motions that the constraints allow, and refine what is found."""
     from scipy.linalg import eigh
 
-    allowed = _allowed(pencil)
-    stiffness, mass = (allowed.T @ (each @ allowed) for each in (pencil.stiffness, pencil.mass))
+    stiffness, mass = (motions.T @ (each @ motions) for each in (pencil.stiffness, pencil.mass))
     values, mixes = eigh(stiffness, mass, subset_by_index=[0, n - 1])
     # The shift may not be next to what is zero but for rounding.
     _factor_below(pencil, -max(SHARE * float(np.abs(values).max()), LEAST_SHIFT * pencil.size))
-    return _refined(pencil, allowed @ mixes)
+    return _refined(pencil, motions @ mixes)
 
 
-def _allowed(pencil: Pencil) -> Vector:
-    """Return a basis of the motions that the constraints allow, (n_free, k)."""
-    unit = np.sqrt(pencil.diagonal)
-    rows = pencil.gradients.toarray() / unit
-    if not len(rows):
+def all_motions(pencil: Pencil) -> Vector | None:
+    """Return a basis of the motions that the constraints allow, (n_free, k); None of too many."""
+    unit, m = np.sqrt(pencil.diagonal), pencil.system.n_multipliers
+    n = len(unit)
+    if n <= DENSE and not m:
         return np.diag(1.0 / unit)
-    length = np.linalg.norm(rows, axis=1)
-    rows = rows[length > 0.0] / length[length > 0.0, None]
-    _, sizes, mixes = np.linalg.svd(rows, full_matrices=True)
-    rank = np.count_nonzero(sizes > RANK)
-    return np.asarray(mixes[rank:].T / unit[:, None])
+    if n - m > DENSE:
+        return None
+    # From a shift as large as the squares of the highest frequencies all motions are alike.
+    _factor_below(pencil, -pencil.size)
+    random = np.random.default_rng(0)
+    size = max(n - m, 0) + BEYOND
+    while size <= 2 * DENSE:
+        forces = unit[:, None] * random.standard_normal((n, size))
+        motions, sizes, _ = np.linalg.svd(
+            unit[:, None] * pencil.solve_all(forces), full_matrices=False
+        )
+        rank = np.count_nonzero(sizes > RANK * sizes[0])
+        if rank < size:
+            return np.asarray(motions[:, :rank] / unit[:, None])
+        size *= 2  # some constraints repeat others
+    return None
 
 
 def _by_lanczos(pencil: Pencil, n: int) -> Found:

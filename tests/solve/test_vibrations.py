@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from scipy.special import jn_zeros
 
 import ancfsparse as ancf
-from ancfsparse.errors import UnstableEquilibrium
+from ancfsparse.errors import InputError, UnstableEquilibrium
 
 E, RHO, SIDE, LENGTH = 2.1e11, 7800.0, 0.01, 1.0
 AREA, INERTIA = SIDE**2, SIDE**4 / 12.0
@@ -160,3 +160,18 @@ def test_a_rigid_pendulum_on_a_spring():
     found = ancf.modes(scene, 1, at=rest)
     square = (stiffness * hold**2 + mass * 9.81 * arm) / (inertia + mass * arm**2)
     np.testing.assert_allclose(found.frequencies, math.sqrt(square) / (2.0 * math.pi), rtol=1e-12)
+
+
+def test_mechanisms_of_many_coordinates_and_few_motions():
+    # Pendulums, each with five equations for its six coordinates.
+    mass, inertia, n = 2.0, 0.05, 60
+    scene, arms = ancf.Scene((0.0, -9.81)), np.linspace(0.05, 1.0, n)
+    for k, arm in enumerate(arms):
+        body = scene.add_body(mass=mass, inertia=inertia, position=(k, -arm))
+        scene.pin(body.at((0.0, arm)))
+    rest = ancf.simulate(scene, 0.01, 0.01).last
+    found = ancf.modes(scene, n, at=rest)
+    square = np.sort(mass * 9.81 * arms / (inertia + mass * arms**2))
+    np.testing.assert_allclose(found.eigenvalues, square, rtol=1e-10)
+    with pytest.raises(InputError, match="at most 60"):
+        ancf.modes(scene, n + 1, at=rest)
