@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from ancfsparse.integrators.nystrom import Tableau
-from ancfsparse.solve.states import States
+from ancfsparse.solve.states import States, moves
 from ancfsparse.system import System
 
 SMALLEST_POWER = 0.1  # of the step with which an error is thought to fall
@@ -62,12 +62,10 @@ def frequency(system: System, one: States, other: States, resolved: bool = False
     It is speed over place; or, where the steps of both resolve all vibrations, the root of
     acceleration over place, which has more of the fast ones.
     """
-    where = system.positions
     names = ("q", "a") if resolved else ("q", "v")
     tables = [(getattr(one, name), getattr(other, name)) for name in names]
     below, above = (
-        max(float(np.max(np.abs(a[where] - b[where]))) for a, b in zip(*pair, strict=True))
-        for pair in tables
+        max(float(np.max(np.abs(apart))) for apart in moves(system, *pair)) for pair in tables
     )
     ratio = above / below if below > 0.0 else 0.0
     return math.sqrt(ratio) if resolved else ratio

@@ -165,13 +165,22 @@ class ImplicitRuns:
         last, wanted = self._runs[-1][0], 2.0 if len(self._runs) == 1 else self._wanted()
         by = 2 if len(self._runs) == 1 else self._following(last, wanted)
         pattern, steps = divided(self._pattern, by), by * self._base
-        left = min(ITERATION_SHARE * self._local / by**3, ITERATIONS_SHARE * self._accuracy / steps)
+        left = min(ITERATION_SHARE * self._local / by**3, self._left(steps))
         stepper = self._stepper(pattern=pattern, left=left)
         try:
             self._take(by, stepper.run())
         except (EnergyGain, StepFailure) as stop:
             self._restart(stop, stepper)
         self.steps = stepper.stats.steps
+
+    def _left(self, steps: int) -> float:
+        """Return what the iteration of one of so many steps may leave [m].
+
+        Elastic forces bound what it does.  A rigid body keeps the velocity that it has put in, so
+        what all steps have left grows with the square of their number.
+        """
+        rigid = len(self._system.scene.beams) < len(self._system.scene.bodies)
+        return ITERATIONS_SHARE * self._accuracy / steps ** (2 if rigid else 1)
 
     def _first(self, budget: float, others: float) -> None:
         stepper = self._stepper(budget=budget)

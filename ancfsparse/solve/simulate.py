@@ -53,9 +53,10 @@ def simulate(
         Time step [s]; with ``accuracy`` the time between saved states, by default 1/200 of the run.
     accuracy : float, optional
         Largest error of the position of a node at the saved times that the steps in time may cause
-        [m]; the error of the mesh comes on top.  Whole motions with ever shorter steps are
-        compared, by the method that costs least as counted, until the error of one is small enough;
-        it is estimated in ``stats.error``, and ``stats.solver`` says what was taken.
+        [m]; the error of the mesh comes on top.  Of a rigid body points on its axes count too, as
+        far from its origin as its mass in the root mean square.  Whole motions with ever shorter
+        steps are compared, by the method that costs least as counted, until the error of one is
+        small enough; it is estimated in ``stats.error``, and ``stats.solver`` says what was taken.
     integrator : Implicit, Explicit or "auto", optional
         `Newmark`, `HHT`, `GeneralizedAlpha`, `EnergyMomentum`, `CentralDifference`,
         `RungeKuttaNystrom` or `DormandPrince`.  ``"auto"`` is ``GeneralizedAlpha(0.9)``; with an

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.scene.bodies import ElasticBody
 from ancfsparse.solve import between
 from ancfsparse.system import System
 
@@ -91,9 +93,21 @@ class States:
 
 def distance(system: System, one: States, other: States) -> float:
     """Return the largest distance of a node from itself in another motion [m]."""
-    largest = 0.0
-    for where in system.vectors("r"):
-        for a, b in zip(one.q, other.q, strict=True):
-            apart = a[where] - b[where]
-            largest = max(largest, float(np.max(np.sum(apart**2, axis=1))))
-    return math.sqrt(largest)
+    squares = (np.max(np.sum(apart**2, axis=1)) for apart in moves(system, one.q, other.q))
+    return math.sqrt(max(squares, default=0.0))
+
+
+def moves(system: System, one: Vector, other: Vector) -> Iterator[Vector]:
+    """Yield how far nodes are apart in the coordinates of two motions, (n, dim) at a time [m].
+
+    A rigid body turns about its node, so points on its axes count too, at its size from the origin.
+    """
+    where = system.positions.reshape(-1, system.dim)
+    rigid = [each for each in system.scene.bodies if not isinstance(each, ElasticBody)]
+    frames = [(system.rows(body.node(0))[0], body.size) for body in rigid]
+    for a, b in zip(one, other, strict=True):
+        yield a[where] - b[where]
+        for rows, size in frames:
+            origin, *axes = (a[rows] - b[rows]).reshape(-1, system.dim)
+            reach = size * np.array(axes)
+            yield np.concatenate([origin + reach, origin - reach])
