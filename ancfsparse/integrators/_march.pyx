@@ -44,7 +44,8 @@ cdef class March(TimeLoop):
         scheme.b0 = self.motion.a0
         if scheme.shifted:
             scheme.b0 = kept(self.arrays, "b0", b)
-        aside = self.arrays["aside"] = np.empty(3 * len(q) + self.motion.m)
+        vectors = 3 if self.motion.system.damped else 2  # as `keep` stores
+        aside = self.arrays["aside"] = np.empty(vectors * len(q) + self.motion.m)
         cdef double[::1] view = aside
         scheme.aside = &view[0]
 

@@ -28,9 +28,9 @@ from ancfsparse.system.state import State
 if TYPE_CHECKING:
     import h5py
 
-# Numbers in one chunk of a data set (32 KiB), the most columns of it, and the columns of a table
+# Numbers in one chunk of a data set (16 KiB), the most columns of it, and the columns of a table
 # from which on a chunk has one row, so that appending a row does not read chunks back.
-CHUNK, WIDE, VERY_WIDE = 2**12, 1024, 2**20
+CHUNK, WIDE, VERY_WIDE = 2**11, 1024, 2**20
 # Bytes before what HDF5 writes, the fewest it allows, and the format whose notes have checksums and
 # which can be read after a run was killed.
 BLOCK, LIBRARY = 512, ("v108", "v108")
@@ -141,7 +141,9 @@ class Writer:
 
     def _text(self, name: str, text: str) -> None:
         values = np.frombuffer(text.encode(), np.uint8)
-        self._file.create_dataset(name, data=values, fletcher32=True)
+        self._file.create_dataset(
+            name, data=values, compression="gzip", compression_opts=1, fletcher32=True
+        )
 
     def add_reference(self, q_ref: Array) -> None:
         """Add the stress-free shape of a run that starts elsewhere, (n_all,) [m, 1]."""
