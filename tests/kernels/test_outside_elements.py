@@ -74,7 +74,7 @@ def test_a_module_of_another_calling_convention_is_refused():
     module = ModuleType("old")
     vars(module).update(vars(compiled("l2t2")), SIGNATURE="ancf_kernel_v0")
     with pytest.raises(InputError, match="convention ancf_kernel_v0, and this version of ancfspar"):
-        from_module(module)
+        from_module(module, "old")
 
 
 def own(**changes):
