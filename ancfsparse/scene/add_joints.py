@@ -148,6 +148,10 @@ class Joints(Records):
                 "node itself; to hold the node there, use pin"
             )
         course = None
+        if length is None and (rate is not None or second_rate is not None):
+            raise InputError(
+                f"the rod at {node!r} has a rate and no length that changes: give length=l(t) too"
+            )
         if length is not None:
             course = course_of(f"the length of the rod at {node!r}", 0, length, rate, second_rate)
         record = RodSpec(node.reference, specified(point), length, rate, second_rate)

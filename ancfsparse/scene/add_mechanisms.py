@@ -261,7 +261,8 @@ class Mechanisms(Records):
         length = float(np.linalg.norm(a.position - b.position))
         if length <= SAME_PLACE * max(a.beam.size, b.beam.size):
             raise InputError(f"{a!r} and {b!r} are at one place: to keep them there, use connect")
-        return self._add(Distance(a, b, length), DistanceSpec(a.reference, b.reference))
+        joint = Distance(a, b, length)
+        return self._add_partial(joint, DistanceSpec(a.reference, b.reference))
 
     def _check_spatial(self, name: str, instead: str) -> None:
         if self.dim == 2:
@@ -330,6 +331,4 @@ class Mechanisms(Records):
         record = spec(a.reference, None if b is None else b.reference, **given)
         if joint.is_point:
             return self._add(joint, record)
-        self.joints.append(joint)
-        self._record(record, joint)
-        return joint
+        return self._add_partial(joint, record)

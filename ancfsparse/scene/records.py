@@ -94,6 +94,10 @@ class Records:
 
     def _add(self, joint: AnyJoint, record: Spec) -> AnyJoint:
         self._holds.add(joint)
+        return self._add_partial(joint, record)
+
+    def _add_partial(self, joint: AnyJoint, record: Spec) -> AnyJoint:
+        """Add a joint that leaves its points free to move, so others may hold them too."""
         self.joints.append(joint)
         self._record(record, joint)
         return joint

@@ -208,7 +208,10 @@ def system_at_start(request: Request) -> System:
     start_drives(system, request.state, request.clock.dt, request.t_end)
     check_energy(system)
     check_constraints(system, request.state)
-    if any(body.masses is not None for body in request.scene.bodies):
+    # Joints that hold points at one place were compared as they were added.
+    if any(body.masses is not None for body in request.scene.bodies) or any(
+        len(joint.nodes) == 2 and not joint.joins for joint in request.scene.joints
+    ):
         from ancfsparse.solve.redundant import warn_of_repeats
 
         warn_of_repeats(system)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.march import Start
 from ancfsparse.seeds import Seed
@@ -68,9 +68,17 @@ def check_constraints(system: System, state: State | None = None) -> None:
     ------
     InputError
         With the worst equation and by how much.
+    SingularSceneError
+        If an equation is between coordinates that are all held.
     """
     if not system.n_multipliers:
         return
+    idle = system.constraints.without(system.n_free)
+    if idle:
+        raise SingularSceneError(
+            f"the {system.constraints.labels[idle[0]]} holds nothing that can move: its points are "
+            "held already, leave it out"
+        )
     rest, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
     amplitudes = start_load(system)
     _, phi = system.assembly.residual(system.q0, system.v0, rest, lam, system.dead_load, amplitudes)

@@ -78,6 +78,13 @@ class Constraints:
         self.mass.append(float(mass))
         self.labels.append(label)
 
+    def without(self, n_free: int) -> list[int]:
+        """Return the equations in which none of the first `n_free` coordinates stands."""
+        i, j = np.array(self.i, dtype=int), np.array(self.j, dtype=int)
+        free = (i < n_free) | ((j != LINEAR) & (j < n_free))
+        rows = np.array(self.row, dtype=int)[free]
+        return np.flatnonzero(np.bincount(rows, minlength=len(self.offset)) == 0).tolist()
+
     def ordered(self, order: NDArray[np.intp]) -> Constraints:
         """Return the same equations in another order."""
         new = np.empty(len(order), dtype=int)

@@ -53,6 +53,8 @@ def test_joints_are_kept_in_order():
         (lambda s, a, b: s.rod(a.end, (0, 1, 0)), "anchor of the rod at beam 0 at s = 1 m has 3"),
         (lambda s, a, b: s.rod(a.end, (np.nan, 1)), "anchor .* must be finite"),
         (lambda s, a, b: s.rod(a.end, (1e300, 1)), r"lies beyond 1e\+150 m, at \(1e\+300, 1\) m"),
+        (lambda s, a, b: s.rod(a.end, (0, 1), second_rate=5.0),
+         "has a rate and no length that changes: give length"),
         (lambda s, a, b: s.rod(a.end, (1, 0)),
          r"would have zero length: its anchor \(1, 0\) m is the node itself; .* use pin"),
         (lambda s, a, b: s.connect(a.start, b.end),

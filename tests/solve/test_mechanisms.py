@@ -208,6 +208,41 @@ def test_what_repeats_is_named():
     np.testing.assert_allclose(run.position(bar.origin)[-1], (0.5, 0.0), atol=1e-8)
 
 
+def two_rods():
+    scene = ancf.Scene((0.0, -G))
+    bar = (ancf.Rectangle(0.01, 0.01), ancf.Material(1e7, 1e3))
+    rods = [scene.add_beam("thin", (0, y), (1, y), 2, *bar) for y in (0, 1)]
+    return scene, *rods
+
+
+@pytest.mark.parametrize("swap", [False, True])
+def test_a_point_at_a_distance_may_be_held_otherwise(swap):
+    """Beside a pin, a rod, or a second distance, whichever of its points is held."""
+    scene, low, high = two_rods()
+    scene.pin(low.start)
+    scene.rod(low.end, (1.0, -1.0))
+    for pair in ((low.start, high.start), (low.end, high.end), (low.start, high.end)):
+        scene.distance(*(pair[::-1] if swap else pair))
+    run = ancf.simulate(scene, 0.02, 1e-3)
+    for joint in scene.joints[2:]:
+        apart = np.linalg.norm(run.position(joint.a) - run.position(joint.b), axis=1)
+        np.testing.assert_allclose(apart, joint.length, rtol=1e-9)
+
+
+def test_distances_that_repeat_or_hold_nothing_are_named():
+    scene, low, high = two_rods()
+    scene.distance(low.end, high.end)
+    scene.distance(high.end, low.end)
+    with pytest.warns(ancf.RedundantConstraints, match="1 of 2 constraints repeat others"):
+        ancf.simulate(scene, 0.01, 1e-3)
+    scene, low, high = two_rods()
+    scene.pin(low.start)
+    scene.pin(high.start)
+    scene.distance(low.start, high.start)
+    with pytest.raises(ancf.InputError, match=r"the distance of beam 0 .* nothing that can move"):
+        ancf.simulate(scene, 0.01, 1e-3)
+
+
 def test_contradictions_are_refused():
     scene = ancf.Scene((0.0, -G))
     bar = scene.add_body(ancf.Rod(1.0), mass=1.0, position=(0, 0), name="bar", velocity=(0.0, 1.0))
