@@ -5,6 +5,7 @@ The joints themselves are loaded where a scene has one.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -35,6 +36,8 @@ Kind = TypeVar("Kind", bound="Between")
 
 # Share of a right angle that two axes may be off [rad]: rounding.
 OFF = 1e-9
+# What rounding may leave of the length of a unit vector beside 1.
+UNIT = 8.0 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
@@ -288,10 +291,11 @@ class Mechanisms(Records):
 
     def _axis(self, what: str, axis: ArrayLike) -> Vector:
         given = check_vector(f"the axis of {what}", axis, self.dim)
-        length = float(np.linalg.norm(given))
-        if not 0.0 < length < np.inf:
+        length = math.hypot(*given)  # does not overflow on the way
+        if not 0.0 < length < math.inf:
             raise InputError(f"the axis of {what} has no direction, got {shown(axis)}")
-        return np.asarray(given / length)
+        # A unit vector stays as it is, so that copies and files of a scene equal it.
+        return given if abs(length - 1.0) <= UNIT else np.asarray(given / length)
 
     @staticmethod
     def _check_line(what: str, a: Node, b: Node | None, axis: Vector) -> None:

@@ -44,7 +44,7 @@ class Records:
                 f"{shown(gravity)}"
             )
         self.dim: int = size[0]
-        self.gravity: NDArray[np.float64] = check_vector("gravity", gravity, self.dim, "m/s2")
+        self._gravity: NDArray[np.float64] = check_vector("gravity", gravity, self.dim, "m/s2")
         self.bodies: list[Body] = []
         self.joints: list[Joint] = []
         self.loads: list[Load] = []
@@ -52,6 +52,11 @@ class Records:
         self._bodies: dict[str, Body] = {}
         self._built: dict[object, Spec] = {}
         self._holds = Holds()
+
+    @property
+    def gravity(self) -> NDArray[np.float64]:
+        """Acceleration of gravity [m/s2], shape (dim,), read-only."""
+        return self._gravity
 
     @property
     def beams(self) -> list[ElasticBody]:

@@ -166,8 +166,8 @@ class RigidBodies(Records):
         record = BodySpec(
             shape,
             specified(position),
-            mass,
-            density,
+            _specified(mass),
+            _specified(density),
             specified(centre),
             _specified(inertia),
             _specified(orientation),
@@ -234,7 +234,7 @@ def _specified(value: ArrayLike | None) -> Any:
     """Return a number, a vector or a matrix that was given, as data."""
     if value is None or np.ndim(value):
         return specified(value)
-    return float(np.asarray(value))
+    return check_finite("a number", value)  # single precision: the decimal that the body has too
 
 
 def _listed(values: Iterable[float]) -> str:

@@ -88,6 +88,10 @@ class Scene(
 
     __hash__ = None  # type: ignore[assignment]
 
+    def __copy__(self) -> Scene:
+        """Return a copy built of the same records: what is added to it is not added here."""
+        return self.replaced()
+
     def digest(self) -> dict[str, str]:
         """Describe its parts, so that its file can be distinguished from that of another scene."""
         return digest(self)

@@ -223,3 +223,40 @@ def test_a_scene_is_printed_line_by_line():
         "test_a_scene_is_printed_line_by_line.<locals>.<lambda>",
     ]
     assert len(str(everything()).splitlines()) == 1 + len(everything().records)
+
+
+def test_axes_and_numbers_of_single_precision_are_kept_by_copies(tmp_path):
+    rng, scene = np.random.default_rng(26), ancf.Scene((0.0, 0.0, -9.81))
+    for axis in rng.standard_normal((30, 3)):
+        body = scene.add_body(
+            ancf.Sphere(0.1), mass=np.float32(0.1), position=(0, 0, 0),
+            orientation=np.array([1.0, 0.0, 0.0, 0.0], dtype=np.float32),
+        )  # fmt: skip
+        scene.revolute(body.origin, axis=axis)
+    scene.add_body(ancf.Box(1, 1, 1), density=np.float32(0.1), position=(0, 0, 0))
+    scene.save(tmp_path / "scene.json")
+    for other in (scene.refined(1), ancf.Scene.load(tmp_path / "scene.json")):
+        assert other == scene
+        assert [each.mass for each in other.bodies] == [each.mass for each in scene.bodies]
+
+
+def test_a_large_axis_is_a_direction():
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    body = scene.add_body(ancf.Sphere(0.1), mass=1.0, position=(0, 0, 0))
+    axis = scene.revolute(body.origin, axis=(0, 1e308, 1e308)).axes[0]
+    np.testing.assert_allclose(axis, (0.0, np.sqrt(0.5), np.sqrt(0.5)), rtol=1e-15)
+
+
+def test_a_shallow_copy_is_a_scene_of_its_own():
+    scene, rod = bar()
+    other = copy.copy(scene)
+    assert other == scene
+    other.pin(other.counterpart(rod.end))
+    assert len(scene.joints) == len(scene.records) - 2 == 1
+
+
+def test_gravity_is_changed_in_copies_alone():
+    scene, _ = bar()
+    with pytest.raises(AttributeError):
+        scene.gravity = (0.0, -1.62)
+    assert str(scene.replaced(gravity=(0.0, -1.62))).startswith("planar scene, gravity (0, -1.62)")
