@@ -10,8 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice, check_positive, keep
+from ancfsparse.errors import InputError
 
 Vector = NDArray[np.float64]
+
+LARGEST = 1e100  # length [m] whose cube, and that of its inverse, are still numbers
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class Box:
     def __post_init__(self) -> None:
         """Check the edges."""
         for name in ("length", "height", "width"):
-            keep(self, **{name: check_positive(f"{name} of a box", getattr(self, name), "m")})
+            keep(self, **{name: _check_length(f"{name} of a box", getattr(self, name))})
 
     @property
     def volume(self) -> float:
@@ -75,7 +78,7 @@ class Cylinder:
     def __post_init__(self) -> None:
         """Check the numbers."""
         for name in ("radius", "length"):
-            keep(self, **{name: check_positive(f"{name} of a cylinder", getattr(self, name), "m")})
+            keep(self, **{name: _check_length(f"{name} of a cylinder", getattr(self, name))})
         check_choice("axis of a cylinder", self.axis, ("x", "y", "z"))
 
     @property
@@ -118,7 +121,7 @@ class Sphere:
 
     def __post_init__(self) -> None:
         """Check the radius."""
-        keep(self, radius=check_positive("radius of a sphere", self.radius, "m"))
+        keep(self, radius=_check_length("radius of a sphere", self.radius))
 
     @property
     def volume(self) -> float:
@@ -159,7 +162,7 @@ class Rod:
 
     def __post_init__(self) -> None:
         """Check the length."""
-        keep(self, length=check_positive("length of a rod", self.length, "m"))
+        keep(self, length=_check_length("length of a rod", self.length))
 
     @property
     def volume(self) -> float:
@@ -180,6 +183,17 @@ class Rod:
     def reach(self) -> Vector:
         """Half the extent along each axis, (3,) [m]."""
         return np.array([0.5 * self.length, 0.0, 0.0])
+
+
+def _check_length(what: str, value: object) -> float:
+    """Return a length [m] as a number whose cube is one too."""
+    length = check_positive(what, value, "m")
+    if not 1.0 / LARGEST <= length <= LARGEST:
+        raise InputError(
+            f"{what} must lie between {1.0 / LARGEST:g} and {LARGEST:g} m, whose cubes are in the "
+            f"range of floating-point numbers, got {length:g} m"
+        )
+    return length
 
 
 Shape = Box | Cylinder | Sphere | Rod

@@ -99,6 +99,16 @@ def test_bad_bodies(give, message):
         spatial().add_body(**({"position": (0, 0, 0)} | give))
 
 
+@pytest.mark.parametrize(
+    "make",
+    [lambda x: ancf.Box(1.0, x, 1.0), lambda x: ancf.Cylinder(x, 1.0), ancf.Sphere, ancf.Rod],
+)
+def test_shapes_stay_in_the_range_of_numbers(make):
+    for length in (1e200, 1e-200):
+        with pytest.raises(ancf.InputError, match=r"must lie between 1e-100 and 1e\+100 m"):
+            make(length)
+
+
 def test_bad_points():
     scene = spatial()
     rod = scene.add_body(ancf.Rod(1.0), mass=1.0, position=(0, 0, 0))
