@@ -20,6 +20,7 @@ from ancfsparse.checks import check_choice
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.callbacks import is_compiled
+from ancfsparse.scene.functions import Unsent
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.sections import Circle, Rectangle, Section
@@ -104,6 +105,10 @@ def built(
     InputError
         If there is anything in it that makes no scene.
     """
+    if not isinstance(own, Mapping):
+        raise InputError(
+            f"own must be a mapping of names to functions and elements, got {shown(own)}"
+        )
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:  # neither text nor JSON
@@ -152,6 +157,8 @@ def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
     if isinstance(value, ElementKind):
         name = value.package or value.name
         return {"own": name, "definition": value.definition, "values": dict(value.values)}
+    if isinstance(value, Unsent):
+        raise InputError(f"{where}: {value.reason}")
     if callable(value) and not is_compiled(value):
         name = name_of(value)
         if names.setdefault(name, value) is not value:

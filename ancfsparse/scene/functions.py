@@ -84,7 +84,12 @@ class Unsent:
         InputError
             Always.
         """
-        raise InputError(
+        raise InputError(self.reason)
+
+    @property
+    def reason(self) -> str:
+        """Why there is no function, and what to do."""
+        return (
             f"the function {self.name} of this scene was not sent along from the process it was "
             "made in: define it by def at the top of a module, where other processes find it, or "
             "import cloudpickle there"

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 import ancfsparse as ancf
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene import Signal
+from ancfsparse.scene import functions as sent_functions
 from ancfsparse.scene.files import name_of
 from tests.soak.scenes import draw
 
@@ -218,6 +219,18 @@ def test_what_cannot_be_written_is_named(tmp_path):
     (tmp_path / "scene.json").write_text("[" * 10**5)
     with pytest.raises(ancf.InputError, match="is no file of a scene"):
         ancf.Scene.load(tmp_path / "scene.json")
+
+
+def test_a_function_that_was_not_sent_is_not_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(sent_functions, "_code", lambda function: None)
+    scene = ancf.Scene()
+    rod = scene.add_beam("thin", (0, 0), (2, 0), 3, SECTION, MATERIAL)
+    scene.point_force(rod.end, lambda t: (t, 0.0))
+    with pytest.raises(ancf.InputError, match=r"record 2 .*lambda> of this scene was not sent"):
+        pickle.loads(pickle.dumps(scene)).save(tmp_path / "scene.json")
+    ancf.Scene().save(tmp_path / "scene.json")
+    with pytest.raises(ancf.InputError, match=r"own must be a mapping of names .* got 3"):
+        ancf.Scene.load(tmp_path / "scene.json", own=3)
 
 
 def test_the_file_on_the_page_is_a_scene(tmp_path):

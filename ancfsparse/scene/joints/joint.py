@@ -173,7 +173,8 @@ def check_point(what: str, node: object) -> Node:
     """
     if not isinstance(node, Node):
         raise InputError(
-            f"{what} needs a point on a beam such as rod.start or rod.node(3), got {shown(node)}"
+            f"{what} needs a point on a beam such as rod.start or rod.node(3), or on a rigid body "
+            f"such as box.origin, got {shown(node)}"
         )
     return node
 
