@@ -1,5 +1,5 @@
 """What a motion is made of, and sums over its coordinates in parts; text for `loop.pxi`."""
-from libc.math cimport sqrt
+from libc.math cimport fabs, sqrt
 from libc.string cimport memcpy
 
 import numpy as np
@@ -17,6 +17,7 @@ cdef extern from "vectors.h":
     void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
 
 
+cdef double STILL = 5e-28  # (100 eps)^2: squares of motions below that share of places are rounding
 cdef ptrdiff_t PIECE = 512  # of vectors that are passed over more than once
 
 

@@ -61,18 +61,26 @@ cdef void add_work(Motion *self) noexcept nogil:
     """Add what loads and drives do in the step under way, and how much of that is unsure."""
     cdef const ancf_system *system = self.system
     cdef ancf_state x0, x1
-    cdef double unsure
+    cdef double work, unsure
     if is_driven(self):
         self.watch.work += work_of_drives(self)
     if system.n_amplitudes == 0:
         return
     x0.q, x0.v, x0.amplitudes = self.q0, start_velocity(self), self.amplitudes0
     x1.q, x1.v, x1.amplitudes = self.q, self.v, self.amplitudes
-    self.watch.work += system.load_work(system.context, &x0, &x1, self.r)
+    work = system.load_work(system.context, &x0, &x1, self.r)
+    self.watch.work += work
+    if self.watch.kinetic <= self.watch.noise and is_still(self):
+        self.watch.noise += fabs(work)
     if self.jumps.any and self.jump_share > 0.0:
         unsure = self.jump_share * system.load_reach(
             system.context, self.q0, self.q, self.jumps.jump, self.r)
         self.watch.unsure += unsure * unsure
+
+
+cdef bint is_still(const Motion *self) noexcept nogil:
+    """Whether the step under way moves nothing further than rounding does."""
+    return way(self, 0, self.n_free) <= STILL * weighed(self, self.q0, 0, self.n_free)
 
 
 cdef bint look(Motion *self) noexcept nogil:

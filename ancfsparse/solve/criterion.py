@@ -22,6 +22,8 @@ SHARE = 5e-4
 DAMPED, UNDAMPED, KEEPING = 4e-7, 1e-7, 1e-8
 # Differences of residuals that are this many times their rounding teach something.
 FEW = 10.0
+# Energies may be off by so many times their rounding.
+MANY = 100.0
 
 
 class Criterion:
@@ -72,6 +74,10 @@ class Criterion:
         self._largest = float(np.max(np.abs(np.concatenate([q0[places], terms]))))
         self._terms = float(np.linalg.norm(terms)) / math.sqrt(n)
         self._several = 4.0 if system.n_multipliers else 1.0  # constraints sum several squares
+        # Work of the loads along the whole size of the scene.
+        load, turns = np.abs(system.dead_load), np.abs(q0)
+        turns[places] = self._largest
+        self._work = float(load @ turns)
 
     def at(self, dt: float, error: float | None = None) -> Tolerance:
         """Return the bounds for steps of a length.
@@ -97,6 +103,15 @@ class Criterion:
             work=work,
             sure=keeps,
         )
+
+    def noise(self, dt: float) -> float:
+        """Return the energy that rounding makes [J].
+
+        Places that equations hold are found to a rounding of their size, in steps of that velocity.
+        """
+        held = MANY * EPSILON * self._largest if self._several > 1.0 else 0.0
+        kinetic = self.total * held**2 / (self._integrator.scale * dt**2)
+        return MANY * EPSILON * (self.energy + self._work) + kinetic
 
     def smallest_change(self, dt: float) -> float:
         """Return the difference of two scaled residuals that is only rounding [kg^(1/2) m]."""

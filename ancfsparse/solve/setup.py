@@ -12,7 +12,7 @@ from ancfsparse.errors import EnergyGain, Parameter, Sentence, StepFailure
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.march import make_march
 from ancfsparse.nonlinear import Method, ModifiedNewton, Outcome, Rung
-from ancfsparse.nonlinear.iteration import EPSILON, Costs, make_inverse, make_iteration, turned
+from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration, turned
 from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.seeds import Fill, IncompleteSeed, Seed, SparseSeed
 from ancfsparse.solve.choose import choose
@@ -101,8 +101,7 @@ def prepare(
     recall_contributions(state, system)
     start, a = starting_state(system, seed, integrator, dt, state)
     criterion = Criterion(system, integrator, tolerance)
-    noise = 100.0 * EPSILON * criterion.energy
-    march = make_march(system, dt, integrator, start, max_energy_gain, noise)
+    march = make_march(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))
     recall_contributions(state, system)  # the march has begun them
     march.weigh(criterion.mass, criterion.total)
     drive_march(system, march, a, start.lam)
