@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.scene.rigid import RigidBody
-from ancfsparse.scene.shapes import Rod
+from ancfsparse.scene.shapes import Box, Rod
 
 Array = NDArray[np.float64]
 G = 9.81
@@ -143,8 +143,8 @@ def slider_crank() -> Mechanism:
     place = np.array([pin[0] + np.sqrt(4.0 - pin[1] ** 2), 0.0])
     crank = _bar(scene, "crank", np.zeros(2), pin)
     rod = _bar(scene, "rod", pin, place)
-    # It does not turn, so its inertia does not matter.
-    slider = scene.add_body(inertia=1.0, mass=1.0, position=place, name="slider")
+    # It does not turn, so its shape does not matter.
+    slider = scene.add_body(Box(0.4, 0.2, 0.2), mass=1.0, position=place, name="slider")
     scene.pin(crank.origin)
     scene.connect(crank.end, rod.origin)
     scene.connect(rod.end, slider.origin)

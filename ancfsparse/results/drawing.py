@@ -19,7 +19,8 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from ancfsparse.errors import InputError
 from ancfsparse.results.outline import Outline
 from ancfsparse.results.shapes import pieces_for, shapes
-from ancfsparse.results.source import Array
+from ancfsparse.results.source import Array, combine
+from ancfsparse.results.wires import edges_of
 from ancfsparse.words import shown
 
 # Share of the scene below which its extent in one direction counts as none, and room around it.
@@ -52,8 +53,9 @@ class Film:
     ----------
     outline : Outline
         What is drawn.
-    lines : list of ndarray, each of shape (j, n_elements, pieces + 1, dim)
-        Points on every element of every body [m].
+    lines : list of ndarray, each of shape (j, n, pieces + 1, dim)
+        Points on every element of every beam and mesh, then the ends of every edge of every rigid
+        body [m].
     held : list of ndarray, each of shape (j, dim)
         The point that every support holds [m].
     """
@@ -79,7 +81,7 @@ class Film:
     @property
     def width(self) -> float:
         """Width of lines [pt]."""
-        n = sum(each.shape[1] for each in self.lines)
+        n = sum(len(part.lengths) for part in self.outline.parts)
         return float(np.clip(1.8 * np.sqrt(MANY / max(n, MANY)), 0.5, 1.8))
 
 
@@ -87,7 +89,9 @@ def film(outline: Outline, q: Array) -> Film:
     """Trace bodies in some states, whose coordinates are q, shape (j, n)."""
     pieces = pieces_for(outline.parts)
     lines = [shapes(q, part, pieces) for part in outline.parts]
-    return Film(outline, lines, [np.asarray(q[..., each.places]) for each in outline.supports])
+    lines += [edges_of(q, solid) for solid in outline.solids]
+    held = [combine((each.places, each.weights), q) for each in outline.supports]
+    return Film(outline, lines, held)
 
 
 class Canvas:

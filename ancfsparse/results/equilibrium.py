@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
-from ancfsparse.scene import ElasticBody, Node
+from ancfsparse.scene import Body, ElasticBody, Node
 from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ class Equilibrium:
     def plot(
         self,
         what: str = "shape",
-        of: ElasticBody | None = None,
+        of: Body | None = None,
         *,
         ax: Axes | None = None,
         view: str | tuple[float, float] | None = None,

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.results.hdf5 import DAMAGE, damaged
+from ancfsparse.results.solids import PACKED, Solid, read_solids, solid_of, write_solids
 from ancfsparse.results.source import Array, SolvedSystem
-from ancfsparse.scene import ElasticBody
+from ancfsparse.scene import Body, ElasticBody, Node
+from ancfsparse.scene.rigid import RigidBody
 
 if TYPE_CHECKING:
     import h5py
 
 KINDS = ("pin", "clamp", "rod")
-PACKED: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,33 +52,39 @@ class Support:
     ----------
     kind : str
         One of `KINDS`.
-    places : ndarray of int, shape (dim,)
-        Where in the coordinates the position of the node it holds stands.
+    places : ndarray of int, shape (dim, p)
+        Where in the coordinates stands what the position of the point it holds is made of.
+    weights : ndarray, shape (p,)
+        By which it is made of it.
     other : ndarray, shape (dim,)
         Of a clamp the direction out of the wall [-], of a rod its anchor [m].
     """
 
     kind: str
     places: NDArray[np.int32]
+    weights: Array
     other: Array
 
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """The axes of all bodies, and the supports.
+    """The axes of all beams and meshes, the outlines of all rigid bodies, and the supports.
 
     Attributes
     ----------
     gravity : ndarray, shape (dim,)
         Acceleration of gravity [m/s2].
     parts : list of Part
-        The bodies, in the order of the scene.
+        The beams and meshes, in the order of the scene.
+    solids : list of Solid
+        The rigid bodies, in the order of the scene.
     supports : list of Support
         Pins, clamps and rods.
     """
 
     gravity: Array
     parts: list[Part]
+    solids: list[Solid]
     supports: list[Support]
 
     @property
@@ -88,7 +95,8 @@ class Outline:
     @property
     def nbytes(self) -> int:
         """Bytes of all tables."""
-        return sum(each.places.nbytes + each.lengths.nbytes for each in self.parts)
+        beams = sum(each.places.nbytes + each.lengths.nbytes for each in self.parts)
+        return beams + sum(each.places.nbytes + each.points.nbytes for each in self.solids)
 
     def write(self, file: h5py.File) -> None:
         """Put it into the file of a run, as the group ``outline``."""
@@ -99,11 +107,18 @@ class Outline:
             body.attrs["name"], body.attrs["radius"] = np.bytes_(part.name.encode()), part.radius
             body.create_dataset("lengths", data=part.lengths, **PACKED)
             body.create_dataset("places", data=part.places, **PACKED)
+        write_solids(group, self.solids)
         if self.supports:
             kinds = [KINDS.index(each.kind) for each in self.supports]
             group.create_dataset("support kinds", data=np.array(kinds, np.int8), **PACKED)
-            places = np.stack([each.places for each in self.supports])
+            most = max(len(each.weights) for each in self.supports)
+            places = np.zeros((len(kinds), self.dim, most), np.int32)
+            weights = np.zeros((len(kinds), most))
+            for k, each in enumerate(self.supports):
+                places[k, :, : len(each.weights)] = each.places
+                weights[k, : len(each.weights)] = each.weights
             group.create_dataset("support places", data=places, **PACKED)
+            group.create_dataset("support weights", data=weights, **PACKED)
             others = np.stack([each.other for each in self.supports])
             group.create_dataset("support others", data=others, **PACKED)
 
@@ -126,22 +141,32 @@ class Outline:
                 name = bytes(body.attrs["name"]).decode()
                 lengths, places = np.asarray(body["lengths"]), np.asarray(body["places"])
                 parts.append(Part(name, lengths, places, float(body.attrs["radius"])))
-            supports = []
-            if "support kinds" in group:
-                tables = (
-                    np.asarray(group[f"support {each}"]) for each in ("kinds", "places", "others")
-                )
-                for kind, places, other in zip(*tables, strict=True):
-                    supports.append(Support(KINDS[kind], places, other))
+            solids = read_solids(group)
+            supports = _read_supports(group) if "support kinds" in group else []
             gravity = np.asarray(group.attrs["gravity"])
             # Files of earlier versions have no such number, and at least one body.
             lost = len(parts) != group.attrs.get("bodies", max(len(parts), 1))
         except DAMAGE as error:
             raise InputError(damaged(path, ": its outline is lost")) from error
-        every = [part.places for part in parts] + [each.places for each in supports]
+        if not (lost or parts or solids):
+            return None
+        every = [each.places for some in (parts, solids, supports) for each in some]
         if lost or any(((each < 0) | (each >= n)).any() for each in every):
             raise InputError(damaged(path, ": its outline is lost"))
-        return Outline(gravity, parts, supports)
+        return Outline(gravity, parts, solids, supports)
+
+
+def _read_supports(group: h5py.Group) -> list[Support]:
+    """Read the supports, which in files of earlier versions are at nodes and have no weights."""
+    kinds, places, others = (
+        np.asarray(group[f"support {each}"]) for each in ("kinds", "places", "others")
+    )
+    if "support weights" in group:
+        weights = np.asarray(group["support weights"])
+    else:
+        places, weights = places[..., None], np.ones((len(kinds), 1))
+    rows = zip(kinds, places, weights, others, strict=True)
+    return [Support(KINDS[kind], *rest) for kind, *rest in rows]
 
 
 def part_of(system: SolvedSystem, body: ElasticBody) -> Part:
@@ -152,15 +177,24 @@ def part_of(system: SolvedSystem, body: ElasticBody) -> Part:
     return Part(body.name, body.lengths, places, float(np.sqrt(body.section.area / np.pi)))
 
 
-def outline_of(system: SolvedSystem, of: ElasticBody | None = None) -> Outline:
+def outline_of(system: SolvedSystem, of: Body | None = None) -> Outline:
     """Return the outline of a system, or of one of its bodies."""
-    bodies = list(system.scene.beams) if of is None else [of]
+    bodies = system.scene.bodies if of is None else [of]
     supports = []
+    used: dict[str, list[Node]] = {}
     for joint in system.scene.joints:
+        for node in joint.nodes:
+            used.setdefault(node.beam.name, []).append(node)
         node, mark = joint.nodes[0], joint.mark
         if mark is None or of not in (None, node.beam):
             continue
         other = np.zeros(system.scene.dim) if mark.other is None else mark.other
-        places = system.point(node)[0][:, 0].astype(np.int32)
-        supports.append(Support(mark.kind, places, other))
-    return Outline(system.scene.gravity, [part_of(system, body) for body in bodies], supports)
+        places, weights = system.point(node)
+        supports.append(Support(mark.kind, places.astype(np.int32), weights, other))
+    parts = [part_of(system, body) for body in bodies if isinstance(body, ElasticBody)]
+    solids = [
+        solid_of(system, body, used.get(body.name, []))
+        for body in bodies
+        if isinstance(body, RigidBody)
+    ]
+    return Outline(system.scene.gravity, parts, solids, supports)

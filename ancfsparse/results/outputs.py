@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, cast
 
 from numpy.typing import ArrayLike
 
-from ancfsparse.scene import ElasticBody, Node, check_point
+from ancfsparse.scene import Body, Node, check_point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,7 +23,7 @@ class Outputs:
     def plot(
         self,
         what: str = "shape",
-        of: ElasticBody | Node | None = None,
+        of: Body | Node | None = None,
         *,
         times: ArrayLike | None = None,
         ax: Axes | None = None,
@@ -37,7 +37,7 @@ class Outputs:
             ``"shape"``; ``"energy"``; of a point, over time, ``"position"``, ``"velocity"``,
             ``"acceleration"``, ``"slope"`` or ``"reaction"``; ``"N"``, ``"Q"``, ``"M"``, ``"T"``,
             ``"strain"`` or ``"curvature"``, over time at a point or along a beam at instants.
-        of : Beam, Mesh or Node, optional
+        of : Beam, Mesh, RigidBody or Node, optional
             What it is of, ``rod`` or ``rod.end``; by default all bodies.
         times : array_like, optional
             Instants [s] of shapes and of quantities along a beam; the nearest saved states are
@@ -57,6 +57,12 @@ class Outputs:
         ------
         InputError
             If an argument is invalid.
+
+        Notes
+        -----
+        A rigid body is drawn by the edges of its shape, one given by its inertia by lines from its
+        centre to the points that joints use, and along its axes, as long as those of the box of
+        the same mass and inertia.
         """
         from ancfsparse.results.pictures import plot
 
@@ -66,7 +72,7 @@ class Outputs:
         self,
         path: str | Path,
         *,
-        of: ElasticBody | None = None,
+        of: Body | None = None,
         seconds: float | None = None,
         fps: int = 25,
         dpi: int = 100,
@@ -81,7 +87,7 @@ class Outputs:
         path : str or Path
             Name of the file, ``"run.gif"`` or ``"run.mp4"``; the latter needs the program ffmpeg.
             A file of that name is replaced.
-        of : Beam or Mesh, optional
+        of : Beam, Mesh or RigidBody, optional
             Which body; by default all.
         seconds : float, optional
             How long the film lasts [s]; by default as long as the motion, but at least 2 and at
@@ -122,7 +128,7 @@ class Outputs:
         path: str | Path,
         *,
         time: float | None = None,
-        of: ElasticBody | None = None,
+        of: Body | None = None,
         view: tuple[float, float] | None = None,
         size: tuple[int, int] = (1000, 750),
         strain: bool = False,
@@ -135,7 +141,7 @@ class Outputs:
             Name of the picture, ``"run.png"``.  A file of that name is replaced.
         time : float, optional
             Instant [s], of which the nearest saved state is drawn; by default the last.
-        of : Beam or Mesh, optional
+        of : Beam, Mesh or RigidBody, optional
             Which body; by default all.
         view : (float, float), optional
             Elevation and azimuth of the eye in a spatial scene [degrees].
@@ -156,7 +162,8 @@ class Outputs:
 
         Notes
         -----
-        Sections are drawn round, with their area.
+        Sections are drawn round, with their area; thin rods, and the lines of bodies given by their
+        inertia, as thick as shows.
         """
         from ancfsparse.results.drawing import EYE
         from ancfsparse.results.pictures import outline_for, rows_near
@@ -175,7 +182,8 @@ class Outputs:
         Every element is a polyline.  Its points carry ``Velocity`` [m/s], ``Strain`` of the axis
         [-] and ``Radius`` [m], that of the circle with the area of the section, by which a tube
         filter thickens the lines; every element has its ``AxialForce`` [N] and the number of its
-        ``Body``.  Numbers are in single precision.
+        ``Body``.  The edges of rigid bodies are lines without strain and radius, whose axial force
+        is NaN; their numbers follow those of beams and meshes.  Numbers are in single precision.
 
         Parameters
         ----------

@@ -21,6 +21,7 @@ from ancfsparse.results.source import Array, SolvedSystem
 from ancfsparse.results.tables import Readable
 from ancfsparse.results.trajectory import Trajectory
 from ancfsparse.scene import Beam, Body, ElasticBody, Node
+from ancfsparse.scene.rigid import RigidBody
 from ancfsparse.words import shown
 
 SECTIONS = {
@@ -41,7 +42,7 @@ MODE_SHARE = 0.1
 def plot(
     run: Trajectory,
     what: str = "shape",
-    of: ElasticBody | Node | None = None,
+    of: Body | Node | None = None,
     *,
     times: ArrayLike | None = None,
     ax: Axes | None = None,
@@ -91,7 +92,7 @@ def plot_at_rest(
     system: SolvedSystem,
     q: Array,
     what: str = "shape",
-    of: ElasticBody | None = None,
+    of: Body | None = None,
     *,
     ax: Axes | None = None,
     view: str | tuple[float, float] | None = None,
@@ -251,8 +252,8 @@ def outline_for(system: SolvedSystem, of: object) -> Outline:
     """Return what is drawn of a system: one body, or all where none is given."""
     if isinstance(of, Node):
         raise InputError(f"a point has no shape: give {of.beam.name}, or nothing for all bodies")
-    if of is not None and not isinstance(of, ElasticBody):
-        raise InputError(f"a beam or a mesh of the run is needed, got {shown(of)}")
+    if of is not None and not isinstance(of, ElasticBody | RigidBody):
+        raise InputError(f"a beam, a mesh or a rigid body of the run is needed, got {shown(of)}")
     return outline_of(system, of)
 
 

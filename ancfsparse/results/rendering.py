@@ -13,7 +13,9 @@ from ancfsparse.results.drawing import EYE, upright
 from ancfsparse.results.hdf5 import file_name
 from ancfsparse.results.outline import Outline, Part
 from ancfsparse.results.shapes import pieces_for, shapes, slopes
+from ancfsparse.results.solids import Solid
 from ancfsparse.results.source import Array
+from ancfsparse.results.wires import traced, wire
 from ancfsparse.words import shown
 
 try:
@@ -25,6 +27,9 @@ except ImportError as missing:
     ) from missing
 
 SIDES = 24
+RIGID = "#ff9d3c"
+# Radius of the lines of rigid bodies beside the extent of the body.
+THIN = 0.01
 SIZES = range(16, 10_000)
 
 
@@ -72,6 +77,9 @@ def render(
             bar = {"title": "strain [-]\n", "color": "black", "fmt": "%.2g"}
             look = {"scalars": "strain", "scalar_bar_args": bar} if strain else {"color": "#1f77b4"}
             plotter.add_mesh(tube, smooth_shading=True, specular=0.3, **look)
+        for solid in outline.solids:
+            for mesh in _meshes(q[None, :], solid):
+                plotter.add_mesh(mesh, color=RIGID, specular=0.3)
         plotter.set_background("white")
         centre = np.array(plotter.center)
         plotter.camera_position = [tuple(centre + eye), tuple(centre), tuple(up)]
@@ -93,3 +101,18 @@ def _tube(q: Array, part: Part, pieces: int) -> Any:
     mesh = pv.PolyData(points, lines=cells.ravel())
     mesh["strain"] = np.linalg.norm(stretch, axis=-1).ravel() - 1.0
     return mesh.tube(radius=part.radius, n_sides=SIDES, capping=True)
+
+
+def _meshes(q: Array, solid: Solid) -> list[Any]:
+    """Return the surface of a rigid body, or thin tubes where it has none."""
+    drawn = wire(solid)
+    there = traced(q, solid, drawn)[0]
+    points = np.zeros((len(there), 3))
+    points[:, : there.shape[1]] = there
+    if len(drawn.facets):
+        cells = np.column_stack([np.full(len(drawn.facets), 3), drawn.facets])
+        return [pv.PolyData(points, faces=cells.ravel())]
+    radius = THIN * float(np.ptp(points, axis=0).max())
+    ends = points[drawn.edges]
+    apart = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > radius]
+    return [pv.Line(*pair).tube(radius=radius, n_sides=SIDES) for pair in apart]

@@ -8,7 +8,6 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.machine import check_room
 from ancfsparse.results.outline import Part
@@ -54,24 +53,8 @@ def slopes(q: Array, part: Part, pieces: int) -> Array:
 
 def pieces_for(parts: list[Part]) -> int:
     """Return how many pieces per element make a smooth picture that is quick to draw."""
-    return int(np.clip(PIECES // count_elements(parts), 1, FINEST))
-
-
-def count_elements(parts: list[Part]) -> int:
-    """Return the number of elements to draw.
-
-    Raises
-    ------
-    InputError
-        If there are none.
-    """
     count = sum(len(part.lengths) for part in parts)
-    if count == 0:
-        raise InputError(
-            "there is no beam or mesh to draw, and rigid bodies are not drawn: run.body(body) "
-            "gives their motion"
-        )
-    return count
+    return int(np.clip(PIECES // max(count, 1), 1, FINEST))
 
 
 def _traced(q: Array, part: Part, pieces: int, weigh: Callable[[Array, Array], Array]) -> Array:

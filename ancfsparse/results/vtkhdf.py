@@ -1,4 +1,4 @@
-"""Runs as VTKHDF files: polylines that move, with values at points and elements.
+"""Runs as VTKHDF files: polylines that move, with values at points and lines.
 
 The format is that of the VTK documentation, "VTKHDF file format", version 2.2, type PolyData with
 steps: the topology stands in the file once, and every step says from where on its points and
@@ -13,6 +13,7 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ancfsparse.checks import check_count, check_flag
@@ -20,13 +21,15 @@ from ancfsparse.errors import InputError
 from ancfsparse.results.energy import BLOCK
 from ancfsparse.results.hdf5 import file_name
 from ancfsparse.results.outline import Outline
-from ancfsparse.results.shapes import count_elements, shapes, slopes
+from ancfsparse.results.shapes import shapes, slopes
 from ancfsparse.results.source import Array
+from ancfsparse.results.wires import edges_of, wire
 
 VERSION = 2, 2
 KINDS = "Vertices", "Lines", "Polygons", "Strips"
 
 Forces = Callable[[Array, Array], list[Array]]
+Sizes = NDArray[np.int64]
 
 
 def write_vtk(
@@ -62,46 +65,48 @@ def write_vtk(
         raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
     pieces = check_count("per_element", per_element)
     check_flag("progress", progress)
-    n_elements = count_elements(outline.parts)
-    n_points = n_elements * (pieces + 1)
+    sizes = _sizes(outline, pieces)
+    n_cells, n_points = len(sizes), int(sizes.sum())
     rows = max(1, BLOCK // (8 * n_points))
     np.asarray(q[0:1])  # refuses a run that kept only some points before the file is made
     with h5py.File(target, "w", libver=("v108", "v108")) as file:
-        root = _root(file, outline, pieces, len(t), forces is not None)
+        root = _root(file, outline, sizes, len(t), forces is not None)
         with tqdm(total=len(t), unit="state", leave=False, disable=not progress) as bar:
             for i in range(0, len(t), rows):
                 some = slice(i, i + rows)
                 states = np.asarray(q[some]), np.asarray(v[some])
                 _append(root, outline, pieces, i, *states, forces)
                 bar.update(len(states[0]))
-        _add_steps(root, t, n_points, n_elements)
+        _add_steps(root, t, n_points, n_cells)
     return target
 
 
-def _root(file: Any, outline: Outline, pieces: int, k: int, with_forces: bool) -> Any:
+def _root(file: Any, outline: Outline, sizes: Sizes, k: int, with_forces: bool) -> Any:
     """Make the topology, and room for all states."""
     root = file.create_group("VTKHDF")
     root.attrs["Version"] = VERSION
     # VTK takes a text of fixed length only.
     root.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", 8))
-    n_elements, n_points = _sizes(outline, pieces)
+    n_cells, n_points = len(sizes), int(sizes.sum())
     root["NumberOfPoints"] = np.array([n_points], np.int64)
     for kind in KINDS:
-        group, n = root.create_group(kind), n_elements if kind == "Lines" else 0
-        group["NumberOfCells"] = np.array([n], np.int64)
-        group["NumberOfConnectivityIds"] = np.array([n * (pieces + 1)], np.int64)
-        group["Connectivity"] = np.arange(n * (pieces + 1), dtype=np.int64)
-        group["Offsets"] = np.arange(n + 1, dtype=np.int64) * (pieces + 1)
+        group, of_kind = root.create_group(kind), sizes if kind == "Lines" else sizes[:0]
+        group["NumberOfCells"] = np.array([len(of_kind)], np.int64)
+        group["NumberOfConnectivityIds"] = np.array([of_kind.sum()], np.int64)
+        group["Connectivity"] = np.arange(of_kind.sum(), dtype=np.int64)
+        group["Offsets"] = np.append(0, np.cumsum(of_kind))
     at_points, of_cells = root.create_group("PointData"), root.create_group("CellData")
     _room(root, "Points", k * n_points, 3)
     _room(at_points, "Velocity", k * n_points, 3)
     _room(at_points, "Strain", k * n_points)
-    radii = [np.full(len(part.lengths) * (pieces + 1), part.radius) for part in outline.parts]
-    at_points["Radius"] = np.concatenate(radii).astype(np.float32)
-    numbers = [np.full(len(part.lengths), i) for i, part in enumerate(outline.parts)]
-    of_cells["Body"] = np.concatenate(numbers).astype(np.int32)
+    counts = _counts(outline)
+    bodies = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+    radii = np.zeros(len(counts), np.float32)
+    radii[: len(outline.parts)] = [part.radius for part in outline.parts]
+    at_points["Radius"] = np.repeat(radii[bodies], sizes)
+    of_cells["Body"] = bodies
     if with_forces:
-        _room(of_cells, "AxialForce", k * n_elements)
+        _room(of_cells, "AxialForce", k * n_cells)
     return root
 
 
@@ -110,30 +115,43 @@ def _room(group: Any, name: str, rows: int, columns: int | None = None) -> None:
     group.create_dataset(name, shape, np.float32)
 
 
-def _sizes(outline: Outline, pieces: int) -> tuple[int, int]:
-    """Return the numbers of elements and of points."""
-    n_elements = sum(len(part.lengths) for part in outline.parts)
-    return n_elements, n_elements * (pieces + 1)
+def _counts(outline: Outline) -> list[int]:
+    """Return the number of lines of every body: beams and meshes, then rigid bodies."""
+    edges = [len(wire(solid).edges) for solid in outline.solids]
+    return [len(part.lengths) for part in outline.parts] + edges
+
+
+def _sizes(outline: Outline, pieces: int) -> Sizes:
+    """Return the number of points of every line."""
+    counts, n = _counts(outline), len(outline.parts)
+    return np.repeat(np.array([pieces + 1, 2]), [sum(counts[:n]), sum(counts[n:])])
 
 
 def _append(
     root: Any, outline: Outline, pieces: int, i: int, q: Array, v: Array, forces: Forces | None
 ) -> None:
     """Write what states from number i on have at points and elements."""
-    n_elements, n_points = _sizes(outline, pieces)
     points, rates, strains = [], [], []
     for part in outline.parts:
         points.append(_in_space(shapes(q, part, pieces)))
         rates.append(_in_space(shapes(v, part, pieces)))
         along = np.linalg.norm(slopes(q, part, pieces), axis=-1)
         strains.append(along.reshape(len(q), -1) - 1.0)
+    for solid in outline.solids:
+        points.append(_in_space(edges_of(q, solid)))
+        rates.append(_in_space(edges_of(v, solid)))
+        strains.append(np.zeros(points[-1].shape[:2]))
+    n_points = sum(each.shape[1] for each in points)
     there = slice(i * n_points, (i + len(q)) * n_points)
     root["Points"][there] = np.concatenate(points, axis=1).reshape(-1, 3)
     root["PointData/Velocity"][there] = np.concatenate(rates, axis=1).reshape(-1, 3)
     root["PointData/Strain"][there] = np.concatenate(strains, axis=1).ravel()
     if forces is not None:
-        of_elements = slice(i * n_elements, (i + len(q)) * n_elements)
-        root["CellData/AxialForce"][of_elements] = np.concatenate(forces(q, v), axis=1).ravel()
+        n_cells = len(root["CellData/Body"])
+        n_elements = sum(len(part.lengths) for part in outline.parts)
+        unknown = np.full((len(q), n_cells - n_elements), np.nan)
+        along = np.concatenate([*forces(q, v), unknown], axis=1)
+        root["CellData/AxialForce"][i * n_cells : (i + len(q)) * n_cells] = along.ravel()
 
 
 def _in_space(lines: Array) -> Array:
@@ -144,7 +162,7 @@ def _in_space(lines: Array) -> Array:
     return out
 
 
-def _add_steps(root: Any, t: Array, n_points: int, n_elements: int) -> None:
+def _add_steps(root: Any, t: Array, n_points: int, n_cells: int) -> None:
     """Say for every time where its points and values begin; what does not change begins at 0."""
     steps, k = root.create_group("Steps"), len(t)
     steps.attrs["NSteps"] = k
@@ -154,7 +172,7 @@ def _add_steps(root: Any, t: Array, n_points: int, n_elements: int) -> None:
     steps["PartOffsets"], steps["NumberOfParts"] = 0 * number, np.ones(k, np.int64)
     for name in ("CellOffsets", "ConnectivityIdOffsets"):
         steps[name] = np.zeros((k, len(KINDS)), np.int64)
-    for group, size in (("PointData", n_points), ("CellData", n_elements)):
+    for group, size in (("PointData", n_points), ("CellData", n_cells)):
         offsets = steps.create_group(f"{group}Offsets")
         for name in root[group]:
             offsets[name] = number * (size if name not in ("Radius", "Body") else 0)

@@ -89,6 +89,7 @@ class RigidBodies(Records):
             Of a shape instead of the mass [kg/m3].
         centre : array_like, shape (dim,), optional
             Its centre of mass in its frame [m], instead of that of the shape or the origin.
+            Pictures show a shape around it, but a rod from the origin.
         inertia : float, array_like of shape (3,) or (3, 3), optional
             Moments of inertia about its centre of mass [kg m2]: in a planar scene one number; in
             space the principal moments about the axes of its frame, or the whole tensor in it, with

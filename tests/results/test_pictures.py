@@ -180,7 +180,10 @@ def test_a_film_needs_ffmpeg_for_mp4(swing, tmp_path, monkeypatch):
         (lambda run, rod: run.plot("N", rod, view="xy"), "view is for shapes"),
         (lambda run, rod: run.plot("N", rod.end, times=[0]), "is drawn over all times"),
         (lambda run, rod: run.plot("shape", rod.end), "a point has no shape"),
-        (lambda run, rod: run.plot("shape", 3), "a beam or a mesh of the run is needed, got 3"),
+        (
+            lambda run, rod: run.plot("shape", 3),
+            "a beam, a mesh or a rigid body of the run is needed, got 3",
+        ),
         (lambda run, rod: run.plot("shape", pendulum().rod), "is not part of this scene"),
         (lambda run, rod: run.plot(times=[9.0]), "no state was saved at t = 9 s"),
         (lambda run, rod: run.plot(times=[]), "times must be a list such as"),

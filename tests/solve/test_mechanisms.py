@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.results.files import read_outline
 from ancfsparse.system import System
 
 TIGHT = 1e-12
@@ -327,17 +326,3 @@ def test_a_welded_frame_bends_as_formulas_say(element):
     down = (fy * a**3 / 3 - fx * h * a**2 / 2) / bending
     expected = (fx * h**3 / 3 / bending - turn * h + fx * a / stretching, down)
     np.testing.assert_allclose(found, expected, rtol=0.01)
-
-
-def test_pictures_of_rigid_bodies_alone_are_refused(tmp_path):
-    """In one sentence, from a run and from its file, whose states come back."""
-    scene = ancf.Scene((0.0, -G))
-    rod = scene.add_body(ancf.Rod(1.0), mass=1.0, position=(0, 0))
-    scene.pin(rod.origin)
-    run = ancf.simulate(scene, 0.1, 1e-2, output=tmp_path / "run.h5")
-    for draw in (run.plot, lambda: run.to_vtk(tmp_path / "run.vtkhdf")):
-        with pytest.raises(ancf.InputError, match="rigid bodies are not drawn"):
-            draw()
-    again = ancf.load(tmp_path / "run.h5", scene)
-    np.testing.assert_array_equal(again.body(rod).centre, run.body(rod).centre)
-    assert read_outline(tmp_path / "run.h5")[0].parts == []
