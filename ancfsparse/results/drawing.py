@@ -162,7 +162,7 @@ class Canvas:
             self.ax.legend(title=title, fontsize="small")
 
     def draw_supports(self, state: int) -> list[Any]:
-        """Mark pins, clamps and rods where they are in one state."""
+        """Mark pins, clamps, rods and joints where they are in one state."""
         artists: list[Any] = []
         style: dict[str, Any] = {"color": SUPPORT, "mfc": "w", "zorder": 3, "linestyle": "none"}
 
@@ -171,6 +171,7 @@ class Canvas:
             artists.extend(self.ax.plot(*columns, marker=marker, markersize=size, **style))
 
         supports = self.film.supports
+        joints = [places[state] for kind, places, _ in supports if kind == "joint"]
         pins = [places[state] for kind, places, _ in supports if kind == "pin"]
         pins += [anchor for kind, _, anchor in supports if kind == "rod"]
         for kind, places, other in supports:
@@ -184,6 +185,8 @@ class Canvas:
                 mark(places[state], MarkerStyle(_WALL, transform=turn), 22.0)
             elif kind == "clamp":
                 mark(places[state], "s", 7.0)
+        if joints:
+            mark(np.array(joints), "o", 3.5)
         if pins:
             flat = len(self.axes) == 2
             mark(np.array(pins), MarkerStyle(_TRIANGLE) if flat else "^", 14.0 if flat else 8.0)

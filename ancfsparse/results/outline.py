@@ -14,12 +14,14 @@ from ancfsparse.results.hdf5 import DAMAGE, damaged
 from ancfsparse.results.solids import PACKED, Solid, read_solids, solid_of, write_solids
 from ancfsparse.results.source import Array, SolvedSystem
 from ancfsparse.scene import Body, ElasticBody, Node
+from ancfsparse.scene.joints.joint import Mark
 from ancfsparse.scene.rigid import RigidBody
 
 if TYPE_CHECKING:
     import h5py
 
-KINDS = ("pin", "clamp", "rod")
+# Their numbers stand in files.
+KINDS = ("pin", "clamp", "rod", "joint")
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +48,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """A joint to the ground, which may move.
+    """A joint to the ground, which may move, or the common point of a rigid and another body.
 
     Attributes
     ----------
@@ -79,7 +81,7 @@ class Outline:
     solids : list of Solid
         The rigid bodies, in the order of the scene.
     supports : list of Support
-        Pins, clamps and rods.
+        Pins, clamps, rods and joints.
     """
 
     gravity: Array
@@ -186,6 +188,8 @@ def outline_of(system: SolvedSystem, of: Body | None = None) -> Outline:
         for node in joint.nodes:
             used.setdefault(node.beam.name, []).append(node)
         node, mark = joint.nodes[0], joint.mark
+        if joint.joins and any(isinstance(each.beam, RigidBody) for each in joint.nodes):
+            mark = Mark("joint")
         if mark is None or of not in (None, node.beam):
             continue
         other = np.zeros(system.scene.dim) if mark.other is None else mark.other

@@ -102,6 +102,10 @@ def test_bars_of_a_mechanism_meet_in_its_joints():
     np.testing.assert_allclose(coupler[0], places["A"][-1], atol=1e-12)
     np.testing.assert_allclose(coupler[1], places["B"][-1], atol=1e-12)
     np.testing.assert_allclose(rocker[1], places["B"][-1], atol=1e-8)
+    marks = np.concatenate([line.get_xydata() for line in run.plot(times=[0.1]).lines])
+    assert len(marks) == 4
+    for place in ((0, 0), (3, 0), places["A"][-1], places["B"][-1]):
+        assert np.linalg.norm(marks - place, axis=1).min() < 1e-8
 
 
 def test_a_top_shows_its_axes_and_its_fixed_point():
