@@ -11,7 +11,16 @@ from ancfsparse.checks import check_choice, check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import course_of
-from ancfsparse.scene.joints import SAME_PLACE, Clamp, Connect, Drive, Pin, Rod, check_end
+from ancfsparse.scene.joints import (
+    SAME_PLACE,
+    Clamp,
+    Connect,
+    Drive,
+    Pin,
+    Rod,
+    check_end,
+    check_other_body,
+)
 from ancfsparse.scene.joints.clamp import ClampSpec
 from ancfsparse.scene.joints.connect import ConnectSpec
 from ancfsparse.scene.joints.drive import DriveSpec
@@ -174,6 +183,7 @@ class Joints(Records):
         self._mine("a connection", check_end("a connection", b))
         if a == b:
             raise InputError(f"a connection needs two nodes, got {a!r} twice")
+        check_other_body("a connection", a, b)
         gap = float(np.linalg.norm(a.position - b.position))
         if gap > SAME_PLACE * max(a.beam.size, b.beam.size):
             raise InputError(

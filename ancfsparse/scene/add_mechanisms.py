@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Node, Vector
-from ancfsparse.scene.joints import SAME_PLACE, check_end
+from ancfsparse.scene.joints import SAME_PLACE, check_end, check_other_body
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.spec import At, Point, Spec, text
 from ancfsparse.scene.straight import place
@@ -261,6 +261,7 @@ class Mechanisms(Records):
 
         self._mine("a distance", check_end("a distance", a))
         self._mine("a distance", check_end("a distance", b))
+        check_other_body("a distance", a, b)
         length = float(np.linalg.norm(a.position - b.position))
         if length <= SAME_PLACE * max(a.beam.size, b.beam.size):
             raise InputError(f"{a!r} and {b!r} are at one place: to keep them there, use connect")
@@ -281,6 +282,7 @@ class Mechanisms(Records):
         other = self._mine(what, check_end(what, b))
         if one == other:
             raise InputError(f"{what} needs two points, got {a!r} twice")
+        check_other_body(what, one, other)
         gap = float(np.linalg.norm(one.position - other.position))
         if not apart and gap > SAME_PLACE * max(one.beam.size, other.beam.size):
             raise InputError(

@@ -16,6 +16,7 @@ from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.callbacks import check_signature, is_compiled, sent
 from ancfsparse.scene.joints import check_point
 from ancfsparse.scene.records import Records
+from ancfsparse.scene.signal import Signal
 from ancfsparse.scene.spec import At, Point, Spec, text
 from ancfsparse.words import shown
 
@@ -164,6 +165,11 @@ class Forces(Records):
         force = Force(where, function, check_flag("coupled of a force", coupled))
         if is_compiled(function):
             check_signature(force.what, function, SIGNATURE)
+        elif isinstance(function, Signal):
+            raise InputError(
+                f"{force.what} must be a function of positions, velocities and time, got the "
+                f"signal {function!r}: what depends on time alone is a point_force"
+            )
         elif callable(function):
             positions = np.array([point.position for point in where])
             force.checked(positions, np.zeros_like(positions), 0.0)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 SAME_LOADS = 1e-9
 
 
-def check_start(start: object) -> State | None:
-    """Return the state to start from, None for the reference shape.
+def check_start(start: object, name: str = "start") -> State | None:
+    """Return the state that an argument of this name gives, None for the reference shape.
 
     Raises
     ------
@@ -34,13 +34,13 @@ def check_start(start: object) -> State | None:
     if start is None:
         return start
     if isinstance(start, State):
-        check_finite("the time of start", start.t, "s")
+        check_finite(f"the time of {name}", start.t, "s")
         return start
     if isinstance(start, Equilibrium):
         return start.state
     raise InputError(
-        "start must be a state such as run.last, or an equilibrium that solve_static has returned, "
-        f"got {shown(start)}"
+        f"{name} must be a state such as run.last, or an equilibrium that solve_static has "
+        f"returned, got {shown(start)}"
     )
 
 

@@ -121,7 +121,7 @@ def _pencil(of: Scene | Equilibrium, at: State | Equilibrium | None) -> Pencil:
     if isinstance(of, Equilibrium):
         assert isinstance(of.system, System)
         return Pencil(of.system, of.state, of.system.loads.amplitudes(np.zeros(1))[0])
-    state = check_start(at)
+    state = check_start(at, "at")
     system = System(of, state)
     lam = np.zeros(system.n_multipliers)
     if state is None:

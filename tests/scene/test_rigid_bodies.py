@@ -131,3 +131,32 @@ def test_explicit_integrators_refuse_bodies():
             ancf.simulate(scene, 1.0, 0.01, integrator=integrator)
         with pytest.raises(ancf.InputError, match="cannot hold ball rigid, which takes multipl"):
             ancf.stable_step(scene, integrator)
+
+
+@pytest.mark.parametrize(
+    "join",
+    [
+        lambda scene, a, b: scene.revolute(a, b, axis=(0, 0, 1)),
+        lambda scene, a, b: scene.cylindrical(a, b, axis=(1, 0, 0)),
+        lambda scene, a, b: scene.prismatic(a, b, axis=(1, 0, 0)),
+        lambda scene, a, b: scene.weld(a, b),
+        lambda scene, a, b: scene.distance(a, b),
+        lambda scene, a, b: scene.connect(a, b),
+    ],
+)
+@pytest.mark.parametrize("gap", [1.0, 1e-12])
+def test_no_joint_is_between_a_body_and_itself(join, gap):
+    scene = spatial()
+    ball = scene.add_body(ancf.Sphere(1.0), mass=1.0, position=(0, 0, 0), name="ball")
+    with pytest.raises(ancf.InputError, match="ball is rigid and holds its own points already"):
+        join(scene, ball.at((0.5, 0, 0)), ball.at((0.5 - gap, 0, 0)))
+    assert not scene.joints
+
+
+def test_what_is_named_in_a_sentence_is_the_argument():
+    scene = spatial()
+    ball = scene.add_body(ancf.Sphere(1.0), mass=1.0, position=(0, 0, 0), name="ball")
+    with pytest.raises(ancf.InputError, match=r"what depends on time alone is a point_force"):
+        scene.force(ball.origin, ancf.Ramp((0, 0, 1.0), 1.0))
+    with pytest.raises(ancf.InputError, match=r"^at must be a state such as run\.last"):
+        ancf.modes(scene, 1, at=ball)

@@ -14,6 +14,7 @@ from ancfsparse.scene.joints.joint import (
     Led,
     check_end,
     check_node,
+    check_other_body,
     check_point,
 )
 from ancfsparse.scene.joints.pin import Pin
@@ -33,5 +34,6 @@ __all__ = [
     "Rod",
     "check_end",
     "check_node",
+    "check_other_body",
     "check_point",
 ]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.catalog import RIGID, ElementKind
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import Course
 from ancfsparse.words import shown
@@ -190,6 +190,15 @@ def check_end(what: str, node: object) -> Node:
         What was given.
     """
     return node if isinstance(node, Node) and node.offsets else check_node(what, node)
+
+
+def check_other_body(what: str, a: Node, b: Node) -> None:
+    """Refuse to join a rigid body to itself; points of one beam or mesh may be joined."""
+    if a.beam is b.beam and a.beam.element == RIGID:
+        raise InputError(
+            f"{what} cannot join {a!r} to {b!r}: {a.beam.name} is rigid and holds its own points "
+            "already; give a point of another body"
+        )
 
 
 def check_node(what: str, node: object) -> Node:
