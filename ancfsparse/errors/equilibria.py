@@ -98,12 +98,12 @@ class ModesFailure(AncfError, RuntimeError):
 
 
 class ApproximateModes(UserWarning):
-    """Some forces have no potential, and modes count the symmetric part of their stiffness."""
+    """Some forces have no potential, and modes use only the symmetric part of their stiffness."""
 
     def __str__(self) -> str:
         """Compose the message a reader meets."""
         return (
             "some forces have no potential, such as functions of the motion and moments about "
-            "fixed axes in space; modes count only the symmetric part of their stiffness, so "
-            "frequencies may be off and flutter is not found"
+            "fixed axes in space; modes use only the symmetric part of their stiffness, so "
+            "frequencies may be inaccurate and flutter is not detected"
         )

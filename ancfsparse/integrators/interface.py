@@ -1,4 +1,4 @@
-"""What every integrator states about itself, so that no other room asks for its class."""
+"""Properties that every integrator declares, so that no other package depends on its class."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 class Integrator:
-    """A method that moves a system on by steps.
+    """A method that advances a system by steps.
 
     Attributes
     ----------
@@ -18,7 +18,7 @@ class Integrator:
     keeps_energy : bool
         Whether it keeps the energy whatever the step is.
     matrices : int
-        Matrices of a step that it needs room for at once.
+        Matrices of a step that it keeps at the same time.
     """
 
     loop: ClassVar[str]

@@ -1,4 +1,4 @@
-"""What the compiled time loops give to Python; types alone."""
+"""The Python interface of the compiled time loops; types only."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Table = NDArray[np.float64]
 
 
 class Loop(Protocol):
-    """A motion that a compiled loop moves on."""
+    """A motion that a compiled loop advances."""
 
     @property
     def steps(self) -> int:
@@ -25,14 +25,14 @@ class Loop(Protocol):
 
     @property
     def memory(self) -> dict[str, Any]:
-        """What the next steps depend on beside the state."""
+        """What the next steps depend on in addition to the state."""
 
     @property
     def energy_gain(self) -> tuple[float, float]:
-        """Energy above what was given, and the largest energy exchanged, at the last look [J]."""
+        """Energy gain, and the largest energy exchanged, at the last check [J]."""
 
     def recall(self, memory: Mapping[str, Any]) -> None:
-        """Go on with the memory of a loop that came to the present state."""
+        """Continue with the memory of a loop that reached the present state."""
 
     def advance(
         self,
@@ -67,21 +67,21 @@ class ImplicitLoop(Loop, Protocol):
 
     @property
     def largest_gain(self) -> tuple[float, float, int]:
-        """Most energy above what was given, what it is compared with [J], and after which step."""
+        """Largest energy gain, what it is compared with [J], and after which step."""
 
     def gained_energy(self) -> bool:
-        """Whether the energy was ever too far above what was given."""
+        """Whether the energy gain was ever too large."""
 
     def change_step(
         self, dt: float, integrator: object, change_b: Vector, change_v: Vector
     ) -> None:
-        """Go on with another step."""
+        """Continue with another step size."""
 
     def drive(self, n: int, n_equations: int, start: Vector, force: Vector) -> None:
         """Let the last coordinates and the last equations follow functions of time."""
 
     def may_shorten(self) -> None:
-        """Let steps that would gain energy be refused."""
+        """Reject steps that would gain energy."""
 
     def weigh(self, mass: Vector, total: float) -> None:
         """Measure motions and corrections by mass."""
@@ -90,7 +90,7 @@ class ImplicitLoop(Loop, Protocol):
         """Set the number of threads for passes over vectors."""
 
     def prepare(self, amplitudes: Table) -> None:
-        """Set the loads of the next step and put its predictor in place."""
+        """Set the loads of the next step and its predictor."""
 
     def residual(self) -> Vector:
         """Return the scaled residual at the present iterate."""
@@ -102,7 +102,7 @@ class ImplicitLoop(Loop, Protocol):
         """Return the values of the scaled iteration matrix."""
 
     def material(self) -> Vector:
-        """Return those of its definite neighbour."""
+        """Return those of its definite part."""
 
 
 class ControlledLoop(ImplicitLoop, Protocol):
@@ -110,7 +110,7 @@ class ControlledLoop(ImplicitLoop, Protocol):
 
     @property
     def step_error(self) -> float:
-        """Estimated error of the last step that was looked at [m]."""
+        """Estimated error of the last step that was checked [m]."""
 
     @property
     def jerk(self) -> Vector:
@@ -118,7 +118,7 @@ class ControlledLoop(ImplicitLoop, Protocol):
 
     @property
     def refused_gain(self) -> tuple[float, float]:
-        """As `energy_gain`, of the last solution that was refused for it [J]."""
+        """As `energy_gain`, of the last solution that was rejected for it [J]."""
 
     def control(
         self,
@@ -132,7 +132,7 @@ class ControlledLoop(ImplicitLoop, Protocol):
         """Estimate the error of every step; stop before one above a limit, or after easy ones."""
 
     def jump(self, change_a: Vector, amplitudes: Vector) -> None:
-        """Go on after a jump of the loads."""
+        """Continue after a jump of the loads."""
 
 
 class ExplicitLoop(Loop, Protocol):

@@ -1,4 +1,4 @@
-"""The one table of integrators by name, for commands, studies and messages."""
+"""The table of integrators by name, for commands, studies and messages."""
 
 from __future__ import annotations
 
@@ -75,6 +75,6 @@ def _example(entry: Entry) -> str:
 
 
 EXAMPLES = tuple(dict.fromkeys(_example(entry) for entry in BY_NAME.values()))
-"""How each is written, for messages."""
+"""Constructor call of each, for messages."""
 EXPLICIT_EXAMPLES = tuple(dict.fromkeys(_example(BY_NAME[name]) for name in EXPLICIT))
 """The explicit ones alone."""

@@ -1,4 +1,4 @@
-"""Compile kernel modules: those of a user's own elements, and variants to be measured.
+"""Compile kernel modules: those of user elements, and variants to be measured.
 
 Needs Cython and a C compiler; deriving an element needs SymPy too, in a process of its own.
 """
@@ -40,22 +40,22 @@ def build_element(
     Parameters
     ----------
     source : str or Path
-        A file of Python with an ``ELEMENT = Element(...)`` in the words of ``codegen.fields``.
+        A Python file with an ``ELEMENT = Element(...)`` made with ``codegen.fields``.
     folder : str or Path, optional
-        Where to put the package, a folder with the name of the element.
+        Where to write the package, a folder with the name of the element.
     instruction_sets : sequence of str, optional
-        What to compile for; by default the instruction set in use on this machine.
+        Those to compile for; by default the one in use on this machine.
 
     Returns
     -------
     Path
-        The package.  Its ``ELEMENT`` goes to `Scene.add_beam`, once `folder` is among those that
-        Python imports from.
+        The package.  `Scene.add_beam` takes its ``ELEMENT``, once `folder` is on the import path
+        of Python.
 
     Raises
     ------
     InputError
-        If the file has no such element, or something that this takes is not installed.
+        If the file has no such element, or a tool that this needs is not installed.
     """
     for each in instruction_sets:
         if each not in MARCH:
@@ -93,7 +93,7 @@ def translated(module: Path, name: str) -> Path:
 
 
 def compile_c(source: Path, library: Path, *options: str) -> None:
-    """Compile a translated module with the options of this package and more."""
+    """Compile a translated module with the options of this package and others."""
     include = [f"-I{HEADERS}", f"-I{sysconfig.get_paths()['include']}"]
     compiler = os.environ.get("CC", "cc").split()
     unfinished = library.with_name(library.name + ".part")
@@ -101,11 +101,11 @@ def compile_c(source: Path, library: Path, *options: str) -> None:
         [*compiler, *FLAGS, *options, *include, str(source), "-o", str(unfinished), "-lm"],
         "the C compiler",
     )
-    unfinished.replace(library)  # a process that has loaded the one before keeps it
+    unfinished.replace(library)  # a process that has loaded the old file keeps it
 
 
 def _derived(source: Path, folder: Path) -> Path:
-    """Write the module of an element by the generator, which is no part of this package."""
+    """Write the module of an element by the generator, which this package does not import."""
     if not source.is_file():
         raise InputError(f"there is no file {source} with the energy of an element")
     places = PACKAGE / "generator", PACKAGE.parent  # installed, or in a checkout
@@ -114,7 +114,7 @@ def _derived(source: Path, folder: Path) -> Path:
         raise InputError(f"the generator of kernels is missing: it is not in {places[0]}")
     paths = [str(found[0]), os.environ.get("PYTHONPATH", "")]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
-    # -P: what lies in the working directory does not take the place of the generator.
+    # -P: files in the working directory do not shadow the generator.
     command = [sys.executable, "-P", "-m", "codegen", "--element", str(source)]
     out = _run(
         [*command, "--folder", str(folder)],
@@ -125,7 +125,7 @@ def _derived(source: Path, folder: Path) -> Path:
 
 
 def _run(command: Sequence[str], what: str, environment: dict[str, str] | None = None) -> str:
-    """Run a command and return what it prints, or refuse with what it says."""
+    """Run a command and return its output, or raise an error with its message."""
     try:
         done = subprocess.run(command, capture_output=True, text=True, env=environment)
     except OSError as failure:

@@ -1,4 +1,4 @@
-"""The elements there are, in the user's words, and what their modules say about themselves."""
+"""The elements by their names for users, and what their modules declare."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ PLANAR = tuple(element for element, names in MODULES.items() if 3 not in names)
 """Elements that have no spatial form."""
 
 RIGID = "rigid"
-"""What rigid bodies, which have no elements, have in the place of an element's name."""
+"""Takes the place of the element's name for rigid bodies, which have no elements."""
 
 REFERENCES = ("thick_axis_consistent_gauss",)
-"""Modules that are there to be compared with, for tests and benchmarks only."""
+"""Modules that serve as references, for tests and benchmarks only."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ElementKind:
-    """What an element is made of and computed with, as its module states it.
+    """Coordinates, parameters and kernels of an element, as its module declares them.
 
-    Those of this package have names for `Scene.add_beam`; one that was built outside of it
-    (`ancfsparse.kernels.outside`) is given there itself.
+    Those of this package have names for `Scene.add_beam`; one that was built outside it
+    (`ancfsparse.kernels.outside`) is passed itself.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class ElementKind:
         Labels of one node's coordinates in order, such as ``r_1``, ``r_x2``: vector and direction.
     section : tuple of str
         Nodal vectors that turn with the section, such as ``r_y``: what a clamp holds and a moment
-        acts on.  A cable has no section but the direction of ``r_x``.
+        acts on.  A cable has only the direction of ``r_x``.
     parameters : tuple of str
         Base parameters in the order ``prepare`` takes them, SI units.
     n_derived : int
@@ -79,8 +79,8 @@ class ElementKind:
     package : str
         The package it was built in, empty for those of this one.
     own : mapping
-        Names of the parameters that this element alone has, and the group of each that says what
-        damps it: ``"stretching"``, ``"turning"``, ``"masses"`` or ``"ratios"``.
+        Names of the parameters of this element alone, and the group of each, which determines its
+        damping: ``"stretching"``, ``"turning"``, ``"masses"`` or ``"ratios"``.
     values : mapping
         Their values, SI units.
     """
@@ -103,16 +103,16 @@ class ElementKind:
     n_nodes: int = 2
 
     def __repr__(self) -> str:
-        """Give name, definition and values: all that a run with it depends on."""
+        """Return name, definition and values: all that a run with it depends on."""
         values = "".join(f", {name} = {value:.9g}" for name, value in self.values.items())
         return f"{self.name} {self.definition}{values}"
 
     def __eq__(self, other: object) -> bool:
-        """Compare what they are and where they were built."""
+        """Compare definitions, values and packages."""
         return isinstance(other, ElementKind) and self._identity == other._identity
 
     def __hash__(self) -> int:
-        """Give equal elements one number."""
+        """Return one number for equal elements."""
         return hash(self._identity)
 
     @property
@@ -121,7 +121,7 @@ class ElementKind:
         return self.name, self.node_coordinates, self.package, self.definition, self.lanes, values
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the name: another process loads the module for its own machine."""
+        """Pickle the name: another process loads the module for its machine."""
         if self.name == RIGID:
             return rigid_kind, (self.dim, len(self.section))
         return _loaded, (self.name, self.package, dict(self.values))
@@ -133,7 +133,7 @@ class ElementKind:
 
     @property
     def is_cable(self) -> bool:
-        """Whether a node knows no more of the section than the direction of its slope."""
+        """Whether the direction of the slope is all that a node has of the section."""
         return self.section == ("r_x",)
 
     @property
@@ -154,7 +154,7 @@ class ElementKind:
         return [int(label[-1]) - 1 for label in self.node_coordinates[self.columns(vector)]]
 
     def vector_of(self, column: int) -> str:
-        """Return the vector that a coordinate of a node is of."""
+        """Return the vector to which a coordinate of a node belongs."""
         return _vector(self.node_coordinates[column])
 
     @property
@@ -163,11 +163,11 @@ class ElementKind:
         return tuple(dict.fromkeys(map(_vector, self.node_coordinates)))
 
     def n_out(self, kernel: str) -> int:
-        """Numbers a kernel adds per element."""
+        """Return how many numbers a kernel adds per element."""
         return self.sizes[kernel]
 
     def with_values(self, **values: float) -> ElementKind:
-        """Return this element with values of the parameters that it alone has.
+        """Return this element with values of its own parameters.
 
         Parameters
         ----------

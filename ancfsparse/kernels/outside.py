@@ -18,7 +18,7 @@ def built(package: str) -> ElementKind:
     Parameters
     ----------
     package : str
-        Name of the package, as it is imported; its ``ELEMENT`` is what this returns.
+        Name of the package, as it is imported; its ``ELEMENT`` is the value of this function.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the compiled nonlinear loop and its inverses give to Python; types alone."""
+"""The Python interface of the compiled nonlinear loop and its inverses; types only."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Inverse(Protocol):
 
 
 class OwnInverse(Inverse, Protocol):
-    """One that stands by itself, and does not turn another with the body."""
+    """One that is complete, and not a rotation of another with the body."""
 
     def set_guard(self, weight: Vector, smallest_y: float, largest_ratio: float) -> None:
         """Set which pairs are refused."""
@@ -61,7 +61,7 @@ class NonlinearLoop(Protocol):
 
     @property
     def contraction(self) -> float:
-        """By what factor the last correction changed the residual."""
+        """Factor by which the last correction changed the residual."""
 
     @property
     def max_iterations(self) -> int:
@@ -73,7 +73,7 @@ class NonlinearLoop(Protocol):
     def take_seed(
         self, seed: object, inverse: Inverse, rounds: bool, cost_iteration: float, cost_seed: float
     ) -> None:
-        """Go on with another seed."""
+        """Continue with another seed."""
 
     def set_threads(self, threads: int) -> None:
         """Set the number of threads."""

@@ -15,7 +15,7 @@ SEED_FRAMES = ("auto", "fixed", "rotating")
 
 
 class Solver:
-    """What every method states about itself, so that no other room asks for its class."""
+    """Properties that every method declares, so that no other package depends on its class."""
 
     @property
     def is_dense(self) -> bool:
@@ -162,4 +162,4 @@ BY_NAME: dict[str, Callable[..., Method]] = {
     "modified-newton": ModifiedNewton,
     **{update: partial(QuasiNewton, update) for update in UPDATES},
 }
-"""Names as the command line takes them, where "auto" comes on top; parameters follow."""
+"""Names for the command line, which adds "auto"; parameters follow."""

@@ -41,10 +41,10 @@ def load(
         The file.
     scene : Scene, optional
         The scene of the run, or one made by the same calls: its handles are what the trajectory
-        is asked with.  By default it is built of what stands in the file;
+        is asked with.  By default it is rebuilt from the file;
         ``run.system.scene.body(name)`` gives its handles.
     own : dict of str to object, optional
-        For a scene that is built of the file, functions and elements of your own, as in
+        For a scene that is rebuilt from the file, functions and elements of your own, as in
         `Scene.load`.
 
     Returns

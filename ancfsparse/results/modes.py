@@ -1,4 +1,4 @@
-"""Natural frequencies and mode shapes, read by the names of the scene."""
+"""Natural frequencies and mode shapes, addressed by the handles of a scene."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ class Modes:
         The state.
     eigenvalues : ndarray, shape (n,)
         Squares of the angular frequencies [1/s2]: negative where the state is unstable, and 0
-        where rounding alone makes it differ from that, as for free rigid motions.
+        within rounding, as for free rigid motions.
     shapes : ndarray, shape (n, n_all)
         Motions of the coordinates, m for positions and dimensionless for slopes, with the modal
         mass ``x.M x`` of 1 kg m2.
     damping_rates : ndarray, shape (n,)
         ``x.C x`` with the damping matrix C [1/s].
     rounding : ndarray, shape (n,)
-        How far rounding may move each eigenvalue [1/s2].
+        Bound of the rounding error of each eigenvalue [1/s2].
     effective_masses : ndarray, shape (n, dim)
-        Mass that takes part in each mode along each axis [kg]; of all modes together at most the
+        Effective mass of each mode along each axis [kg]; the sum over all modes is at most the
         mass of the scene.
     """
 
@@ -52,7 +52,7 @@ class Modes:
     effective_masses: Array
 
     def __repr__(self) -> str:
-        """Sum the modes up in one line."""
+        """Summarise the modes in one line."""
         first = ", ".join(f"{each:.6g}" for each in self.frequencies[:6])
         unstable = int(np.count_nonzero(self.eigenvalues < 0.0))
         return (
@@ -61,7 +61,7 @@ class Modes:
         )
 
     def __len__(self) -> int:
-        """How many modes there are."""
+        """Return the number of modes."""
         return len(self.eigenvalues)
 
     @property
@@ -71,7 +71,7 @@ class Modes:
 
     @property
     def growth(self) -> Array:
-        """Rates at which motions grow that leave an unstable state, (n,) [1/s], without damping."""
+        """Growth rates of motions from an unstable state, (n,) [1/s], without damping."""
         return np.asarray(np.sqrt(np.maximum(-self.eigenvalues, 0.0)))
 
     @property
@@ -92,7 +92,7 @@ class Modes:
         return ratio
 
     def displacement(self, node: Node) -> Array:
-        """Give how a point moves in every mode.
+        """Return the displacement of a point in every mode.
 
         Parameters
         ----------
@@ -107,20 +107,20 @@ class Modes:
         return combine(self.system.point(node), self.shapes)
 
     def position(self, node: Node) -> Array:
-        """Give where a point is in the state that vibrates, shape (dim,) [m]."""
+        """Return the position of a point in the state of reference, shape (dim,) [m]."""
         return combine(self.system.point(node), self.about.q)
 
     def state(self, mode: int, amplitude: float) -> State:
-        """Give the state at rest in which a vibration in one mode turns round.
+        """Return the state of rest at the turning point of a vibration in one mode.
 
-        ``simulate(scene, ..., start=modes.state(0, 1e-3))`` sets it free.
+        ``simulate(scene, ..., start=modes.state(0, 1e-3))`` releases it.
 
         Parameters
         ----------
         mode : int
             Which, from 0; from the last one if negative.
         amplitude : float
-            By how far the node that moves farthest is displaced [m]; small beside the scene.
+            Displacement of the node that moves farthest [m]; small compared with the scene.
 
         Returns
         -------

@@ -35,7 +35,7 @@ SECTIONS = {
 """What sections have, over time or along a beam, and units."""
 ENERGIES = ("kinetic", "elastic", "potential", "work", "dissipated", "total")
 INSTANTS = 6
-# Amplitude of a mode beside the size of the scene.
+# Amplitude of a mode as a share of the size of the scene.
 MODE_SHARE = 0.1
 
 

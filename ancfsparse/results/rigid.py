@@ -1,4 +1,4 @@
-"""How a rigid body moved: place, orientation, velocities, momenta and energy over time."""
+"""How a rigid body moved: position, orientation, velocities, momenta and energy over time."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ class BodyMotion:
     rates: Array
 
     def __repr__(self) -> str:
-        """Say whose motion this is."""
+        """Name the body."""
         return f"motion of {self.body.name}, {len(self.vectors)} states"
 
     @property
     def origin(self) -> Array:
-        """Place of its origin, (k, dim) [m]."""
+        """Position of its origin, (k, dim) [m]."""
         return self.vectors[:, 0]
 
     @property
     def centre(self) -> Array:
-        """Place of its centre of mass, (k, dim) [m]."""
+        """Position of its centre of mass, (k, dim) [m]."""
         return self._at_centre(self.vectors)
 
     @property
@@ -60,15 +60,15 @@ class BodyMotion:
         Raises
         ------
         InputError
-            If it is a thin rod in space, which knows no turn about itself.
+            If it is a thin rod in space, whose rotation about its axis is undefined.
         """
         axes = self.axes
         if axes.shape[1] == axes.shape[2]:
             return np.asarray(np.swapaxes(axes, 1, 2))
         if axes.shape[2] == 3:
             raise InputError(
-                f"{self.body.name} is a thin rod, which knows no turn about itself: ask for its "
-                "axes, or give the body an inertia"
+                f"{self.body.name} is a thin rod, whose rotation about its axis is undefined: use "
+                "its axes, or give the body an inertia"
             )
         u = axes[:, 0]
         return np.stack([u, np.stack([-u[:, 1], u[:, 0]], axis=1)], axis=2)
@@ -77,7 +77,7 @@ class BodyMotion:
     def quaternion(self) -> Array:
         """Unit quaternions of the rotation, real part first, without jumps of sign, (k, 4).
 
-        In the plane they are of the rotation about z.
+        In the plane the rotation is about z.
         """
         rotation = self.rotation
         if rotation.shape[1] == 2:

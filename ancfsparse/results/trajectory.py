@@ -184,7 +184,7 @@ class Trajectory(Outputs):
         return combine(self.system.slope(node), self.q)
 
     def body(self, body: RigidBody) -> BodyMotion:
-        """Give the motion of a rigid body.
+        """Return the motion of a rigid body.
 
         Parameters
         ----------

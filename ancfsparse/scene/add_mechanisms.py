@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 
 Kind = TypeVar("Kind", bound="Between")
 
-# Share of a right angle that two axes may be off [rad]: rounding.
+# Deviation from a right angle that is taken for rounding [rad].
 OFF = 1e-9
-# What rounding may leave of the length of a unit vector beside 1.
+# Deviation of the length of a unit vector from 1 that is taken for rounding.
 UNIT = 8.0 * np.finfo(float).eps
 
 
@@ -113,7 +113,7 @@ class Mechanisms(Records):
     """Joints of a scene that hold directions, or a point on a line."""
 
     def revolute(self, a: Node, b: Node | None = None, *, axis: ArrayLike) -> Revolute:
-        """Let two points be one and turn about one axis of both, as a hinge does.
+        """Join two points by a hinge: they coincide and turn about one axis of both.
 
         In a planar scene that is `connect`, or `pin` to the ground.
 
@@ -142,14 +142,14 @@ class Mechanisms(Records):
     def universal(
         self, a: Node, b: Node | None = None, *, axis_a: ArrayLike, axis_b: ArrayLike
     ) -> Universal:
-        """Let two points be one, and an axis of the one stay across an axis of the other.
+        """Join two points; an axis of the first stays at a right angle to one of the second.
 
         Parameters
         ----------
         a, b
             As in `revolute`.
         axis_a, axis_b : array_like, shape (3,)
-            Directions in the reference shape, at a right angle, that turn with `a` and with `b`.
+            Directions in the reference shape, at a right angle, fixed in `a` and in `b`.
 
         Returns
         -------
@@ -169,7 +169,7 @@ class Mechanisms(Records):
         return self._between(Universal, UniversalSpec, ends, (one, other), ((one,), (other,)))
 
     def cylindrical(self, a: Node, b: Node | None = None, *, axis: ArrayLike) -> Cylindrical:
-        """Let a point slide along an axis of both, and turn about it.
+        """Let a point slide along an axis of both bodies and turn about it.
 
         Parameters
         ----------
@@ -215,10 +215,10 @@ class Mechanisms(Records):
         return self._between(Prismatic, PrismaticSpec, ends, (along,), (needed, needed))
 
     def weld(self, a: Node, b: Node | None = None) -> Weld:
-        """Let two points be one, so that neither turns beside the other.
+        """Join two points without relative rotation.
 
-        Of a beam it holds the section and leaves it free to stretch, as a clamp does; of a cable in
-        space the direction of its axis.
+        At a beam it holds the section and leaves it free to stretch, as a clamp does; at a cable in
+        space it holds the direction of the axis.
 
         Parameters
         ----------
@@ -238,14 +238,15 @@ class Mechanisms(Records):
         cables = [each for each in beams if not knows(each, each.beam.axes_of(0)[-1])]
         if self.dim == 3 and len(cables) == 2:
             raise InputError(
-                f"{a!r} and {b!r} cannot be welded: cables in space know no rotation about their "
-                "axes; take element='thick', or weld both to a rigid body"
+                f"{a!r} and {b!r} cannot be welded: the coordinates of cables in space do not "
+                "include rotation about their axes; take element='thick', or weld both to a rigid "
+                "body"
             )
         joint = Weld(*ends)
         return self._add(joint, WeldSpec(a.reference, None if b is None else b.reference))
 
     def distance(self, a: Node, b: Node) -> Distance:
-        """Keep the distance of two points, as a rigid rod without mass does.
+        """Keep the distance between two points, as a rigid massless rod does.
 
         Parameters
         ----------
@@ -264,7 +265,7 @@ class Mechanisms(Records):
         check_other_body("a distance", a, b)
         length = float(np.linalg.norm(a.position - b.position))
         if length <= SAME_PLACE * max(a.beam.size, b.beam.size):
-            raise InputError(f"{a!r} and {b!r} are at one place: to keep them there, use connect")
+            raise InputError(f"{a!r} and {b!r} coincide: to keep them together, use connect")
         joint = Distance(a, b, length)
         return self._add_partial(joint, DistanceSpec(a.reference, b.reference))
 
@@ -307,8 +308,8 @@ class Mechanisms(Records):
         off = float(np.linalg.norm(way - (way @ axis) * axis))
         if off > SAME_PLACE * max(a.beam.size, b.beam.size):
             raise InputError(
-                f"{what} needs {a!r} on the line through {b!r} along its axis, and it is "
-                f"{off:.6g} m beside"
+                f"{what} needs {a!r} on the line through {b!r} along its axis, but it is "
+                f"{off:.6g} m off"
             )
 
     def _between(
@@ -319,7 +320,7 @@ class Mechanisms(Records):
         axes: tuple[Vector, ...],
         needed: Any,
     ) -> Kind:
-        """Add a joint whose ends know the directions that it needs of them."""
+        """Add a joint whose ends have the directions that it needs."""
         from ancfsparse.scene.joints.frames import knows
 
         of_each = needed if isinstance(needed[0], tuple) else (needed[:1], needed[1:])
@@ -327,8 +328,8 @@ class Mechanisms(Records):
         for node, directions in zip(ends, of_each, strict=True):
             if node is not None and not all(knows(node, each) for each in directions):
                 raise InputError(
-                    f"the {kind.name} joint needs directions of {node!r} that it does not know: a "
-                    "thin rod or a cable knows that of its axis alone; exchange the two ends, or "
+                    f"the {kind.name} joint needs directions of {node!r} that it does not have: a "
+                    "thin rod or a cable has only that of its axis; exchange the two ends, or "
                     "give the body an inertia"
                 )
         joint = kind(a, b, axes)

@@ -46,8 +46,8 @@ class Body(ABC):
     name : str
         Unique in its scene.
     element : str
-        Name of its element: ``"l2t2"``, ``"thin"``, ``"thick"``, or that of one built outside;
-        ``"rigid"`` of a rigid body, which has no elements.
+        Name of its element: ``"l2t2"``, ``"thin"``, ``"thick"``, or that of one built outside this
+        package; ``"rigid"`` of a rigid body, which has no elements.
     options : dict of str to str
         The options this element has, and no others.
     kind : ElementKind
@@ -113,12 +113,12 @@ class Body(ABC):
 
     @property
     def shortest(self) -> float:
-        """Length of the shortest element, beside which motions are small or large [m]."""
+        """Length of the shortest element, the scale of small motions [m]."""
         return float(self.lengths.min())
 
     @property
     def corners(self) -> Vector:
-        """Points that span the room it takes in the reference shape, (k, dim) [m]."""
+        """Points that span its extent in the reference shape, (k, dim) [m]."""
         return self.positions
 
     @property
@@ -128,7 +128,7 @@ class Body(ABC):
 
     @property
     def masses(self) -> Vector | None:
-        """Constant masses (k, k) of position and vectors of its row, beside those of elements.
+        """Constant masses (k, k) of position and vectors of its row, in addition to elements.
 
         The kinetic energy is ``1/2 sum A_ij v_i.v_j`` over them [kg, kg m, kg m2].
         """
@@ -188,7 +188,7 @@ class Body(ABC):
         """Describe for the digest of a scene what decides how it moves, but for its shape."""
 
     def constrain(self, builder: Builder) -> None:
-        """State the equations that its coordinates obey whatever joints do: none by default."""
+        """State the equations of its coordinates that do not depend on joints: none by default."""
         del builder
 
     def rows_of(self, node: int) -> slice:

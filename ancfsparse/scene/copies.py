@@ -19,7 +19,7 @@ AnyScene = TypeVar("AnyScene", bound=Records)
 
 
 def build(like: AnyScene, records: Iterable[Spec], gravity: ArrayLike | None = None) -> AnyScene:
-    """Return a scene made of records, in the gravity of another one unless given [m/s2]."""
+    """Return a scene made from records, in the gravity of another one unless given [m/s2]."""
     scene = type(like)(like.gravity if gravity is None else gravity)
     for record in records:
         record.build(scene)
@@ -44,16 +44,16 @@ def replaced(
     if handle is None:
         if changes:
             raise InputError(
-                f"replaced was given {next(iter(changes))!r} and no handle: give the beam, joint "
-                "or load that it belongs to first"
+                f"replaced was given {next(iter(changes))!r} but no handle: give the beam, joint "
+                "or load to change first"
             )
         return build(scene, scene.records, gravity)
     try:
         record = scene.record_of(handle)
     except (KeyError, TypeError):  # of another scene, or none
         raise InputError(
-            "replaced needs what a method of this scene returned, such as a beam, a joint or a "
-            f"load, got {shown(handle)}"
+            "replaced needs a handle that a method of this scene returned, such as a beam, a "
+            f"joint or a load, got {shown(handle)}"
         ) from None
     for name in changes:
         check_choice(f"argument of {record.method}", name, record.given)

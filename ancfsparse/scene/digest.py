@@ -1,4 +1,4 @@
-"""What a scene consists of, in words that two scenes can be compared by."""
+"""The parts of a scene, as text by which two scenes can be compared."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def digest(scene: Records) -> dict[str, str]:
 
 
 def difference(there: Mapping[str, str], here: Mapping[str, str]) -> str | None:
-    """Say what is the first part that two descriptions differ in; None if they do not.
+    """Return the first part in which two descriptions differ; None if they do not.
 
     Numbers are compared by value: 100000000 is 1e8.
     """

@@ -163,7 +163,7 @@ def _divided(
 
 
 def _matched(a: Integers, b: Integers, n: int) -> tuple[Integers, Integers]:
-    """Take pairs in order and leave out those of which one side is taken already.
+    """Take pairs in order, without those of which one side is already taken.
 
     In each round all pairs that come first at both their sides are taken at once.
     """
@@ -184,9 +184,9 @@ def _matched(a: Integers, b: Integers, n: int) -> tuple[Integers, Integers]:
 
 
 def _turned_round(m: int, partners: tuple[Integers, Integers]) -> NDArray[np.bool_]:
-    """Say which edges must be turned round so that lines have one direction, (m,) bool.
+    """Find the edges to be reversed so that lines have one direction, (m,) bool.
 
-    Every edge stands twice in a graph, as given (number 2 e) and turned round (2 e + 1); the
+    Every edge is in a graph twice, as given (number 2 e) and reversed (2 e + 1); the
     state that leaves through a half-edge is followed by the one that enters through its partner.
     A line then shows up twice, once in each direction; its first edge keeps the one given.
     """
@@ -207,7 +207,7 @@ def _turned_round(m: int, partners: tuple[Integers, Integers]) -> NDArray[np.boo
 
 
 def _rows(at: Numbers, partners: tuple[Integers, Integers]) -> tuple[Numbers, Numbers]:
-    """Give the slopes numbers, node by node.
+    """Assign numbers to the slopes, node by node.
 
     Returns
     -------

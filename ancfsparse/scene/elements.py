@@ -1,4 +1,4 @@
-"""Which element a beam is made of, and which of all options that takes."""
+"""The element of a beam, and its options."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NOT_ROUND = 1e-9
 def chosen_element(
     label: str, element: str | ElementKind, dim: int, given: Mapping[str, str]
 ) -> tuple[str, dict[str, str], ElementKind]:
-    """Find the element that was asked for.
+    """Find an element by its name and options.
 
     Parameters
     ----------

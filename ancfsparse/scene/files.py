@@ -1,6 +1,6 @@
-"""Scenes in files: JSON that a person can read, write and compare line by line.
+"""Scenes in files: JSON that can be read, edited and compared line by line.
 
-A file has the gravity and the records of a scene, each on a line: the method and its arguments.
+A file contains the gravity and the records of a scene, one per line: method and arguments.
 """
 
 from __future__ import annotations
@@ -87,23 +87,23 @@ def load(kind: Callable[[Any], AnyScene], path: str | Path, own: Mapping[str, An
 def built(
     kind: Callable[[Any], AnyScene], text: str | bytes, file: Path, own: Mapping[str, Any]
 ) -> AnyScene:
-    """Build a scene of the text of its file.
+    """Build a scene from the text of its file.
 
     Parameters
     ----------
     kind : callable
-        Makes an empty scene of a gravity.
+        Makes an empty scene with a gravity.
     text : str or bytes
         What `written` returned.
     file : Path
-        Where it stands, for messages.
+        Its path, for messages.
     own : mapping of str to object
-        Functions and elements that it mentions by name.
+        Functions and elements that it stores by name.
 
     Raises
     ------
     InputError
-        If there is anything in it that makes no scene.
+        If anything in it is invalid.
     """
     if not isinstance(own, Mapping):
         raise InputError(
@@ -117,7 +117,7 @@ def built(
         raise InputError(f"{file} is no file of a scene: its format is not {FORMAT!r}")
     if data.get("version") != VERSION:
         raise InputError(
-            f"{file} is of version {shown(data.get('version'))} of the files of scenes, and this "
+            f"{file} has version {shown(data.get('version'))} of the format of scenes, and this "
             f"program reads version {VERSION}: update ancfsparse"
         )
     records = data.get("records")
@@ -133,7 +133,7 @@ def built(
 
 
 def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
-    """Return an argument as JSON has it.
+    """Return an argument in the form that JSON has.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
     where : str
         Where it stands, for messages.
     names : dict of str to object
-        Functions and elements of the user's so far, by name.
+        User functions and elements so far, by name.
     """
     if value is None or isinstance(value, bool | int | float | str):
         return value
@@ -174,7 +174,7 @@ def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
 
 
 def name_of(value: Any) -> str:
-    """Return the name under which a file mentions a function or an element of the user's."""
+    """Return the name under which a file stores a user function or element."""
     kind = value if hasattr(value, "__qualname__") else type(value)
     return f"{kind.__module__}.{kind.__qualname__}"
 
@@ -197,7 +197,7 @@ def _build(scene: Records, entry: Any, own: Mapping[str, Any]) -> None:
 
 
 def _decoded(value: Any, own: Mapping[str, Any]) -> Any:
-    """Return an argument from what JSON has."""
+    """Return an argument from its form in JSON."""
     if isinstance(value, list):
         return tuple(_decoded(each, own) for each in value)
     if not isinstance(value, dict):
@@ -218,7 +218,7 @@ def _decoded(value: Any, own: Mapping[str, Any]) -> Any:
 
 
 def _element(kind: Any, wanted: Mapping[str, Any]) -> ElementKind:
-    """Return an element of the user's, if it is the one that a file was written with."""
+    """Return a user element, if it is the one that a file was written with."""
     if not isinstance(kind, ElementKind) or kind.definition != wanted["definition"]:
         raise InputError(
             f"it was made with another element than the {shown(kind)} that was given as "
@@ -231,7 +231,7 @@ def _element(kind: Any, wanted: Mapping[str, Any]) -> ElementKind:
 
 
 def _made(kind: type[Any], given: Mapping[str, Any], what: str) -> Any:
-    """Return an object of its fields, which a file may name wrongly."""
+    """Return an object made from its fields, whose names in a file may be wrong."""
     known = {each.name: each for each in fields(kind) if each.init}
     for name in given:
         check_choice(f"argument of {what}", name, known)
@@ -246,7 +246,7 @@ def _array_of(value: Mapping[str, Any]) -> Any:
         numbers = np.frombuffer(base64.b64decode(value["base64"]), np.dtype(value["array"]))
         return numbers.reshape(value["shape"])
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"it has an array that is damaged: {error}") from error
+        raise InputError(f"its array is damaged: {error}") from error
 
 
 def _place(path: object) -> Path:

@@ -1,4 +1,4 @@
-"""Functions of a scene, and what becomes of them in another process."""
+"""Functions of a scene, and their transfer to other processes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ancfsparse.errors import InputError
 
 Vector = NDArray[np.float64]
 
-# Functions that are being pickled by their code: one may refer to the scene it belongs to.
+# Functions that are being pickled by value: one may refer to the scene it belongs to.
 _under_way = threading.local()
 
 
@@ -39,7 +39,7 @@ class Uniform:
 
 @dataclass(frozen=True, eq=False)
 class RigidMotion:
-    """The velocities of what moves without strain.
+    """The velocity field of a rigid motion.
 
     Parameters
     ----------
@@ -60,13 +60,13 @@ class RigidMotion:
         return np.asarray(self.velocity + (places - self.place) @ self.spin.T)
 
     def turned(self, vectors: Vector) -> Vector:
-        """Return the rates of vectors (..., dim) that turn along."""
+        """Return the rates of vectors (..., dim) that rotate with it."""
         return np.asarray(vectors @ self.spin.T)
 
 
 @dataclass(frozen=True)
 class Unsent:
-    """Stands for a function that could not be sent to another process, and says so when called.
+    """Stands for a function that could not be sent to another process; a call raises an error.
 
     Parameters
     ----------
@@ -90,21 +90,21 @@ class Unsent:
     def reason(self) -> str:
         """Why there is no function, and what to do."""
         return (
-            f"the function {self.name} of this scene was not sent along from the process it was "
-            "made in: define it by def at the top of a module, where other processes find it, or "
-            "import cloudpickle there"
+            f"the function {self.name} of this scene was not sent along from the process in "
+            "which it was made: define it by def at the top of a module, where other processes "
+            "find it, or import cloudpickle there"
         )
 
 
 @dataclass(frozen=True, eq=False)
 class Sent:
-    """A function as it is copied and pickled; what comes out is the function itself.
+    """A function in the form that is copied and pickled; the result is the function itself.
 
     Parameters
     ----------
     function : callable
-        It.  What cannot be pickled, such as a lambda, goes along as its code where the program has
-        loaded cloudpickle, as clusters do; elsewhere `Unsent` comes out.
+        The function.  One that cannot be pickled, such as a lambda, is pickled by value where the
+        program has loaded cloudpickle, as clusters do; elsewhere the result is `Unsent`.
     """
 
     function: Callable[..., Any]
@@ -118,7 +118,7 @@ class Sent:
         return self.function
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any]]:
-        """Pickle it, its code, or its name."""
+        """Pickle it by reference, by value, or by name only."""
         if _pickled(pickle, self.function) is not None:
             return _itself, (self.function,)
         code = _code(self.function)
@@ -128,12 +128,12 @@ class Sent:
 
 
 def sendable(value: Any) -> Any:
-    """Return a value as it may be copied and pickled, be it a function or not."""
+    """Return a value, function or not, in the form that is copied and pickled."""
     return Sent(value) if callable(value) else value
 
 
 def _code(function: Callable[..., Any]) -> bytes | None:
-    """Pickle a function by its code; None without cloudpickle, and inside of itself."""
+    """Pickle a function by value; None without cloudpickle, and inside itself."""
     picklers = (
         module for name, module in [*sys.modules.items()] if name.split(".")[-1] == "cloudpickle"
     )

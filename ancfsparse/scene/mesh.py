@@ -52,10 +52,10 @@ class Mesh(ElasticBody):
     name, element, options, kind, section, material, positions, n_each, lengths, velocity
         As in `ElasticBody`.  Nodes inside edges come after those that were given.
     edges : ndarray, shape (n_elements, 2)
-        Nodes at the two ends of every element, edge after edge in the order given, turned round
-        where that lets all elements of a line point the same way, read-only.
+        Nodes at the two ends of every element, edge after edge in the order given, reversed
+        where all elements of a line then point the same way, read-only.
     flipped : ndarray, shape (n_elements,)
-        Which elements were turned round, read-only.
+        Which elements were reversed, read-only.
     """
 
     edges: Numbers
@@ -113,7 +113,7 @@ class Mesh(ElasticBody):
         return Node(self, node.index, self._as_given(node))
 
     def given(self) -> tuple[Vector, Numbers]:
-        """Return the arrays that it was made of: nodes (n, dim) [m] and edges (m, 2)."""
+        """Return the arrays it was made from: nodes (n, dim) [m] and edges (m, 2)."""
         edges = self.edges
         if self.flipped.any():
             edges = np.where(self.flipped[:, None], edges[:, ::-1], edges)
@@ -144,7 +144,7 @@ class Mesh(ElasticBody):
         return self.n_nodes - self.n_elements // self.n_each * (self.n_each - 1)
 
     def _as_given(self, point: Node | Point) -> float:
-        """Turn the share of an element round where its edge was turned round."""
+        """Reverse the share of an element whose edge was reversed."""
         turned = point.xi != 0.0 and self.flipped[point.index]
         return 1.0 - point.xi if turned else point.xi
 

@@ -1,4 +1,4 @@
-"""What was specified, in lines that a person reads."""
+"""What was specified, in readable lines."""
 
 from __future__ import annotations
 

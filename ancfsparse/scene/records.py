@@ -1,4 +1,4 @@
-"""The records of a scene, and the handles that were built of them."""
+"""The records of a scene, and the handles that were built from them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Thing = TypeVar("Thing", bound=Attached)
 
 
 class Records:
-    """What was specified, in one gravity field, and what became of it.
+    """What was specified, in one gravity field, and the handles built from it.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class Records:
         return tuple(self._built.values())
 
     def record_of(self, handle: object) -> Spec:
-        """Return the record that a handle was built of."""
+        """Return the record that a handle was built from."""
         return self._built[handle]
 
     def _take(self, body: AnyBody, record: Spec) -> AnyBody:

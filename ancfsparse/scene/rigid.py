@@ -1,4 +1,4 @@
-"""Rigid bodies in natural coordinates: an origin and unit vectors that turn with the body."""
+"""Rigid bodies in natural coordinates: an origin and unit vectors that rotate with the body."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class RigidBody(Body):
     masses : ndarray, shape (k + 1, k + 1)
         Mass, static moments and second moments of origin and k vectors [kg, kg m, kg m2].
     shape : Box, Cylinder, Sphere, Rod or None
-        What it looks like.
+        Its shape.
     """
 
     mass: float
@@ -50,7 +50,7 @@ class RigidBody(Body):
     shape: Shape | None = None
 
     def __repr__(self) -> str:
-        """Say which body this is."""
+        """Name the body, its mass and the kind of its scene."""
         kind = "planar" if self.dim == 2 else "spatial"
         return f"{self.name}: rigid, {self.mass:.6g} kg, {kind}"
 
@@ -66,7 +66,7 @@ class RigidBody(Body):
 
     @property
     def length(self) -> float:
-        """Root mean square distance of its mass from its origin [m], for what asks for a length."""
+        """As `size` [m], where elements have a length."""
         return self.size
 
     @cached_property
@@ -81,12 +81,12 @@ class RigidBody(Body):
 
     @property
     def speed(self) -> float | None:
-        """None: no wave runs through it."""
+        """None: no wave travels through it."""
         return None
 
     @property
     def corners(self) -> Vector:
-        """Points beside its origin by its size along every axis of space, (2 dim, dim) [m]."""
+        """Points at its size from its origin along every axis of space, (2 dim, dim) [m]."""
         steps = self.size * np.eye(self.dim)
         return np.concatenate([self.positions + steps, self.positions - steps])
 
@@ -145,8 +145,8 @@ class RigidBody(Body):
             given = check_vector(what, point, self.dim, "m")
         if given[self.n_vectors :].any():
             raise InputError(
-                f"{what} {place(given)} is off its line: a thin rod knows points along its x axis "
-                "alone; give the body an inertia instead of the shape Rod"
+                f"{what} {place(given)} is off its line: a thin rod has only points along its x "
+                "axis; give the body an inertia instead of the shape Rod"
             )
         return self._point(given[: self.n_vectors])
 
@@ -162,7 +162,7 @@ class RigidBody(Body):
         return self._point(check_vector(what, place.offsets, self.n_vectors, "m"))
 
     def among(self, n_each: int, point: Node) -> Point:
-        """Return a point as data: a rigid body has no elements, however many are asked for."""
+        """Return a point as data: a rigid body has no elements, whatever number is given."""
         return self.refer(point)
 
     def arc(self, point: Node) -> float:
@@ -178,13 +178,13 @@ class RigidBody(Body):
         return section_axes(self.vectors[0, 0], None, self.name)
 
     def say(self, point: Node) -> str:
-        """Say where a point is."""
+        """Describe the position of a point."""
         if point.is_node:
             return f"{self.name} at its origin"
         return f"{self.name} at {place(np.array(point.offsets))}"
 
     def hint(self, point: Node) -> str:
-        """Say which node to take instead of a point."""
+        """Suggest a node in place of a point."""
         return f"take {self.name}.origin, or give the body with its origin there"
 
     def describe(self) -> dict[str, str]:

@@ -24,7 +24,7 @@ from ancfsparse.words import shown
 if TYPE_CHECKING:
     from ancfsparse.scene.rigid import RigidBody
 
-# Share by which inertias, unit vectors and right angles may be off: what is left of rounding.
+# Relative deviation of inertias, unit vectors and right angles that is taken for rounding.
 ROUNDING = 1e-9
 
 
@@ -82,7 +82,7 @@ class RigidBodies(Records):
             Its shape, of uniform density; else give `inertia`.  A rod begins at the origin, all
             others have their centre there.
         position : array_like, shape (dim,)
-            Where the origin of its frame is at the start [m].
+            Position of the origin of its frame at the start [m].
         mass : float, optional
             Its mass [kg], positive.
         density : float, optional
@@ -93,16 +93,16 @@ class RigidBodies(Records):
         inertia : float, array_like of shape (3,) or (3, 3), optional
             Moments of inertia about its centre of mass [kg m2]: in a planar scene one number; in
             space the principal moments about the axes of its frame, or the whole tensor in it, with
-            minus the products of inertia beside the diagonal.
+            minus the products of inertia off the diagonal.
         orientation : float or array_like of shape (4,) or (3, 3), optional
-            How its frame is turned at the start: in a planar scene an angle [rad]; in space a unit
+            Rotation of its frame at the start: in a planar scene an angle [rad]; in space a unit
             quaternion (real part first) or a matrix with the axes of the frame as columns.
         velocity : array_like, shape (dim,), optional
             Initial velocity of the origin of its frame [m/s].
         angular_velocity : float or array_like of shape (3,), optional
             Initial angular velocity along the axes of space [rad/s]; in the plane counterclockwise.
         name : str, optional
-            How messages call it; ``"body 0"`` if it is the first in the scene and so on.
+            Its name in messages; by default ``"body 0"`` for the first in the scene, and so on.
 
         Returns
         -------
@@ -112,7 +112,7 @@ class RigidBodies(Records):
         Raises
         ------
         InputError
-            If anything does not fit; such as an inertia that no body has.
+            If an argument is invalid, such as an inertia that no body can have.
         """
         from ancfsparse.scene.rigid import RigidBody
 
@@ -262,7 +262,7 @@ def _axes(label: str, dim: int, orientation: ArrayLike | None) -> Vector:
         return _matrix(given / norm).T
     off = float(np.abs(given.T @ given - np.eye(3)).max())
     if off > ROUNDING:
-        raise InputError(f"{what} must have orthonormal columns, and they are off by {off:.3g}")
+        raise InputError(f"{what} must have orthonormal columns, but they are off by {off:.3g}")
     if np.linalg.det(given) < 0.0:
         raise InputError(f"{what} is left-handed, a reflection: change the sign of one column")
     left, _, right = np.linalg.svd(given)
@@ -293,6 +293,6 @@ def _spin(label: str, dim: int, angular_velocity: ArrayLike | None) -> Vector:
 
 
 def _across(spin: Vector, axis: Vector) -> Vector:
-    """Leave out the turn of a rod about itself, which its coordinates do not know."""
+    """Leave out the spin of a rod about itself, which its coordinates do not include."""
     rate = spin @ axis
     return np.asarray(np.outer(rate, axis) - np.outer(axis, rate))

@@ -93,15 +93,15 @@ class Scene(
         return self.replaced()
 
     def digest(self) -> dict[str, str]:
-        """Describe its parts, so that its file can be distinguished from that of another scene."""
+        """Describe its parts, so that its files can be distinguished from those of other scenes."""
         return digest(self)
 
     def save(self, path: str | Path) -> None:
-        """Write the scene to a file of JSON, which `Scene.load` builds it from again.
+        """Write the scene to a JSON file, from which `Scene.load` rebuilds it.
 
         It has a line for each call, with all arguments by name in SI units; arrays of more than
-        1000 numbers are in base64.  Every number comes back to the last bit.  Functions and
-        elements of your own are mentioned by name, such as ``"module.gust"``.
+        1000 numbers are in base64.  Every number is restored to the last bit.  Functions and
+        elements of your own are stored by name, such as ``"module.gust"``.
 
         Parameters
         ----------
@@ -126,8 +126,8 @@ class Scene(
         path : str or Path
             The file.
         own : dict of str to object, optional
-            Functions and elements of your own, under the names by which the file mentions them.
-            Nothing is imported or called because a file says so.
+            Functions and elements of your own, under the names in the file.  Loading a file imports
+            and calls nothing else.
 
         Returns
         -------
@@ -137,8 +137,8 @@ class Scene(
         Raises
         ------
         InputError
-            If it is no such file, names a function that is not given, or has a call that does not
-            fit, with the number of the record.
+            If it is no such file, needs a function that is not given, or has an invalid call, with
+            the number of the record.
         """
         from ancfsparse.scene.files import load
 
@@ -147,7 +147,7 @@ class Scene(
     def refined(self, factor: int = 2) -> Scene:
         """Return a copy with every element divided into `factor` elements of one length.
 
-        Joints, loads and what is attached stay at their places.  Of a mesh every edge is divided;
+        Joints, loads and attached parts keep their positions.  Of a mesh every edge is divided;
         a bend between two edges stays at its node.
 
         Parameters
@@ -169,12 +169,12 @@ class Scene(
     ) -> Scene:
         """Return a copy with other arguments in one call, such as another material.
 
-        Points stay at their places if a beam gets another number of elements.
+        Points keep their positions if a beam gets another number of elements.
 
         Parameters
         ----------
         handle : object, optional
-            What the call returned: a beam, a mesh, a joint, a load, a mass, a spring or a force.
+            Its return value: a beam, a mesh, a joint, a load, a mass, a spring or a force.
         gravity : array_like, shape (dim,), optional
             Another acceleration of gravity [m/s2].
         **changes
@@ -189,7 +189,7 @@ class Scene(
         ------
         InputError
             If the handle is of another scene, the method has no such argument, or the copy would
-            not be a scene.
+            be invalid.
 
         Examples
         --------
@@ -206,12 +206,12 @@ class Scene(
         Parameters
         ----------
         handle : Beam, Mesh or Node
-            A handle of a scene whose body of the same name has the same place.
+            A handle in another scene, on a body of the same name.
 
         Returns
         -------
         Beam, Mesh or Node
-            The body of that name, or the point at the same place of it.
+            The body of that name, or the point at the same place on it.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Shapes of rigid bodies: volume, centre, and how the mass is spread."""
+"""Shapes of rigid bodies: volume, centre, and second moments."""
 
 from __future__ import annotations
 
@@ -148,8 +148,8 @@ class Sphere:
 class Rod:
     """A thin straight rod from the origin of the body along its x axis.
 
-    It has no inertia about its axis, so in space it has five degrees of freedom: it knows no turn
-    about itself.
+    It has no inertia about its axis, so in space it has five degrees of freedom: its rotation
+    about itself is undefined.
 
     Parameters
     ----------

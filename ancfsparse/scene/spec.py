@@ -1,7 +1,7 @@
-"""Records: what was specified in one call of a scene's methods, as data.
+"""Records: the arguments of one call of a method of a scene, as data.
 
 A scene is a list of them.  They name bodies instead of holding handles, so they can be compared,
-written, changed and built a second time, in another scene.
+written, changed, and built again in another scene.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 # The record of every method of `Scene` that adds something.
 SPECS: dict[str, type[Spec]] = {}
-# What records have in place of handles, by the name of the class.
+# What records hold in place of handles, by the name of the class.
 REFERENCES: dict[str, type[Whole]] = {}
 
 
@@ -60,8 +60,8 @@ class Point(Whole):
     index : int
         Number of the node if `xi` is 0, else of the element the point is inside of.
     xi : float, optional
-        Share of the element's length, in (0, 1) inside an element, 0 at a node.  Along an edge of a
-        mesh it counts from the first node of the edge, as given.
+        Fraction of the element's length, in (0, 1) inside an element, 0 at a node.  Along an edge
+        of a mesh it counts from the first node of the edge, as given.
     offsets : tuple of float, optional
         Of a point of a rigid body that is not its origin, its coordinates in the body [m].
     """
@@ -81,7 +81,7 @@ _NUMPY = np.ndarray, np.generic
 
 @dataclass(frozen=True, eq=False)
 class Spec:
-    """What was specified in one call; its fields are named as the parameters.
+    """The arguments of one call; its fields have the names of the parameters.
 
     Vectors are tuples, matrices read-only arrays, handles `Whole` or `Point`.
 
@@ -129,7 +129,7 @@ class Spec:
         at : callable
             Describes a body or a point.
         made : object
-            The handle that was built of it.
+            The handle that was built from it.
         """
         values = ", ".join(f"{name} {text(each, at)}" for name, each in self.given.items())
         return f"{self.method}: {values}"
@@ -143,7 +143,7 @@ class Spec:
     __hash__ = None  # type: ignore[assignment]
 
     def __getstate__(self) -> dict[str, Any]:
-        """Give what is pickled: functions only where they can be."""
+        """Return what is pickled: functions only if they can be."""
         return {name: sent(value, self.method) for name, value in self.__dict__.items()}
 
 

@@ -1,4 +1,4 @@
-"""Equations beside an incomplete factor: where they are in the matrix, and what they take."""
+"""Constraint equations beside an incomplete factor: their entries in the matrix, and their cost."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 Numbers = NDArray[np.int32]
 Places = NDArray[np.int64]
 
-# Most equations: each takes a sweep in a factorisation, as much as a seventh of one, and their
-# dense matrix 2 MB at most.
+# Largest number of equations: each takes a sweep, up to a seventh of a factorisation, and their
+# dense matrix takes at most 2 MB.
 MOST_EQUATIONS = 500
 
 
@@ -56,7 +56,7 @@ class Border:
 
     @property
     def nbytes(self) -> float:
-        """Memory of all of it, as compiled code takes it [bytes]."""
+        """Memory of the arrays in the compiled code [bytes]."""
         return 24.0 * len(self.entry) + 8.0 * self.n**2
 
     @classmethod

@@ -30,16 +30,16 @@ Vector = NDArray[np.float64]
 # of large systems so many that about so many coordinates move.
 CHUNK, COORDINATES = 2000, 4_000_000
 
-# Coordinates from which memory that set-up has freed is worth giving back: vectors of a megabyte.
+# Number of coordinates from which memory freed by the set-up is returned: vectors of a megabyte.
 LARGE = 125_000
 
 
 class Failing(Protocol):
-    """What may have failed inside a compiled loop."""
+    """An object whose Python code may have failed inside a compiled loop."""
 
     @property
     def error(self) -> BaseException | None:
-        """What it has raised there."""
+        """The exception that it raised there."""
 
 
 class FixedRun(ABC):
@@ -87,11 +87,11 @@ class FixedRun(ABC):
     @property
     @abstractmethod
     def _seeds(self) -> Sequence[Failing]:
-        """What is solved with; one that is written in Python keeps its error."""
+        """The seed; one that is written in Python keeps its exception."""
 
     @abstractmethod
     def _count_costs(self) -> None:
-        """Count in the statistics what the steps have cost so far."""
+        """Update the statistics with the cost of the steps so far."""
 
     @abstractmethod
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
@@ -102,7 +102,7 @@ class FixedRun(ABC):
         return outcome
 
     def _last_look(self) -> Outcome:
-        """Look at a run that has taken all its steps."""
+        """Check a run that has taken all its steps."""
         return Outcome.CONVERGED
 
     def march(self, recorder: Recorder) -> Outcome:
@@ -137,7 +137,7 @@ class FixedRun(ABC):
 
     def _record_start(self) -> None:
         system, first = self._system, self._march.state
-        # Velocity and acceleration that the integrator goes on from are others, see solve.start.
+        # Velocity and acceleration that the integrator continues from differ, see solve.start.
         a = self._first.pop()
         when = np.array([system.t0])
         self._recorder.append(when, first[0][None], system.v0[None], a[None], first[3][None])

@@ -1,4 +1,4 @@
-"""The way to an equilibrium: which share of the loads is applied next, and where to go downhill."""
+"""The path to an equilibrium: load steps, and descent of the potential energy."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from ancfsparse.errors import EquilibriumFailure
 from ancfsparse.solve.balance import Balance, State
 from ancfsparse.solve.relax import Found, NotFoundError, find, settle
 
-# Share of the loads that may stay unbalanced in load steps on the way.
+# Unbalanced share of the loads that is allowed in intermediate load steps.
 ON_THE_WAY = 1e-3
-# Load steps where the whole load at once fails or ends in an unstable equilibrium, and how much
-# shorter they may get.
+# Number of load steps where the full load fails or ends in an unstable equilibrium, and how far
+# they may be shortened.
 CAREFUL, SHORTEST, SHORTEST_STABLE = 10, 1.0 / 4096.0, 1.0 / 640.0
 # Factors of an easy load step, after which a shortened one is doubled.
 EASY = 6
 FEWER = (
     "Take fewer elements: their forces round by as much as the loads, because elements that are "
-    "short beside the scene are stiff."
+    "short compared with the scene are stiff."
 )
 
 
 def find_equilibrium(balance: Balance, load_steps: int, tolerance: float) -> Found:
-    """Find an equilibrium by large load steps, then downhill, then by short load steps.
+    """Find an equilibrium by large load steps, then by descent, then by short load steps.
 
-    An unstable equilibrium that large steps have led to serves where no other is found.
+    An unstable equilibrium found by large steps is returned if there is no other.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def find_equilibrium(balance: Balance, load_steps: int, tolerance: float) -> Fou
     load_steps : int
         Number of large steps.
     tolerance : float
-        Share of the loads that may stay unbalanced [-].
+        Unbalanced share of the loads that is allowed [-].
 
     Raises
     ------
@@ -71,7 +71,7 @@ def find_equilibrium(balance: Balance, load_steps: int, tolerance: float) -> Fou
 
 
 def _settled(balance: Balance, state: State, tolerance: float) -> Found:
-    """Settle under the whole load, which counts as one more load step."""
+    """Solve under the full load, which counts as one more load step."""
     found = settle(balance, state, 1.0, tolerance)
     balance.stats.steps += 1
     return found
@@ -82,8 +82,8 @@ def _follow(
 ) -> Found:
     """Apply the load in steps.
 
-    A patient one halves a step that fails, or that leaves stable equilibria, until it is very
-    short, and doubles it again where it is easy.
+    With `patient`, a step that fails or leaves stable equilibria is halved until it is very
+    short, and doubled again where it is easy.
     """
     done, step, stable = 0.0, 1.0 / load_steps, patient and balance.conservative
     found = Found(state, 0, 0.0)

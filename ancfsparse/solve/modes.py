@@ -1,4 +1,4 @@
-"""How a scene vibrates about a state: natural frequencies and mode shapes."""
+"""Vibrations of a scene about a state: natural frequencies and mode shapes."""
 
 from __future__ import annotations
 
@@ -33,9 +33,8 @@ MATRICES = 14
 def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | None = None) -> Modes:
     """Find the n lowest natural frequencies and mode shapes of a scene.
 
-    Small motions about the state are looked at, with the stiffness that stress, loads and the
-    forces of joints have there.  What is prescribed over time, and loads, stay as they are at the
-    time of the state.
+    The equations of motion are linearised about the state, with the stiffness of stress, loads and
+    joint forces there.  Prescribed motions and loads keep their values at the time of the state.
 
     Parameters
     ----------
@@ -45,7 +44,7 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
         How many modes, those of lowest frequency, after unstable ones and free rigid motions; of a
         scene with more than 100 degrees of freedom at most half of all.
     at : State or Equilibrium, optional
-        Where the scene is instead, such as ``run.last``.  Its velocities count in the forces of
+        Another state, such as ``run.last``.  Its velocities count in the forces of
         joints alone.
 
     Returns
@@ -68,8 +67,8 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
 
     Notes
     -----
-    Lanczos' method with one sparse factor below all eigenvalues, and the number of those up to a
-    gap is counted by another: none is left out.  The theory is in docs/theory.md.
+    Lanczos' method with one sparse factor at a shift below all eigenvalues; a second factor counts
+    the eigenvalues below a gap, so that none is missed.  The theory is in docs/theory.md.
     """
     from ancfsparse.results.modes import Modes  # what motions do not need
     from ancfsparse.solve.spectrum import BEYOND, VECTORS, all_motions, lowest, most_modes
@@ -114,7 +113,7 @@ def _accelerated(system: System, axis: int) -> Vector:
 
 
 def _pencil(of: Scene | Equilibrium, at: State | Equilibrium | None) -> Pencil:
-    """Linearise the scene where it is."""
+    """Linearise the scene about a state."""
     from ancfsparse.solve.pencil import Pencil
     from ancfsparse.solve.rates import initial_acceleration, start_load
 

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-# Flexibility of every constraint beside that of the coordinates that it holds: constraints that
-# repeat one another then leave no pivot zero, and frequencies change by less than by rounding.
+# Flexibility of every constraint relative to that of the coordinates it holds: redundant
+# constraints then give no zero pivot, and frequencies change by less than rounding.
 FLEXIBILITY = 1e-10
 
 
@@ -29,7 +29,7 @@ class Pencil:
     system : System
         What moves; its constraint block is not regularized.
     state : State
-        Its coordinates, and its multipliers, whose forces turn with the motion.
+        Its coordinates, and its multipliers, whose forces rotate with the motion.
     amplitudes : (n_amplitudes,) float
         Amplitudes of the loads there.
 
@@ -42,7 +42,7 @@ class Pencil:
     diagonal : (n_free,) float
         Diagonal of M, positive also where equations alone give a coordinate its mass [kg, kg m2].
     seed : SparseSeed
-        With what shifted equations are solved.
+        The solver of the shifted equations.
     shift : float
         Of the last factor [1/s2].
     """

@@ -10,20 +10,20 @@ from numpy.typing import NDArray
 from ancfsparse.errors import RedundantConstraints
 from ancfsparse.system import System
 
-# Share of a gradient that must be left beside all others, or it repeats them.
+# Share of a gradient that must be independent of the others, or it is redundant.
 LEFT = 1e-8
-# Share of a sum by which others count as what is repeated.
+# Share of a linear combination from which a constraint is named as a part of it.
 PART = 1e-3
-# Equations up to which this is looked at: a fraction of a second.
+# Largest number of equations for which this is checked: a fraction of a second.
 MOST = 300
-# So many are named.
+# Number of constraints that are named.
 NAMED = 3
 
 
 def warn_of_repeats(system: System) -> None:
     """Warn of constraints that repeat others.
 
-    Their forces cannot be told apart; a small regularization shares them out.
+    Their forces are not unique; a small regularization distributes them.
 
     Warns
     -----
@@ -41,15 +41,15 @@ def warn_of_repeats(system: System) -> None:
     more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
     warnings.warn(
         f"{len(found)} of {len(labels)} constraints repeat others at the start: "
-        f"{'; '.join(words)}{more}.  The motion is not affected, but their forces are shared out "
-        "arbitrarily: leave out what holds a thing twice, or give a joint more freedom",
+        f"{'; '.join(words)}{more}.  The motion is not affected, but their forces are distributed "
+        "arbitrarily: leave out a joint that repeats another, or use one with more freedom",
         RedundantConstraints,
         stacklevel=4,
     )
 
 
 def _because(labels: list[str], others: list[int]) -> str:
-    """Say what an equation follows from."""
+    """Name what an equation follows from."""
     if not others:
         return "which holds nothing that can move"
     more = f" and {len(others) - 1} more" if len(others) > 1 else ""

@@ -1,4 +1,4 @@
-"""What a call of `simulate` asks for, checked: arguments in, valid values out."""
+"""The arguments of `simulate`, checked."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ DEFAULT = GeneralizedAlpha(0.9)
 # States saved where an accuracy and nothing else is given.
 SAVED = 200
 
-# Whole motions that a run to an accuracy keeps beside the states to be returned.
+# Whole motions that a run to an accuracy keeps in addition to the states to be returned.
 COMPARED = 4
 
 
@@ -104,7 +104,7 @@ class Request:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What is written into files."""
+        """The settings that files contain."""
         return {
             "t_start": None if self.state is None else self.state.t,
             "dt": self.clock.dt,

@@ -23,10 +23,10 @@ from ancfsparse.system import System
 
 
 class Run(Protocol):
-    """A motion that is set up and waits to be marched."""
+    """A run that is set up and ready to march."""
 
     def march(self, recorder: Recorder) -> Outcome:
-        """March to the end and hand all states to a recorder; return how the run ended."""
+        """March to the end and pass all states to a recorder; return the outcome."""
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
         """Return the error for a run that ended with another outcome than convergence."""
@@ -38,7 +38,7 @@ def build_run(request: Request, system: System, needed: Memory) -> Run:
     Parameters
     ----------
     request : Request
-        What is asked for.
+        The checked arguments.
     system : System
         What moves, at its start.
     needed : Memory
@@ -101,7 +101,7 @@ class ImplicitRun(FixedRun):
         return self._cross(outcome) if outcome in CURABLE else outcome
 
     def _consider(self, back: WayBack, outcome: Outcome) -> Outcome:
-        """Go on with an exact seed where the incomplete one fails or costs more, and it fits."""
+        """Continue with an exact seed where the incomplete one fails or costs more, if it fits."""
         failed, steps = outcome in CURABLE, self._stats.steps
         if not failed and not back.pays(self._iteration.counts, self._solved_with[0].inner):
             self._chunk = min(2 * self._chunk, self._most)
@@ -120,7 +120,7 @@ class ImplicitRun(FixedRun):
         return Outcome.CONVERGED
 
     def _cross(self, outcome: Outcome) -> Outcome:
-        """Cross a step that failed in shorter ones."""
+        """Retry a failed step in shorter ones."""
         halving, stats = self._halving, self._stats
         self._before, seconds = None, halving.seconds
         outcome = halving.cross(stats.steps + 1, outcome)
@@ -200,7 +200,7 @@ class ExplicitRun(FixedRun):
 
 
 class AccurateRun:
-    """Whole motions, until the error of one is small enough; it ends so, or raises an error.
+    """Whole motions, until the error of one is small enough; otherwise raises an error.
 
     Parameters
     ----------
@@ -245,5 +245,5 @@ class AccurateRun:
         return Outcome.CONVERGED
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
-        """No run to an accuracy ends otherwise: errors are raised where they are found."""
+        """Unreachable: runs to an accuracy raise their errors in `march`."""
         raise AssertionError(outcome)

@@ -25,7 +25,7 @@ SMALL = 300
 # Blocks of an exact factor for each of the matrix up to which it is taken: its solves cost three
 # sweeps, and incomplete seeds take half as many corrections again.
 MOST_FILL = 3.0
-# The same beside equations, with which each sweep is two.
+# The same with equations, where each sweep is two.
 MOST_HELD_FILL = 6.0
 # The same in statics, whose solutions on incomplete seeds take some forty sweeps each: lattices of
 # 10 nodes a side (12 blocks) take as long with both, of 16 (27) five times as long with exact ones.
@@ -65,7 +65,7 @@ def make_seed(
     """Make the seed of a run, ordered but not yet factored.
 
     Where the choice is free, it is the exact factor as long as that does not fill in: on trees, and
-    up to three blocks for each of the matrix, or six beside multipliers.  A solver that is asked
+    up to three blocks for each of the matrix, or six with multipliers.  A solver that is asked
     for gets the exact factor too, wherever it fits.
 
     Parameters
@@ -93,7 +93,7 @@ def make_seed(
     Raises
     ------
     InputError
-        If an incomplete seed is asked for beside too many multipliers, or if no seed fits.
+        If there are too many multipliers for an incomplete seed, or if no seed fits.
     """
     indptr, indices = system.pattern.indptr, system.pattern.indices
     if kind == "incomplete" and system.n_multipliers > MOST_EQUATIONS:

@@ -54,9 +54,9 @@ class Prepared(NamedTuple):
     march, iteration
         Compiled loops of the integrator and of the nonlinear solver.
     seed : Seed
-        What corrections are solved with.
+        The seed that corrections are solved with.
     criterion : Criterion
-        When a step counts as solved.
+        The criterion for a solved step.
     why : str
         The method, and why this one.
     a : (n_all,) float
@@ -88,9 +88,9 @@ def prepare(
 ) -> Prepared:
     """Set an implicit run up.
 
-    The seed is of a kind of `SEEDS`.  A factor is refused if it cannot fit beside what
-    else is `needed`.  From the `state` that a run of the same integrator and step has come to, it
-    goes on as if there were no end between them.
+    The seed is of a kind of `SEEDS`.  A factor is refused if it does not fit in memory together
+    with what else is `needed`.  From the last `state` of a run with the same integrator and step,
+    the run continues as if it had not been interrupted.
     """
     pattern = system.pattern
     seed, groups = make_seed(system, kind, solver, threads, needed, dt)

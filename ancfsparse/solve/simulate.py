@@ -55,15 +55,15 @@ def simulate(
         Largest error of the position of a node at the saved times that the steps in time may cause
         [m]; the error of the mesh comes on top.  Of a rigid body points on its axes count too, as
         far from its origin as its mass in the root mean square.  Whole motions with ever shorter
-        steps are compared, by the method that costs least as counted, until the error of one is
-        small enough; it is estimated in ``stats.error``, and ``stats.solver`` says what was taken.
+        steps are compared, by the method of least counted cost, until the error of one is
+        small enough; ``stats.error`` is its estimate, and ``stats.solver`` names the method.
     integrator : Implicit, Explicit or "auto", optional
         `Newmark`, `HHT`, `GeneralizedAlpha`, `EnergyMomentum`, `CentralDifference`,
         `RungeKuttaNystrom` or `DormandPrince`.  ``"auto"`` is ``GeneralizedAlpha(0.9)``; with an
         accuracy it is whichever costs least, explicit ones included where no solver is asked for.
         The last three are explicit: they take no solver and no tolerance, and steps no longer than
-        `stable_step` returns.  All but `DormandPrince` take no damping, and joints by numbering;
-        drives are by numbering with all of them.
+        `stable_step` returns.  Only `DormandPrince` takes damping, and joints with
+        multipliers; drives must be by numbering with all of them.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
     seed : {"auto", "exact", "incomplete"}, optional
@@ -72,7 +72,7 @@ def simulate(
         whose time and memory are linear in the mesh, with a few conjugate gradients where a sweep
         is too little; with up to 500 multipliers.  ``"auto"``, with ``solver="auto"``: incomplete
         where an exact factor would have more than three times the blocks of the matrix (six times
-        beside multipliers), and back to exact in the middle of the run where counts say that this
+        with multipliers), and back to exact in the middle of the run where counts say that this
         costs less, or where a step fails; with a solver or an accuracy that is asked for exact
         wherever that fits.
     tolerance : "default", "paper" or float, optional

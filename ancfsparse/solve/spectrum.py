@@ -1,4 +1,4 @@
-"""The lowest eigenvalues of small motions: Lanczos' method on a factor, checked by counting."""
+"""The lowest eigenvalues of small motions by shift-and-invert Lanczos, checked by counting."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ancfsparse.solve.pencil import Pencil
 Vector = NDArray[np.float64]
 Found = tuple[Vector, Vector]
 
-# Up to so many degrees of freedom all eigenvalues together are found sooner than a few.
+# Up to this many degrees of freedom a dense solver finds all eigenvalues sooner.
 DENSE = 100
-# Rank of motions that answer random forces, by singular values.
+# Relative singular value that decides the rank of responses to random forces.
 RANK = 1e-8
-# Least shift, beside the squares of the highest frequencies: far enough above rounding.
+# Least shift relative to the squares of the highest frequencies: well above rounding.
 LEAST_SHIFT = 1e-12
 # Shift beside the largest eigenvalue that is wanted, and how far off it may be: from it the wanted
 # ones lie well apart, and none is so much nearer than the others that these are lost in rounding.
@@ -51,7 +51,7 @@ def lowest(pencil: Pencil, n: int, motions: Vector | None) -> tuple[Vector, Vect
     vectors : (n, n_free) float
         Motions, with ``x.M x = 1`` and orthogonal to one another.
     rounding : (n,) float
-        How far rounding of the stiffness may move each eigenvalue [1/s2].
+        Bound of the error of each eigenvalue from rounding of the stiffness [1/s2].
 
     Raises
     ------
@@ -83,7 +83,7 @@ def _by_dense(pencil: Pencil, n: int, motions: Vector) -> Found:
 
     stiffness, mass = (motions.T @ (each @ motions) for each in (pencil.stiffness, pencil.mass))
     values, mixes = eigh(stiffness, mass, subset_by_index=[0, n - 1])
-    # The shift may not be next to what is zero but for rounding.
+    # The shift must not be close to eigenvalues that are zero up to rounding.
     _factor_below(pencil, -max(SHARE * float(np.abs(values).max()), LEAST_SHIFT * pencil.size))
     return _refined(pencil, motions @ mixes)
 
@@ -96,7 +96,7 @@ def all_motions(pencil: Pencil) -> Vector | None:
         return np.diag(1.0 / unit)
     if n - m > DENSE:
         return None
-    # From a shift as large as the squares of the highest frequencies all motions are alike.
+    # At a shift as large as the squares of the highest frequencies no motion is preferred.
     _factor_below(pencil, -pencil.size)
     random = np.random.default_rng(0)
     size = max(n - m, 0) + BEYOND
@@ -108,12 +108,12 @@ def all_motions(pencil: Pencil) -> Vector | None:
         rank = np.count_nonzero(sizes > RANK * sizes[0])
         if rank < size:
             return np.asarray(motions[:, :rank] / unit[:, None])
-        size *= 2  # some constraints repeat others
+        size *= 2  # some constraints are redundant
     return None
 
 
 def _by_lanczos(pencil: Pencil, n: int) -> Found:
-    """Solve a large problem from a shift below all eigenvalues, and see that none is missing."""
+    """Solve a large problem with a shift below all eigenvalues; check that none is missing."""
     k = n + BEYOND
     below = _place_shift(pencil, n)
     values, vectors = _refined(pencil, _near(pencil, k)[1])
@@ -124,14 +124,14 @@ def _by_lanczos(pencil: Pencil, n: int) -> Found:
             break
         more = _near(pencil, missing + 1, vectors)
         if more[0][0] > values[-1]:
-            break  # nothing is missing: rounding has spoilt the count
+            break  # nothing is missing: the count suffered from rounding
         values, vectors = _refined(pencil, np.hstack([vectors, more[1]]))
     else:
         raise ModesFailure(f"eigenvalues are still missing after {MOST_SHIFTS} searches")
     again = pencil.solve_all(pencil.mass @ vectors[:, :n]) * (values[:n] - below)
     off = vectors[:, :n] - again
     residual = np.sqrt(np.max(np.sum(off * (pencil.mass @ off), axis=0)))
-    # Rounding of the factor turns modes by so much, and moves eigenvalues by its square.
+    # Errors of modes from rounding of the factor; those of eigenvalues are their squares.
     if not residual <= TOLERANCE + ROUNDING * EPSILON * pencil.size / abs(below):
         raise ModesFailure(f"a mode has the relative residual {residual:.2g}")
     return values[:n], vectors[:, :n]
@@ -187,7 +187,7 @@ def _near(pencil: Pencil, k: int, known: Vector | None = None, tolerance: float 
             mass,
             sigma=pencil.shift,
             OPinv=LinearOperator((n, n), matvec=solve, dtype=float),
-            v0=solve(force),  # as allowed by the constraints; the same in every call
+            v0=solve(force),  # satisfies the constraints; the same in every call
             tol=tolerance,
         )
     except ArpackError as error:
@@ -208,7 +208,7 @@ def _refined(pencil: Pencil, vectors: Vector) -> Found:
 
 
 def _missing(pencil: Pencil, values: Vector, n: int) -> int:
-    """Count the eigenvalues below a gap beyond the wanted ones; return how many are not known."""
+    """Count the eigenvalues below a gap above the wanted ones; return how many are missing."""
     gaps = np.diff(values[n - 1 :]) / (np.abs(values[n:]) + abs(pencil.shift))
     if not len(gaps):
         return 0

@@ -1,4 +1,4 @@
-"""What the compiled assembly gives to Python; types alone."""
+"""The Python interface of the compiled assembly; types only."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Assembly(Protocol):
         """Set how many threads share the work."""
 
     def check(self) -> None:
-        """Raise what a function of the motion has done wrong."""
+        """Raise the error of a function of the motion, if any."""
 
     def residual(
         self, q: Vector, v: Vector, a: Vector, lam: Vector, dead_load: Vector, amplitudes: Vector

@@ -159,11 +159,11 @@ def test_points_stay_where_they_are_if_a_beam_is_replaced():
 def test_what_cannot_be_replaced_is_named():
     scene, rod = bar()
     stranger = bar()[1]
-    with pytest.raises(ancf.InputError, match="replaced needs what a method of this scene return"):
+    with pytest.raises(ancf.InputError, match="replaced needs a handle that a method of this sc"):
         scene.replaced(stranger, n_elements=3)
     with pytest.raises(ancf.InputError, match="unknown argument of add_beam 'n_element': did you"):
         scene.replaced(rod, n_element=3)
-    with pytest.raises(ancf.InputError, match="'value' and no handle: give the beam, joint"):
+    with pytest.raises(ancf.InputError, match="'value' but no handle: give the beam, joint"):
         scene.replaced(value=3)
     with pytest.raises(ancf.InputError, match="n_elements of beam 0 must be"):
         scene.replaced(rod, n_elements="many")

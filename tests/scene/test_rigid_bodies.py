@@ -87,7 +87,7 @@ def test_a_body_is_copied_and_pickled():
         (dict(shape=ancf.Sphere(1.0), mass=1.0, orientation=np.diag([1, 1, -1])), "left-handed"),
         (
             dict(shape=ancf.Sphere(1.0), mass=1.0, orientation=np.diag([1, 1, 1.1])),
-            "orthonormal columns, and they are off by 0.21",
+            "orthonormal columns, but they are off by 0.21",
         ),
         (dict(shape=ancf.Sphere(1.0), mass=1.0, orientation=0.3), "unit quaternion .* or a rot"),
         (dict(shape=ancf.Sphere(1.0), mass=1.0, angular_velocity=3.0), "angular velocity of body"),
@@ -113,7 +113,7 @@ def test_bad_points():
     scene = spatial()
     rod = scene.add_body(ancf.Rod(1.0), mass=1.0, position=(0, 0, 0))
     ball = scene.add_body(ancf.Sphere(1.0), mass=1.0, position=(0, 0, 0), name="ball")
-    with pytest.raises(ancf.InputError, match="is off its line: a thin rod knows points along"):
+    with pytest.raises(ancf.InputError, match="is off its line: a thin rod has only points along"):
         rod.at((0.5, 0.1, 0.0))
     with pytest.raises(ancf.InputError, match="ball is no rod and has no end"):
         _ = ball.end

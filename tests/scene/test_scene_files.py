@@ -134,7 +134,7 @@ def pinned(path):
     ("spoil", "message"),
     [
         (lambda d: d.update(format="xml"), "is no file of a scene: its format is not 'ancfsparse"),
-        (lambda d: d.update(version=2), "is of version 2 .*this program reads version 1"),
+        (lambda d: d.update(version=2), "has version 2 .*this program reads version 1"),
         (lambda d: d.update(records={}), "is damaged: it has no list of records"),
         (lambda d: d.update(gravity=[1]), "gravity must have 2 components"),
         (lambda d: d["records"].append(3), "record 4: it must be a method and its arguments, got"),
@@ -151,7 +151,7 @@ def pinned(path):
         (lambda d: d["records"][2].update(value={"own": "f"}), "needs 'f', which a file cannot"),
         (
             lambda d: d["records"][2].update(value={"base64": "AAAA", "array": "<f8", "shape": 1}),
-            "record 3: it has an array that is damaged",
+            "record 3: its array is damaged",
         ),
     ],
 )

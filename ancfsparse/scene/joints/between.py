@@ -43,12 +43,12 @@ class Between(Joint):
 
     @property
     def mark(self) -> Mark | None:
-        """How pictures show it: as a pin where it holds a point to the ground."""
+        """How pictures show it: as a pin if it holds a point to the ground."""
         return Mark("pin") if self.b is None and self.is_point else None
 
     @property
     def has_multipliers(self) -> bool:
-        """Whether it surely makes equations."""
+        """Whether equations are certain: numbering alone is rare."""
         return True
 
     @property
@@ -159,7 +159,7 @@ class Cylindrical(Between):
 
 @dataclass(frozen=True, eq=False)
 class Prismatic(Between):
-    """A point of the one stays on an axis of the other, and neither turns beside the other."""
+    """A point of one body stays on an axis of the other, without relative rotation."""
 
     name = "prismatic"
     is_point = False

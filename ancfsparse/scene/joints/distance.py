@@ -1,4 +1,4 @@
-"""Distances: two points keep theirs, as at the ends of a rigid rod without mass."""
+"""Distances: two points keep their distance, as the ends of a rigid massless rod do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Points and directions of what joints hold, as sums of coordinates, and equations between them."""
+"""Points and directions at joints as sums of coordinates, and equations between them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Vector
 
-# A direction whose components along the vectors of a frame are within this of one of them is it.
+# A direction whose components are within this of those of a vector of a frame is that vector.
 ALIGNED = 1e-12
-# Share of a direction that may be off what a node knows: rounding of what was given.
+# Share of a direction outside the span of the vectors of a node that is taken for rounding.
 OFF = 1e-9
 
 
@@ -25,9 +25,9 @@ class Sum:
     terms : tuple of dict from int to float
         Per component the weight of each coordinate.
     constant : (dim,) float
-        What is fixed in space.
+        The part that is fixed in space.
     whole : (dim,) int or None
-        The coordinates that it simply is, if so.
+        The coordinates that it consists of, if it is just these.
     """
 
     terms: tuple[dict[int, float], ...]
@@ -49,7 +49,7 @@ class Sum:
         return cls(terms, np.zeros(dim), used[0][0] if alone else None)
 
     def turned(self) -> Sum:
-        """Return the vector turned by +90 degrees in the plane."""
+        """Return the vector rotated by +90 degrees in the plane."""
         x, y = self.terms
         constant = np.array([-self.constant[1], self.constant[0]])
         return Sum(({k: -w for k, w in y.items()}, x), constant)
@@ -79,9 +79,9 @@ def vectors_of(builder: Builder, node: Node) -> list[Coordinates]:
 
 
 def direction(builder: Builder, node: Node, vector: Vector) -> Sum:
-    """Return the direction that has now the components `vector` and turns with a node.
+    """Return the direction that is `vector` in the reference shape and rotates with a node.
 
-    In the plane one vector is a frame; in space it knows the directions along it alone.
+    In the plane one vector is a frame; in space it gives only the directions along it.
     """
     own = vectors_of(builder, node)
     frame = frame_at(node)[: len(own)]
@@ -110,7 +110,7 @@ def frame_at(node: Node) -> Vector:
 
 
 def knows(node: Node, vector: Vector) -> bool:
-    """Whether a direction turns with a node."""
+    """Whether the vectors of a node span a direction."""
     frame = frame_at(node)[: (len(node.beam.kind.node_coordinates) // node.beam.dim) - 1]
     if node.beam.dim == 2:
         return True
@@ -129,16 +129,16 @@ def _mixed(one: Sum, a: float, other: Sum, b: float) -> Sum:
 
 
 def is_one(one: Sum, other: Sum) -> bool:
-    """Whether two vectors can be made one by numbering."""
+    """Whether two vectors can be identified by numbering."""
     return one.whole is not None and (other.whole is not None or not any(other.terms))
 
 
 def same(
     builder: Builder, label: str, one: Sum, other: Sum, size: float, factor: float = 1.0
 ) -> None:
-    """Make two vectors one: by numbering where both are coordinates, else by linear equations.
+    """Make two vectors equal: by numbering where both are coordinates, else by linear equations.
 
-    Their components round like a size [m].
+    The rounding of their components is that of a size [m].
     """
     if one.whole is not None and other.whole is not None:
         builder.share(one.whole, other.whole)

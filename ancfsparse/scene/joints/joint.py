@@ -157,7 +157,7 @@ class Joint(ABC):
 
     @property
     def has_multipliers(self) -> bool:
-        """Whether it surely makes equations."""
+        """Whether it certainly makes equations."""
         return False
 
 

@@ -1,4 +1,4 @@
-"""Welds: two points are one, and neither turns beside the other."""
+"""Welds: two points coincide, without relative rotation."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from ancfsparse.scene.joints.joint import Builder, Vector
 
 @dataclass(frozen=True, eq=False)
 class Weld(Between):
-    """Two points are one, and neither turns beside the other.
+    """Two points coincide, without relative rotation.
 
-    Of beams it holds what a clamp with free stretch holds, beside a wall that moves.
+    At beams it holds what a clamp with free stretch holds, to a wall that may move.
     """
 
     name = "weld"
 
     def lower(self, builder: Builder) -> None:
-        """Share the point, and what both know of their directions."""
+        """Share the point, and the directions that both have."""
         self._share_point(builder)
         beams = [node for node in self.nodes if node.beam.n_elements]
         if not beams:
@@ -35,7 +35,7 @@ class Weld(Between):
         self._hold(builder, held, wall)
 
     def _hold(self, builder: Builder, held: Node, wall: Node | None) -> None:
-        """Hold the directions of a node of a beam beside a wall, which may move."""
+        """Hold the directions of a node of a beam to a wall, which may move."""
         kind, frame = builder.kind(held), frame_at(held)
         if kind.is_cable:
             tangent = frame[0] / np.linalg.norm(frame[0])
