@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 def listing() -> str:
-    """Return all scenes with their keys, quantities and asserted numbers."""
+    """List all scenes with their keys, quantities and reference values."""
     lines = []
     for name, case in MECHANISMS.items():
         keys = ", ".join(f"{k}={numbers(v)} {unit}" for k, (v, unit) in (case.keys or {}).items())
@@ -82,9 +82,9 @@ def _quantities(
     end = max(times)
     steps = round(end / dt)
     if abs(steps * dt - end) > 1e-9 * end:
-        raise InputError(f"the last time {end:g} s is no whole number of steps of {dt:g} s")
+        raise InputError(f"the last time {end:g} s is not a whole number of steps of {dt:g} s")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RedundantConstraints)  # known of these scenes
+        warnings.simplefilter("ignore", RedundantConstraints)  # known for these scenes
         if accuracy is None:
             run: Trajectory = simulate(
                 mechanism.scene, end, dt, integrator=EnergyMomentum(), tolerance=TIGHT
@@ -95,12 +95,12 @@ def _quantities(
     rows = [int(np.argmin(np.abs(run.t - time))) for time in times]
     off = max(abs(float(run.t[row]) - time) for row, time in zip(rows, times, strict=True))
     if off > 1e-9 * end:
-        raise InputError(f"a time of --at lies {off:.3g} s beside all steps of {dt:g} s")
+        raise InputError(f"a time of --at is {off:.3g} s away from the nearest step of {dt:g} s")
     return {each: np.asarray(v[rows]) for each, v in mechanism.quantities(run).items()}
 
 
 def _tenth(times: list[float]) -> float:
-    """Return a time that all times are whole numbers of, a millisecond or less."""
+    """Return the longest of 10, 1 and 0.1 ms that divides all times."""
     for dt in (1e-2, 1e-3, 1e-4):
         if all(abs(round(t / dt) * dt - t) < 1e-12 for t in times):
             return dt

@@ -215,7 +215,7 @@ def _meeting(a: Array, first: float, b: Array, second: float) -> Array:
 
 @dataclass(frozen=True)
 class Case:
-    """A named scene and the number that it is known by.
+    """A named scene and its reference value.
 
     Attributes
     ----------

@@ -87,7 +87,7 @@ def load(
 
 
 def _scene(path: Path, own: Mapping[str, Any]) -> Scene:
-    """Build the scene that stands in a file."""
+    """Rebuild the scene of a file."""
     from ancfsparse.scene.files import built
 
     with opened(path) as file:

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError, Parameter, Sentence
-from ancfsparse.kernels.catalog import OPTIONS, ElementKind
+from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.machine import check_room
 from ancfsparse.scene.bodies import Numbers, Vector, VelocityField
-from ancfsparse.scene.elements import check_make, chosen_element
+from ancfsparse.scene.elements import DEFAULTS, check_make, chosen_element
 from ancfsparse.scene.graph import checked_graph
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh
@@ -54,8 +54,7 @@ def mesh_of(
     Mesh
         The handle, not yet part of a scene.
     """
-    usual = {name: each[0] for own in OPTIONS.values() for name, each in own.items()}
-    element, chosen, kind = chosen_element(label, element, dim, usual | dict(options))
+    element, chosen, kind = chosen_element(label, element, dim, DEFAULTS | dict(options))
     if not kind.is_cable:
         raise InputError(
             f"{label} cannot be made of {element!r}: its corners would have to be rigid, and a "

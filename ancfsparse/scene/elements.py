@@ -13,6 +13,8 @@ from ancfsparse.words import shown
 
 # Second moments further apart than this share make a section that is not round.
 NOT_ROUND = 1e-9
+# The default of every option of every element.
+DEFAULTS = {key: values[0] for own in OPTIONS.values() for key, values in own.items()}
 
 
 def chosen_element(
@@ -54,9 +56,8 @@ def chosen_element(
             f"element {element.name} is {has[element.dim]}, but the scene of {label} is "
             f"{has[dim]}: give the scene a gravity with {element.dim} components"
         )
-    usual = {key: values[0] for own in OPTIONS.values() for key, values in own.items()}
     for key, value in given.items():
-        if value != usual[key]:
+        if value != DEFAULTS[key]:
             raise InputError(
                 f"element {element.name} of {label} has no options: leave {key}={value!r} out"
             )

@@ -104,7 +104,7 @@ class LoadSpec(Spec):
     """What the records of all loads have in common."""
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe where it acts and what it is."""
+        """Describe its position and its value."""
         where, value = self.given.values()
         return f"{type(made).__name__} ({at(where)}): {text(value, at)}"
 

@@ -89,7 +89,7 @@ class Scene(
     __hash__ = None  # type: ignore[assignment]
 
     def __copy__(self) -> Scene:
-        """Return a copy built of the same records: what is added to it is not added here."""
+        """Return a copy built from the same records, which shares no list with this scene."""
         return self.replaced()
 
     def digest(self) -> dict[str, str]:

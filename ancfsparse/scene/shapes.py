@@ -186,7 +186,7 @@ class Rod:
 
 
 def _check_length(what: str, value: object) -> float:
-    """Return a length [m] as a number whose cube is one too."""
+    """Return a length [m] whose cube is in the range of floating-point numbers."""
     length = check_positive(what, value, "m")
     if not 1.0 / LARGEST <= length <= LARGEST:
         raise InputError(

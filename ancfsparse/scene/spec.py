@@ -148,7 +148,7 @@ class Spec:
 
 
 def mapped(value: Any, change: Callable[[Whole], Any]) -> Any:
-    """Return the value of a field with its references changed, and those in tuples."""
+    """Return the value of a field with its references changed, also inside tuples."""
     if isinstance(value, Whole):
         return change(value)
     if isinstance(value, tuple):

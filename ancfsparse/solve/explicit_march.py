@@ -153,7 +153,7 @@ class ExplicitMarch:
         return states
 
     def _inputs(self, times: Vector, begin: float, end: float) -> Vector:
-        """Return loads of the time in which they are smooth, and what is prescribed."""
+        """Return the loads of an interval where they are smooth, and the prescribed motions."""
         amplitudes = self._system.loads.amplitudes(np.clip(times, begin, end))
         if not self._system.prescribed:
             return amplitudes

@@ -29,7 +29,7 @@ class Run(Protocol):
         """March to the end and pass all states to a recorder; return the outcome."""
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
-        """Return the error for a run that ended with another outcome than convergence."""
+        """Return the error for a run whose outcome is not convergence."""
 
 
 def build_run(request: Request, system: System, needed: Memory) -> Run:

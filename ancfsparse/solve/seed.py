@@ -165,7 +165,7 @@ def _meshed(system: System) -> bool:
 
 
 def most_fill(system: System) -> float:
-    """Return up to how many blocks for each of the matrix an exact factor costs less in time."""
+    """Return the largest fill, in blocks per block of the matrix, at which exact factors pay."""
     return MOST_HELD_FILL if system.n_multipliers else MOST_FILL
 
 

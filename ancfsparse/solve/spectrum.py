@@ -18,8 +18,8 @@ DENSE = 100
 RANK = 1e-8
 # Least shift relative to the squares of the highest frequencies: well above rounding.
 LEAST_SHIFT = 1e-12
-# Shift beside the largest eigenvalue that is wanted, and how far off it may be: from it the wanted
-# ones lie well apart, and none is so much nearer than the others that these are lost in rounding.
+# Shift relative to the largest wanted eigenvalue, and its tolerance: seen from it the wanted
+# eigenvalues are well separated, and none is so close that the others are lost in rounding.
 SHARE, NEAREST, FARTHEST = 1e-2, 3.0, 1e5
 MOST_SHIFTS = 12
 # Eigenvalues beyond the wanted ones, among which a gap is looked for; and vectors over all
@@ -71,14 +71,14 @@ def lowest(pencil: Pencil, n: int, motions: Vector | None) -> tuple[Vector, Vect
 
 
 def most_modes(pencil: Pencil, motions: Vector | None) -> int:
-    """Return how many modes can be found: all of them where they are few, else half."""
+    """Return how many modes can be found: all if there are few, else half."""
     if motions is not None:
         return int(motions.shape[1])
     return (pencil.system.n_free - pencil.system.n_multipliers) // 2
 
 
 def _by_dense(pencil: Pencil, n: int, motions: Vector) -> Found:
-    """Solve a small problem on the motions that the constraints allow, and refine what is found."""
+    """Solve a small dense problem on the admissible motions, and refine its modes."""
     from scipy.linalg import eigh
 
     stiffness, mass = (motions.T @ (each @ motions) for each in (pencil.stiffness, pencil.mass))
@@ -89,7 +89,7 @@ def _by_dense(pencil: Pencil, n: int, motions: Vector) -> Found:
 
 
 def all_motions(pencil: Pencil) -> Vector | None:
-    """Return a basis of the motions that the constraints allow, (n_free, k); None of too many."""
+    """Return a basis of the admissible motions, (n_free, k); None if there are too many."""
     unit, m = np.sqrt(pencil.diagonal), pencil.system.n_multipliers
     n = len(unit)
     if n <= DENSE and not m:
@@ -158,7 +158,7 @@ def _place_shift(pencil: Pencil, n: int) -> float:
 
 
 def _factor_below(pencil: Pencil, shift: float) -> float:
-    """Factor at a shift, or one so far below it that no eigenvalue is lower; return it."""
+    """Factor at a shift, or at a lower one below all eigenvalues; return it."""
     shift = shift or -1.0  # nothing is stiff: any shift does
     while pencil.factor(shift) != 0:
         shift *= 4.0
@@ -197,7 +197,7 @@ def _near(pencil: Pencil, k: int, known: Vector | None = None, tolerance: float 
 
 
 def _refined(pencil: Pencil, vectors: Vector) -> Found:
-    """Improve modes together: one more inverse iteration, and the best mixes of what it gives."""
+    """Improve modes together: one inverse iteration, and a Rayleigh-Ritz projection."""
     from scipy.linalg import eigh
 
     vectors = pencil.solve_all(pencil.mass @ vectors)

@@ -59,7 +59,7 @@ class Between(Joint):
 
     @property
     def size(self) -> float:
-        """A length of what it joins, by which directions count as ways [m]."""
+        """Length of the larger body, which scales directions to lengths [m]."""
         return max(node.beam.size for node in self.nodes)
 
     def _points(self, builder: Builder) -> tuple[Sum, Sum]:

@@ -1,4 +1,4 @@
-"""What the rows of the study of lattices say, and the numbers that they should reach."""
+"""Findings of the study of lattices, and its targets."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LATTICE, NET = "soft lattice, at rest, 0.001 s", "net, at rest, 0.0005 s"
 
 
 def ratios(exact: Row, incomplete: Row) -> tuple[float, float, float]:
-    """Return how many times the time, set-up and memory of incomplete seeds exact ones take."""
+    """Return the ratios of time, set-up and memory of exact seeds to incomplete ones."""
     return (
         exact.microseconds / incomplete.microseconds,
         exact.record["set_up_seconds"] / incomplete.record["set_up_seconds"],
@@ -22,7 +22,7 @@ def ratios(exact: Row, incomplete: Row) -> tuple[float, float, float]:
 
 
 def targets(rows: Sequence[Row]) -> list[Target]:
-    """Return what is aimed at, as far as the rows tell."""
+    """Return the targets that the rows can answer."""
     found = []
     for exact, incomplete in pairs(rows):
         case = exact.job.title, exact.job.size
@@ -61,7 +61,7 @@ def targets(rows: Sequence[Row]) -> list[Target]:
 
 
 def findings(rows: Sequence[Row]) -> list[str]:
-    """Say what incomplete seeds save, how their cost grows, and from which fill on they win."""
+    """Summarise what incomplete seeds save, how their cost grows, and from which fill they win."""
     sentences = []
     for exact, incomplete in pairs(rows):
         time, set_up, memory = ratios(exact, incomplete)
@@ -82,7 +82,7 @@ def findings(rows: Sequence[Row]) -> list[str]:
 
 
 def _limits(rows: Sequence[Row]) -> list[str]:
-    """Say, for times of steps and with set-up, up to and from which fill each seed wins."""
+    """State the fill up to and from which each seed wins, by steps alone and with set-up."""
     known = [(e.record["fill"], e, i) for e, i in pairs(rows) if e.record.get("fill")]
     if not known:
         return []

@@ -1,4 +1,4 @@
-"""What is run of nets, lattices and trusses: scene, motion, step, seeds, threads."""
+"""The runs of nets, lattices and trusses: scene, motion, step, seeds, threads."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ LARGEST_IRREGULAR = 10
 NET_RUN = ("soft", "rest", 5e-4, 0.0, 0)
 # The first run is made on exact seeds up to this size; equilibria are found of this one.
 LARGEST_FIRST, STATIC = 22, 16
-# Elements of scenes so small that a few steps are over before a clock can tell.
+# Number of elements below which a few steps are too short to be timed.
 FEW = 4000
 
 

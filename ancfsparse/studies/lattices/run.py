@@ -21,9 +21,9 @@ from ancfsparse.studies.common.progress import bar as progress_bar
 from ancfsparse.studies.lattices.jobs import Job, jobs_of
 from ancfsparse.system import System
 
-# Runs that take less than this [s] are made again, up to so many times, and the fastest counts.
+# Runs shorter than this [s] are repeated, up to this number of times, and the fastest counts.
 SHORT, ROUNDS = 1.0, 3
-# Blocks of an exact factor for each of the matrix beyond which they are not counted.
+# Fill, in blocks of an exact factor per block of the matrix, beyond which it is not counted.
 MOST_FILL = 1e4
 
 
@@ -186,7 +186,7 @@ def _statics(job: Job) -> dict[str, Any]:
 
 
 def _fill(job: Job) -> float:
-    """Return how many blocks an exact factor has for each of the matrix, NaN if beyond counting."""
+    """Return the fill of an exact factor, blocks per block of the matrix; NaN if too large."""
     groups = groups_of(System(job.scene()))
     fill = groups.exact_fill(MOST_FILL)
     return math.nan if fill is None else fill.nnz / groups.nnz

@@ -37,7 +37,7 @@ SOLVERS = chosen(
 """By their names in tables."""
 
 
-# By how much runs beside another differ in Young's modulus, and how many there are on either side.
+# Relative change of Young's modulus between neighbouring runs, and their number on either side.
 MOVED, MOVES = 1e-9, 10
 
 
