@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.checks import check_finite, check_vector
+from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Body, Node, Numbers, Vector
 from ancfsparse.scene.shapes import Shape
 from ancfsparse.scene.spec import Point
-from ancfsparse.scene.straight import place
+from ancfsparse.scene.straight import check_position, place
 from ancfsparse.words import numbers
 
 if TYPE_CHECKING:
@@ -140,9 +140,8 @@ class RigidBody(Body):
         """
         what = f"the point of {self.name}"
         if np.ndim(point) == 0 and self.n_vectors == 1:
-            given = check_finite(what, point, "m") * np.eye(self.dim)[0]
-        else:
-            given = check_vector(what, point, self.dim, "m")
+            point = check_finite(what, point, "m") * np.eye(self.dim)[0]
+        given = check_position(what, point, self.dim)
         if given[self.n_vectors :].any():
             raise InputError(
                 f"{what} {place(given)} is off its line: a thin rod has only points along its x "
@@ -159,7 +158,7 @@ class RigidBody(Body):
         if not place.offsets:
             return self.origin
         what = f"the point of {self.name}"
-        return self._point(check_vector(what, place.offsets, self.n_vectors, "m"))
+        return self._point(check_position(what, place.offsets, self.n_vectors))
 
     def among(self, n_each: int, point: Node) -> Point:
         """Return a point as data: a rigid body has no elements, whatever number is given."""

@@ -115,6 +115,9 @@ def test_bad_points():
     ball = scene.add_body(ancf.Sphere(1.0), mass=1.0, position=(0, 0, 0), name="ball")
     with pytest.raises(ancf.InputError, match="is off its line: a thin rod has only points along"):
         rod.at((0.5, 0.1, 0.0))
+    for far in (rod, ball):
+        with pytest.raises(ancf.InputError, match=r"the point of .* lies beyond 1e\+150 m"):
+            far.at((1e300, 0.0, 0.0))
     with pytest.raises(ancf.InputError, match="ball is no rod and has no end"):
         _ = ball.end
     with pytest.raises(ancf.InputError, match="of another scene"):
