@@ -29,7 +29,7 @@ FLAT, MARGIN = 1e-6, 0.06
 NARROWEST = 0.2
 # Sizes of planar axes, at most, and of what is around them [inch].
 WIDEST, HIGHEST, LEFT, BOTTOM, TOP, RIGHT, LEGEND = 5.2, 5.2, 0.8, 0.55, 0.35, 0.2, 1.15
-# Elements from which lines become thinner.
+# Elements and rigid bodies from which lines become thinner.
 MANY = 200
 # Elevation and azimuth of the eye [degrees].
 EYE = 22.0, -60.0
@@ -81,7 +81,7 @@ class Film:
     @property
     def width(self) -> float:
         """Width of lines [pt]."""
-        n = sum(len(part.lengths) for part in self.outline.parts)
+        n = sum(len(part.lengths) for part in self.outline.parts) + len(self.outline.solids)
         return float(np.clip(1.8 * np.sqrt(MANY / max(n, MANY)), 0.5, 1.8))
 
 
@@ -186,7 +186,7 @@ class Canvas:
             elif kind == "clamp":
                 mark(places[state], "s", 7.0)
         if joints:
-            mark(np.array(joints), "o", 3.5)
+            mark(np.array(joints), "o", 2.0 * self.film.width)
         if pins:
             flat = len(self.axes) == 2
             mark(np.array(pins), MarkerStyle(_TRIANGLE) if flat else "^", 14.0 if flat else 8.0)

@@ -80,6 +80,21 @@ def test_a_pin_is_drawn_at_the_point_it_holds(plate):
     np.testing.assert_allclose(marks, [held], atol=1e-12)
 
 
+def test_welds_to_the_ground_are_drawn_as_clamps():
+    """At the point they hold, with the wall on the side that the body is not on."""
+    scene = ancf.Scene((0.0, -9.81))
+    box = scene.add_body(ancf.Box(1.0, 0.4, 0.1), mass=2.0, position=(1, 2))
+    scene.weld(box.at((0.5, 0.0)))
+    rod = scene.add_body(ancf.Rod(1.0), mass=1.0, position=(0, 0), orientation=0.5 * np.pi)
+    scene.clamp(rod.origin)
+    run = ancf.simulate(scene, 0.01, 1e-3)
+    weld, clamp = outline_of(run.system).supports
+    assert (weld.kind, clamp.kind) == ("clamp", "clamp")
+    np.testing.assert_allclose(run.q[-1][weld.places] @ weld.weights, (1.5, 2.0), atol=1e-9)
+    np.testing.assert_allclose(weld.other, (-0.5, 0.0), atol=1e-12)
+    np.testing.assert_allclose(clamp.other, (0.0, 0.5), atol=1e-12)
+
+
 def test_a_body_given_by_its_inertia_is_lines_from_its_centre(plate):
     run, _, weight, _ = plate
     drawn = np.array(run.plot(of=weight, times=[0.1]).collections[0].get_segments())

@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Mark
+from ancfsparse.scene.rigid import RigidBody
 from ancfsparse.scene.spec import At, Point, Spec
 
 # A slope whose direction is within this of a coordinate axis can be clamped by numbering.
 ALIGNED = 1e-14
+# Share of the size of a rigid body within which a point is its centre.
+SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +88,18 @@ class Clamp(Joint):
     @property
     def mark(self) -> Mark:
         """How pictures show it."""
-        body = self.node.beam
-        row = body.rows_of(self.node.index).start
-        slope = np.asarray(body.vectors[min(row, len(body.vectors) - 1), 0])
-        return Mark("clamp", slope if (body.ends[:, 0] == row).any() else -slope)
+        return clamped(self.node)
+
+
+def clamped(node: Node) -> Mark:
+    """Return how pictures show a point that is clamped, a rigid body with its centre in front."""
+    body = node.beam
+    if isinstance(body, RigidBody):
+        way = body.centre.position - node.position
+        return Mark("clamp", way if np.linalg.norm(way) > SAME * body.size else body.vectors[0, 0])
+    row = body.rows_of(node.index).start
+    slope = np.asarray(body.vectors[min(row, len(body.vectors) - 1), 0])
+    return Mark("clamp", slope if (body.ends[:, 0] == row).any() else -slope)
 
 
 def along_axis(slope: NDArray[np.float64]) -> int | None:

@@ -8,8 +8,9 @@ import numpy as np
 
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.joints.between import Between, normals
+from ancfsparse.scene.joints.clamp import clamped
 from ancfsparse.scene.joints.frames import Sum, across, direction, frame_at, same
-from ancfsparse.scene.joints.joint import Builder, Vector
+from ancfsparse.scene.joints.joint import Builder, Mark, Vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +21,11 @@ class Weld(Between):
     """
 
     name = "weld"
+
+    @property
+    def mark(self) -> Mark | None:
+        """How pictures show it: as a clamp where it holds a point to the ground."""
+        return clamped(self.a) if self.b is None else None
 
     def lower(self, builder: Builder) -> None:
         """Share the point, and the directions that both have."""
