@@ -27,7 +27,7 @@ class Entry:
     damping : str or None
         The parameter that sets its numerical damping.
     fixed : tuple
-        Other arguments, which the name stands for.
+        Other arguments that the name implies.
     """
 
     make: Callable[..., Implicit | Explicit]

@@ -82,7 +82,7 @@ class NonlinearLoop(Protocol):
         """Set the bounds of the next steps."""
 
     def mark_seeded(self) -> None:
-        """Take the inverse for the one of the present iterate."""
+        """Treat the inverse as that of the present iterate."""
 
     def mark_stale(self) -> None:
         """Renew the seed in the next step."""

@@ -20,7 +20,7 @@ from ancfsparse.scene.rigid import RigidBody
 if TYPE_CHECKING:
     import h5py
 
-# Their numbers stand in files.
+# Files contain these numbers.
 KINDS = ("pin", "clamp", "rod", "joint")
 
 
@@ -35,7 +35,7 @@ class Part:
     lengths : ndarray, shape (n_elements,)
         Lengths of its elements [m].
     places : ndarray of int, shape (n_elements, 4, dim)
-        Where in the coordinates position and slope of both ends of every element stand.
+        Places of position and slope of both ends of every element in the coordinates.
     radius : float
         Of the circle that has the area of its section [m].
     """
@@ -55,7 +55,7 @@ class Support:
     kind : str
         One of `KINDS`.
     places : ndarray of int, shape (dim, p)
-        Where in the coordinates stands what the position of the point it holds is made of.
+        Places of the coordinates of which the position of the point it holds is a sum.
     weights : ndarray, shape (p,)
         By which it is made of it.
     other : ndarray, shape (dim,)

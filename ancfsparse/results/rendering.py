@@ -28,7 +28,7 @@ except ImportError as missing:
 
 SIDES = 24
 RIGID = "#ff9d3c"
-# Radius of the lines of rigid bodies beside the extent of the body.
+# Radius of the lines of rigid bodies as a share of the extent of the body.
 THIN = 0.01
 SIZES = range(16, 10_000)
 

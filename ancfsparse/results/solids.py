@@ -1,4 +1,4 @@
-"""What pictures need to know of rigid bodies: their shapes, and the points that joints use."""
+"""Rigid bodies in pictures: their shapes, and the points that joints use."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ancfsparse.scene import Node
 from ancfsparse.scene.rigid import RigidBody
 from ancfsparse.scene.shapes import Cylinder
 
-# Their numbers stand in files.
+# Files contain these numbers.
 FORMS = ("inertia", "rod", "box", "sphere", "cylinder x", "cylinder y", "cylinder z")
 PACKED: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
 
@@ -31,7 +31,7 @@ class Solid:
     form : str
         One of `FORMS`.
     places : ndarray of int, shape (n_vectors + 1, dim)
-        Where in the coordinates its origin and unit vectors stand.
+        Places of its origin and unit vectors in the coordinates.
     reach : ndarray, shape (3,)
         Half its extents along its vectors [m]; of a body given by its inertia those of the box
         of the same mass and inertia.

@@ -230,12 +230,12 @@ class Mechanisms(Records):
         Weld
             The joint.
         """
-        from ancfsparse.scene.joints.frames import knows
+        from ancfsparse.scene.joints.frames import spans
         from ancfsparse.scene.joints.weld import Weld
 
         ends = self._ends("a weld", a, b)
         beams = [node for node in ends if node is not None and node.beam.n_elements]
-        cables = [each for each in beams if not knows(each, each.beam.axes_of(0)[-1])]
+        cables = [each for each in beams if not spans(each, each.beam.axes_of(0)[-1])]
         if self.dim == 3 and len(cables) == 2:
             raise InputError(
                 f"{a!r} and {b!r} cannot be welded: the coordinates of cables in space do not "
@@ -321,12 +321,12 @@ class Mechanisms(Records):
         needed: Any,
     ) -> Kind:
         """Add a joint whose ends have the directions that it needs."""
-        from ancfsparse.scene.joints.frames import knows
+        from ancfsparse.scene.joints.frames import spans
 
         of_each = needed if isinstance(needed[0], tuple) else (needed[:1], needed[1:])
         a, b = ends
         for node, directions in zip(ends, of_each, strict=True):
-            if node is not None and not all(knows(node, each) for each in directions):
+            if node is not None and not all(spans(node, each) for each in directions):
                 raise InputError(
                     f"the {kind.name} joint needs directions of {node!r} that it does not have: a "
                     "thin rod or a cable has only that of its axis; exchange the two ends, or "

@@ -140,7 +140,7 @@ def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
     value : object
         The argument.
     where : str
-        Where it stands, for messages.
+        Its position in the scene, for messages.
     names : dict of str to object
         User functions and elements so far, by name.
     """

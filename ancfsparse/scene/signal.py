@@ -29,7 +29,7 @@ class Signal(ABC):
 
     @property
     def smoothness(self) -> float:
-        """How many of its derivatives are continuous: none, unless it knows better."""
+        """Number of continuous derivatives: none by default."""
         return 0.0
 
     def rate(self, t: ArrayLike, order: int = 1) -> Vector:

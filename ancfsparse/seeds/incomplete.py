@@ -59,7 +59,7 @@ class IncompleteSeed:
     threads : int, optional
         Most threads, of which two find work; digits do not depend on it.
     slides : Slides, optional
-        Modes that conjugate gradients use where counts say that they pay; not beside equations.
+        Modes that conjugate gradients use where counts show that they pay; not with equations.
 
     Attributes
     ----------

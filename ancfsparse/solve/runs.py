@@ -42,7 +42,7 @@ def build_run(request: Request, system: System, needed: Memory) -> Run:
     system : System
         What moves, at its start.
     needed : Memory
-        What the run needs beside factors.
+        What the run needs in addition to factors.
 
     Raises
     ------

@@ -41,7 +41,7 @@ class Constraints:
     offset_size : list of float
         Size of the terms that it was added up from [m].
     mass : list of float
-        What the gradients of each equation count with beside the masses [kg], see
+        Weight of the gradients of each equation in the mass matrix [kg], see
         ``ANCF_EQUATION_MASS`` in abi/system_abi.h.
     labels : list of str
         What each equation holds, for messages.
@@ -79,7 +79,7 @@ class Constraints:
         self.labels.append(label)
 
     def without(self, n_free: int) -> list[int]:
-        """Return the equations in which none of the first `n_free` coordinates stands."""
+        """Return the equations that contain none of the first `n_free` coordinates."""
         i, j = np.array(self.i, dtype=int), np.array(self.j, dtype=int)
         free = (i < n_free) | ((j != LINEAR) & (j < n_free))
         rows = np.array(self.row, dtype=int)[free]

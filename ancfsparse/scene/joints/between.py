@@ -133,7 +133,7 @@ class Revolute(Between):
 
 @dataclass(frozen=True, eq=False)
 class Universal(Between):
-    """Two points are one, and an axis of the one stays at a right angle to one of the other."""
+    """Two points coincide, and an axis of the first stays at a right angle to one of the second."""
 
     name = "universal"
 
@@ -146,7 +146,7 @@ class Universal(Between):
 
 @dataclass(frozen=True, eq=False)
 class Cylindrical(Between):
-    """A point of the one stays on an axis of both, along and about which it is free."""
+    """A point of one body stays on an axis of both, along and about which it is free."""
 
     name = "cylindrical"
     is_point = False

@@ -50,7 +50,7 @@ class Clamp(Joint):
     name = "clamp"
 
     def lower(self, builder: Builder) -> None:
-        """Fix the position and what the element knows of its section, row by row."""
+        """Fix the position and the vectors of the section, row by row."""
         kind = builder.kind(self.node)
         first = self.node.beam.rows_of(self.node.index).start
         for row, coordinates in enumerate(builder.rows(self.node), first):

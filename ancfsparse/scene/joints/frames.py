@@ -109,7 +109,7 @@ def frame_at(node: Node) -> Vector:
     return np.asarray(every[row])
 
 
-def knows(node: Node, vector: Vector) -> bool:
+def spans(node: Node, vector: Vector) -> bool:
     """Whether the vectors of a node span a direction."""
     frame = frame_at(node)[: (len(node.beam.kind.node_coordinates) // node.beam.dim) - 1]
     if node.beam.dim == 2:

@@ -45,7 +45,7 @@ class Builder(Protocol):
     """What joints are lowered to; coordinates are numbers that it gives out."""
 
     def kind(self, node: Node) -> ElementKind:
-        """Return the element at a node, which knows the names of its coordinates."""
+        """Return the element at a node, which has the names of its coordinates."""
         ...
 
     def rows(self, node: Node) -> Coordinates:
