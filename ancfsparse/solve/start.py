@@ -37,6 +37,8 @@ PLACED = 2
 # What a start from another run may be off from the constraints beside what rounds, of positions and
 # of velocities: as much as a step leaves, and far less than where a joint is new.
 LEFT_OF_PLACES, LEFT_OF_SPEEDS = 1e-6, 1e-2
+# What such velocities may be off by that share of: rounding of places in a step, over its length.
+ROUNDED = 1e3 * np.finfo(float).eps / LEFT_OF_SPEEDS
 
 
 def regularize(system: System, scale: float) -> None:
@@ -88,9 +90,12 @@ def check_constraints(system: System, state: State | None = None) -> None:
     moving = speeds(system.scene, system.places, system.v0)
     of_places, of_speeds = ROUNDING, ROUNDING
     sizes_of_places = system.constraints.sizes(system.q0)
+    sizes_of_speeds = np.abs(phi_q) @ moving
     if state is not None:
         of_places, of_speeds = LEFT_OF_PLACES, LEFT_OF_SPEEDS
         sizes_of_places += np.max(np.abs(system.q0))
+        if "run" in state.memory:  # places that are rounded in every step make speeds
+            sizes_of_speeds += ROUNDED * sizes_of_places / state.memory["run"]["dt"]
     for share, values, sizes, unit, what, advice in (
         (
             of_places,
@@ -102,7 +107,7 @@ def check_constraints(system: System, state: State | None = None) -> None:
         ),
         (
             of_speeds,
-            *(phi_q @ system.v0 - rates, np.abs(phi_q) @ moving, "m/s", "velocities"),
+            *(phi_q @ system.v0 - rates, sizes_of_speeds, "m/s", "velocities"),
             "give the body a velocity that the joint allows there",
         ),
     ):

@@ -37,3 +37,21 @@ def test_a_force_that_changes_works_on_no_body_that_is_held(integrator):
     scene.point_force(body.origin, ancf.Ramp((1.0, 0.0, 3.0), 0.02, smooth=True))
     run = ancf.simulate(scene, 0.05, 1e-3, integrator=integrator)
     assert np.ptp(run.body(body).centre, axis=0).max() < 1e-13
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
+def test_a_run_of_a_held_body_can_be_continued(integrator):
+    """Its velocities are the rounding of places over the step, and nothing to compare them with."""
+    scene = ancf.Scene((0.0, 0.0, 0.0))
+    body = scene.add_body(
+        ancf.Box(0.2, 0.2, 1.0),
+        mass=3.0,
+        position=(0.3, 0.1, 0.7),
+        orientation=(0.5, 0.5, 0.5, 0.5),
+    )
+    scene.weld(body.at((0.0, 0.1, 0.5)))
+    scene.point_force(body.origin, ancf.Sine((1.0, 0.0, 3.0), 20.0))
+    start = None
+    for end in (0.1, 0.2, 0.3):
+        start = ancf.simulate(scene, end, 1e-3, integrator=integrator, start=start).last
+    assert np.max(np.abs(start.q - start.layout.q_ref)) < 1e-13
