@@ -147,7 +147,9 @@ class Balance:
         self._keep = np.flatnonzero(self._indices < n)
         columns = np.repeat(np.arange(n), np.diff(self._indptr))[self._keep]
         own = columns * n + self._indices[self._keep]
-        phi_q = abs(self._jacobian(np.ones(self.system.n_all)))
+        # Which entries there may be, also where those of this state cancel.
+        phi_q = self._jacobian(self.system.q_ref)
+        phi_q.data[:] = 1.0
         springs = sp.coo_array(sp.tril(phi_q.T @ phi_q))
         self._keys = np.unique(np.concatenate([own, springs.coords[1] * n + springs.coords[0]]))
         self._own = np.searchsorted(self._keys, own)

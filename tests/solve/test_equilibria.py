@@ -278,3 +278,27 @@ def test_stress_that_is_there_at_the_start_is_let_go():
     assert equilibrium.elastic_energy < 1e-18 * before
     along = equilibrium.position(mesh.node(20)) - nodes[0]
     assert np.linalg.norm(along) == pytest.approx(mesh.length, rel=1e-9)
+
+
+@pytest.mark.parametrize("begin", [0.0, 0.37])
+def test_two_cables_at_a_kept_distance_hang_as_two_that_meet(begin):
+    """Its gradients cancel where all coordinates are equal, and were missing from the matrix."""
+    scene = ancf.Scene()
+    section, material = ancf.Circle(0.01), ancf.Material(1e8, 1e-3)
+    left = scene.add_beam("thin", (begin, 0), (begin + 1.0, 0), 6, section, material)
+    right = scene.add_beam("thin", (begin + 1.4, 0), (begin + 2.4, 0), 6, section, material)
+    for held in (left.start, right.end):
+        scene.clamp(held)
+    scene.distance(left.end, right.start)
+    for end in (left.end, right.start):
+        scene.point_force(end, (0.0, -15.0))
+    found = ancf.solve_static(scene)
+    joined = ancf.Scene()
+    one = joined.add_beam("thin", (0, 0), (1, 0), 6, section, material)
+    other = joined.add_beam("thin", (1, 0), (2, 0), 6, section, material)
+    for held in (one.start, other.end):
+        joined.clamp(held)
+    joined.connect(one.end, other.start)
+    joined.point_force(one.end, (0.0, -30.0))
+    expected = ancf.solve_static(joined).displacement(one.end)
+    np.testing.assert_allclose(found.displacement(left.end), expected, atol=1e-9)
