@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
 from ancfsparse.seeds import DeflatedSeed
+from ancfsparse.solve.penalties import Penalties
 from ancfsparse.solve.seed import make_static_seed
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
 
-# Stiffness of the springs that stand for constraints, beside what resists them otherwise: a
-# correction leaves its inverse of a violation, and eps times it is lost to rounding.
-PENALTY = 1e4
 # Rounding of a force, in units of eps |K| |q|.
 ROUNDING = 32.0
 
@@ -110,6 +108,8 @@ class Balance:
         self._rounded: tuple[Vector, Vector] | None = None  # coordinates, and the rounding there
         self.start = self.state(system.q_ref, np.zeros(system.n_multipliers), 0.0)
         pushed = self.state(self.start.q, self.start.lam, 1.0)
+        if system.n_multipliers:
+            self._penalties = Penalties(system, self._gradients, pushed.r)
         self.loads = self.size_of_forces(pushed.r - self.start.r)
         self._stress_at_start = self.size_of_forces(self.start.r)
         self.span = float(np.max(np.abs(system.q_ref)))
@@ -148,7 +148,7 @@ class Balance:
         columns = np.repeat(np.arange(n), np.diff(self._indptr))[self._keep]
         own = columns * n + self._indices[self._keep]
         # Which entries there may be, also where those of this state cancel.
-        phi_q = self._jacobian(self.system.q_ref)
+        self._gradients = phi_q = self._jacobian(self.system.q_ref)
         phi_q.data[:] = 1.0
         springs = sp.coo_array(sp.tril(phi_q.T @ phi_q))
         self._keys = np.unique(np.concatenate([own, springs.coords[1] * n + springs.coords[0]]))
@@ -162,7 +162,8 @@ class Balance:
         body, slope = np.zeros(system.n_all, dtype=np.int32), np.ones(system.n_all, dtype=bool)
         for k, places in enumerate(system.places):
             body[places] = k
-        slope[system.positions] = False
+        self._positions = system.positions
+        slope[self._positions] = False
         return body[: system.n_free], np.flatnonzero(slope[: system.n_free])
 
     def _jacobian(self, q: Vector) -> Any:
@@ -201,6 +202,13 @@ class Balance:
         values -= assembly.material(0.0, 1.0, q, out=work)
         return values
 
+    def _material(self, state: State) -> Vector | None:
+        """Return the diagonal of the stiffness without stress and multipliers, for rigid bodies."""
+        if not self._penalties.rigid:
+            return None
+        values = self.system.assembly.material(0.0, 1.0, state.q)
+        return np.asarray(values)[self.system.pattern.indptr[: self.system.n_free]]
+
     def factor(self, state: State, values: Vector, shift: float = 0.0) -> int | None:
         """Factor a stiffness with springs and, on the diagonal, `shift` [1/s2] times the mass.
 
@@ -217,9 +225,8 @@ class Balance:
             own, kept = kept, np.zeros(len(self._keys))
             kept[self._own] = own
             self._phi_q = phi_q = self._jacobian(state.q)
-            diagonal = np.abs(kept[self._indptr[:-1]])
-            diagonal[diagonal == 0.0] = np.max(diagonal)
-            self._springs = PENALTY / (phi_q.power(2) @ (1.0 / diagonal))
+            diagonal = kept[self._indptr[:-1]]
+            self._springs = self._penalties.springs(phi_q, diagonal, self._material(state))
             added = sp.coo_array(sp.tril(phi_q.T @ sp.diags_array(self._springs) @ phi_q))
             keys = added.coords[1].astype(np.int64) * len(diagonal) + added.coords[0]
             np.add.at(kept, np.searchsorted(self._keys, keys), added.data)
@@ -318,10 +325,17 @@ class Balance:
         self.stats.solves += 1
         return self.distances(self.seed.solve(sign * rounding))
 
+    def _is_met(self, state: State) -> bool:
+        """Whether rounding is all that violates the constraints."""
+        if not len(state.phi):
+            return True
+        span = np.max(np.abs(state.q[self._positions]))
+        sizes = span + self.system.constraints.sizes(state.q)
+        return bool(np.all(np.abs(state.phi) <= ROUNDING * EPSILON * sizes))
+
     def is_balanced(self, state: State, load: float, tolerance: float) -> bool:
         """Whether what is unbalanced is a small share of the loads, or rounding."""
-        span = ROUNDING * EPSILON * float(np.max(np.abs(state.q)))
-        if float(np.max(np.abs(state.phi), initial=0.0)) > span:
+        if not self._is_met(state):
             return False
         allowed = tolerance * (load * self.loads + self._stress_at_start)
         left = self.size_of_forces(state.r)
