@@ -79,7 +79,7 @@ def check_constraints(system: System, state: State | None = None) -> None:
     if idle:
         raise SingularSceneError(
             f"the {system.constraints.labels[idle[0]]} holds nothing that can move: its points are "
-            "held already, leave it out"
+            "held already, leave it out or take a joint that holds less, such as pin"
         )
     rest, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
     amplitudes = start_load(system)
