@@ -96,22 +96,26 @@ def check_constraints(system: System, state: State | None = None) -> None:
         sizes_of_places += np.max(np.abs(system.q0))
         if "run" in state.memory:  # places that are rounded in every step make speeds
             sizes_of_speeds += ROUNDED * sizes_of_places / state.memory["run"]["dt"]
-    for share, values, sizes, unit, what, advice in (
+    unsure = np.zeros(system.n_multipliers)
+    if system.prescribed.n_equations:
+        unsure[-system.prescribed.n_equations :] = system.prescribed.rate_errors(system.t0)
+    for share, values, sizes, room, unit, what, advice in (
         (
             of_places,
             phi,
             sizes_of_places,
+            0.0,
             "m",
             "positions",
             "move the start or the joint so that they agree",
         ),
         (
             of_speeds,
-            *(phi_q @ system.v0 - rates, sizes_of_speeds, "m/s", "velocities"),
+            *(phi_q @ system.v0 - rates, sizes_of_speeds, unsure, "m/s", "velocities"),
             "give the body a velocity that the joint allows there",
         ),
     ):
-        over = np.abs(values) - share * sizes
+        over = np.abs(values) - share * sizes - room
         worst = int(np.argmax(over))
         if not over[worst] <= 0.0:
             raise InputError(

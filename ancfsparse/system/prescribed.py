@@ -15,10 +15,13 @@ from ancfsparse.scene.joints import Led
 from ancfsparse.system.amplitudes import Source
 
 Vector = NDArray[np.float64]
+Integers = NDArray[np.int_]
 
 # Points of a difference for the rates of a function that come without them, and the place of the
 # time itself among them.
 POINTS, MIDDLE = 6, 2
+# Share of the mean rate across these points below which the rounding inside a function may matter.
+BELIEVED = 1e-9
 
 
 class Motion(NamedTuple):
@@ -118,6 +121,24 @@ class Prescribed:
             raise failure
         return courses[:, 1], led[:, 1]
 
+    def rate_errors(self, time: float) -> Vector:
+        """Return how far rates of equations that are differences may be off, (n_equations,) [m/s].
+
+        Parameters
+        ----------
+        time : float
+            Time [s].
+        """
+        out = np.zeros(self.n_equations)
+        for k, (table, each) in enumerate(self._led):
+            course = table.tabulate(np.array([time]))[0][:, :, each.column]
+            off = course.copy()
+            off[:, 1] += table.rate_error(time)[each.column]
+            if each.scale is not None:
+                course, off = each.scale(course), each.scale(off)
+            out[k] = abs(off[0, 1] - course[0, 1])
+        return out
+
     def fastest(self, times: Vector) -> float:
         """Return the largest velocity of a coordinate at some times (k,) [m/s].
 
@@ -162,11 +183,44 @@ class _Table:
             columns.append(column)
         return np.stack([column[:rows] for column in columns], axis=1), failure
 
+    def rate_error(self, time: float) -> Vector:
+        """Return how far the rate at a time may be off, (width,) [m/s]: none if it was given.
+
+        With a point less the polynomial has another rate, by more than the error of the one with
+        all, or by their rounding: ten times that, a small share of the mean rate across the points,
+        and the rounding of places as large as all are.
+        """
+        if self.has_rates or self.step == 0.0:
+            return np.zeros(self.width)
+        values, middle, _ = self._around(np.array([time]))
+        centre = int(middle[0])
+        far = POINTS - 1 if centre < POINTS // 2 else 0
+        fewer = np.delete(values[0], far, axis=0)
+        rates = [
+            _weights(place, len(points))[0] @ (points - points[place])
+            for points, place in ((values[0], centre), (fewer, centre - (far == 0)))
+        ]
+        size = np.max(np.abs(values), initial=0.0) * np.sum(np.abs(_weights(centre)[0]))
+        rounding = 2.0 * np.finfo(float).eps * size
+        across = BELIEVED * np.max(np.abs(values[0] - values[0, centre]), axis=0)
+        return np.asarray((10.0 * np.abs(rates[1] - rates[0]) + across + rounding) / self.step)
+
     def _by_differences(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
         """Differentiate the polynomial through points around each time, none beyond the run."""
         if self.step == 0.0:  # no run is known: places alone
             values, failure = self._places.tabulate(times)
             return np.stack([values, 0.0 * values, 0.0 * values], axis=1), failure
+        values, middle, failure = self._around(times)
+        rows = len(values)
+        weights = np.stack([_weights(k) for k in range(POINTS)])[middle]
+        centre = values[np.arange(rows), middle]
+        apart = values - centre[:, None]  # so that weights are not rounded beside the whole
+        rates = np.einsum("kop,kpw->kow", weights, apart)
+        rates /= np.array([self.step, self.step**2])[None, :, None]
+        return np.concatenate([centre[:, None], rates], axis=1), failure
+
+    def _around(self, times: Vector) -> tuple[Vector, Integers, LoadFailure | None]:
+        """Return values (j, POINTS, width) around times, and which of them are at the times."""
         before = np.floor((times - self.begin) / self.step + 1e-6)
         after = np.floor((self.end - times) / self.step + 1e-6)
         low = np.clip(POINTS - 1 - after, 0, POINTS - 1)
@@ -176,18 +230,12 @@ class _Table:
         points[np.arange(len(times)), middle] = times
         values, failure = self._places.tabulate(points.ravel())
         rows = len(values) // POINTS
-        values = values[: rows * POINTS].reshape(rows, POINTS, self.width)
-        weights = np.stack([_weights(k) for k in range(POINTS)])[middle[:rows]]
-        centre = values[np.arange(rows), middle[:rows]]
-        apart = values - centre[:, None]  # so that weights are not rounded beside the whole
-        rates = np.einsum("kop,kpw->kow", weights, apart)
-        rates /= np.array([self.step, self.step**2])[None, :, None]
-        return np.concatenate([centre[:, None], rates], axis=1), failure
+        return values[: rows * POINTS].reshape(rows, POINTS, self.width), middle[:rows], failure
 
 
 @cache
-def _weights(middle: int) -> Vector:
-    """Return weights of equally spaced points for two derivatives at one of them, (2, POINTS)."""
-    powers = np.vander(np.arange(POINTS) - float(middle), POINTS, increasing=True)
+def _weights(middle: int, n: int = POINTS) -> Vector:
+    """Return weights of n equally spaced points for two derivatives at one of them, (2, n)."""
+    powers = np.vander(np.arange(n) - float(middle), n, increasing=True)
     inverse = np.linalg.inv(powers)
     return np.stack([inverse[1], 2.0 * inverse[2]])

@@ -26,12 +26,15 @@ INTEGRATORS = [
 MOVE = ancf.Ramp((0.5, 0.3), 0.4, smooth=True)
 
 
-def pendulum(motion=MOVE, *, youngs_modulus=1e6, damping=0.0, velocity=None, **options):
+def pendulum(
+    motion=MOVE, *, youngs_modulus=1e6, damping=0.0, velocity=None, start=(0, 0), **options
+):
     """Return a soft pendulum whose support moves, and its rod."""
     scene = ancf.Scene(gravity=(0.0, -9.81))
     material = ancf.Material(youngs_modulus, 4000.0, bending_damping=damping)
     section = ancf.Rectangle(0.01, 0.01)
-    rod = scene.add_beam("thin", (0, 0), (2, 0), 6, section, material, velocity=velocity)
+    end = (start[0] + 2, start[1])
+    rod = scene.add_beam("thin", start, end, 6, section, material, velocity=velocity)
     scene.drive(rod.start, motion, **options)
     return scene, rod
 
@@ -173,6 +176,19 @@ def test_differences_stand_for_rates_to_fourth_order():
     assert math.log2(coarse_v / fine_v) > 4.5
     assert math.log2(coarse_a / fine_a) > 3.5
     assert fine_a < 1e-2
+
+
+@pytest.mark.parametrize("dt", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("path", [lambda t: t * t, lambda t: 0.1 * (1 - math.cos(5 * t))])
+def test_differences_at_the_start_are_believed_as_far_as_they_are_exact(path, dt):
+    # Both set out from rest, and differences of them have a rate: of rounding, and of their order.
+    scene, rod = pendulum(lambda t: (path(t), 2.15 + path(t)), as_constraint=True, start=(0, 2.15))
+    run = ancf.simulate(scene, 0.05, dt)
+    expected = [[path(t), 2.15 + path(t)] for t in run.t]
+    np.testing.assert_allclose(run.position(rod.start), expected, atol=1e-10)
+    scene, _ = pendulum(lambda t: (1e-5 * t, 0.0), as_constraint=True)
+    with pytest.raises(ancf.InputError, match=r"velocities break the drive .* by 1e-05 m/s"):
+        ancf.simulate(scene, 0.05, dt)
 
 
 def test_given_rates_are_those_of_a_signal():
