@@ -18,8 +18,9 @@ ninja -C "$folder" -t targets all | sed -nE "s/^((blocks_.*|.*_$set)\.cpython.*\
 # The package as it stands, with these modules; and an interpreter that finds them there and all else
 # in .venv, whose editable package it does not see, since that is entered by a .pth file.
 stage=$PWD/$folder/stage
-rm -rf "$stage" && mkdir -p "$stage/ancfsparse/compiled"
+rm -rf "$stage" && mkdir -p "$stage/ancfsparse/compiled" "$stage/ancfsparse/generator"
 ln -s "$PWD"/ancfsparse/* "$stage/ancfsparse/"
+ln -s "$PWD/codegen" "$stage/ancfsparse/generator/"
 ln -s "$PWD/$folder"/*.so "$stage/ancfsparse/compiled/"
 [ -d "$folder/venv" ] || "$python" -m venv --without-pip "$folder/venv"
 site='import sysconfig; print(sysconfig.get_path("purelib"))'
