@@ -3,6 +3,7 @@
 A `Scene` says what there is, `simulate` and `solve_static` answer how it moves and rests.
 """
 
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from ancfsparse.errors import (
@@ -47,6 +48,7 @@ from ancfsparse.solve import simulate, solve_static, stable_step
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
+    from ancfsparse.solve.complex_modes import complex_modes
     from ancfsparse.solve.modes import modes
 
 __all__ = [
@@ -89,6 +91,7 @@ __all__ = [
     "Table",
     "Trajectory",
     "UnstableEquilibrium",
+    "complex_modes",
     "load",
     "modes",
     "simulate",
@@ -97,10 +100,11 @@ __all__ = [
 ]
 
 
+_ON_DEMAND = ("complex_modes", "modes")
+
+
 def __getattr__(name: str) -> object:
     """Load what motions do not need where it is asked for."""
-    if name != "modes":
+    if name not in _ON_DEMAND:
         raise AttributeError(f"module 'ancfsparse' has no attribute {name!r}")
-    from ancfsparse.solve.modes import modes
-
-    return modes
+    return getattr(import_module(f"ancfsparse.solve.{name}"), name)

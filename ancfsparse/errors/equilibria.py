@@ -105,5 +105,5 @@ class ApproximateModes(UserWarning):
         return (
             "some forces have no potential, such as functions of the motion and moments about "
             "fixed axes in space; modes use only the symmetric part of their stiffness, so "
-            "frequencies may be inaccurate and flutter is not detected"
+            "frequencies may be inaccurate and flutter is not detected: take complex_modes"
         )

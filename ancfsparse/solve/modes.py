@@ -13,16 +13,12 @@ from ancfsparse.checks import check_count
 from ancfsparse.errors import ApproximateModes, InputError
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
-from ancfsparse.scene import Scene, check_scene
-from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.continuation import check_start
+from ancfsparse.scene import Scene
 from ancfsparse.solve.memory import NOTHING, check_factor, estimate, memory_for
 from ancfsparse.system import State, System
-from ancfsparse.words import shown
 
 if TYPE_CHECKING:
     from ancfsparse.results.modes import Modes
-    from ancfsparse.solve.pencil import Pencil
 
 Vector = NDArray[np.float64]
 
@@ -63,7 +59,7 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     -----
     ApproximateModes
         If some forces have no potential, such as functions of the motion and moments about fixed
-        axes in space: only the symmetric part of their stiffness counts.
+        axes in space: only the symmetric part of their stiffness counts, see `complex_modes`.
 
     Notes
     -----
@@ -71,19 +67,14 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     the eigenvalues below a gap, so that none is missed.  The theory is in docs/theory.md.
     """
     from ancfsparse.results.modes import Modes  # what motions do not need
+    from ancfsparse.solve.pencil import linearised, scene_of
     from ancfsparse.solve.spectrum import BEYOND, VECTORS, all_motions, lowest, most_modes
 
     check_count("n", n)
-    if not isinstance(of, (Scene, Equilibrium)):
-        advice = "; give its scene too: modes(scene, n, at=state)" * isinstance(of, State)
-        raise InputError(f"modes are those of a scene or an equilibrium, got {shown(of)}{advice}")
-    if isinstance(of, Equilibrium) and at is not None:
-        raise InputError("an equilibrium is a state already: give its scene with at, or no at")
-    scene = of.system.scene if isinstance(of, Equilibrium) else of
-    check_scene(scene)
+    scene = scene_of(of, at)
     needed = estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)
     with memory_for(needed):
-        pencil = _pencil(of, at)
+        pencil = linearised(of, at)
         vectors = 8.0 * VECTORS * (n + BEYOND) * pencil.seed.n
         check_factor(replace(NOTHING, vectors=vectors), pencil.seed)
         motions = all_motions(pencil)
@@ -110,26 +101,3 @@ def _accelerated(system: System, axis: int) -> Vector:
     for places in system.places:
         uniform[places[:, axis]] = 1.0
     return np.asarray(system.assembly.inertia(uniform))
-
-
-def _pencil(of: Scene | Equilibrium, at: State | Equilibrium | None) -> Pencil:
-    """Linearise the scene about a state."""
-    from ancfsparse.solve.pencil import Pencil
-    from ancfsparse.solve.rates import initial_acceleration, start_load
-
-    if isinstance(of, Equilibrium):
-        assert isinstance(of.system, System)
-        return Pencil(of.system, of.state, of.system.loads.amplitudes(np.zeros(1))[0])
-    state = check_start(at, "at")
-    system = System(of, state)
-    lam = np.zeros(system.n_multipliers)
-    if state is None:
-        rest = np.zeros(system.n_all)
-        here = system.state(system.t0, system.q_ref, rest, rest, lam)
-        return Pencil(system, here, np.zeros(system.loads.n_amplitudes))
-    if system.n_multipliers:
-        seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
-        seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, start_load(system)))
-        lam = initial_acceleration(system, seed, system.v0)[1]
-    here = system.state(system.t0, system.q0, system.v0, None, lam)
-    return Pencil(system, here, start_load(system))

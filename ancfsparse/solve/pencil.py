@@ -7,9 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.errors import InputError
+from ancfsparse.results import Equilibrium
+from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.continuation import check_start
+from ancfsparse.solve.rates import initial_acceleration, start_load
 from ancfsparse.solve.stability import mass_matrix, on_free, whole
 from ancfsparse.system import State, System
+from ancfsparse.words import shown
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
@@ -44,7 +50,7 @@ class Pencil:
     seed : SparseSeed
         The solver of the shifted equations.
     shift : float
-        Of the last factor [1/s2].
+        Of the last factor, if `factor` made it [1/s2].
     """
 
     def __init__(self, system: System, state: State, amplitudes: Vector) -> None:
@@ -56,6 +62,7 @@ class Pencil:
         self.diagonal = system.mass_diagonal
         self.seed = SparseSeed(pattern.indptr, pattern.indices, n)
         self.shift = 0.0
+        self._scale = 1.0
         self._below: int | None = None
 
     @property
@@ -81,26 +88,45 @@ class Pencil:
             How many eigenvalues are below the shift, by Sylvester's law of inertia; None if the
             matrix is singular.
         """
-        if shift == self.shift:
-            return self._below
-        system, self.shift = self.system, shift
-        values = self._matrix(-np.sign(shift), 1.0 / abs(shift))  # [kg]
+        if shift != self.shift:
+            self._below = self._factor(-np.sign(shift), 0.0, abs(shift))
+            self.shift = shift
+        return self._below
+
+    def factor_at_rate(self, rate: float) -> int | None:
+        """Factor ``rate^2 M + rate C + K`` under the constraints; count its negative eigenvalues.
+
+        C and K without what forces without a potential make unsymmetric; the rate [1/s] is
+        positive.
+        """
+        self.shift = 0.0
+        return self._factor(1.0, 1.0 / rate, rate**2)
+
+    def factor_stiffness(self) -> int | None:
+        """Factor K under the constraints; return how many of its eigenvalues are negative."""
+        self.shift = 0.0
+        return self._factor(0.0, 0.0, self.size)
+
+    def _factor(self, mass: float, damping: float, scale: float) -> int | None:
+        """Factor ``mass M + damping C + K / scale`` under constraints that give a little."""
+        system = self.system
+        values = self._matrix(mass, 1.0 / scale, damping)  # [kg]
         n, m = system.n_free, system.n_multipliers
         if m:
-            stiff = np.abs(self.stiffness.diagonal()) / abs(shift) + self.diagonal
+            stiff = np.abs(self.stiffness.diagonal()) / scale + abs(mass) * self.diagonal
             flexible = self.gradients.power(2) @ (1.0 / stiff)
             flexible[flexible == 0.0] = np.max(flexible, initial=1.0 / np.max(stiff))
             values[system.pattern.indptr[n : n + m]] -= FLEXIBILITY * flexible
         self.seed.factor(values)
+        self._scale = scale
         negative = self.seed.negative_pivots
-        self._below = None if negative is None else negative - m
-        return self._below
+        return None if negative is None else negative - m
 
     def solve(self, force: Vector) -> Vector:
-        """Return ``(K - shift M)^-1 force`` under the constraints, nearly rigid, (n_free,)."""
+        """Solve the equations factored last under the constraints, nearly rigid, (n_free,)."""
         r = np.zeros(self.seed.n)
         r[: len(self.diagonal)] = np.ravel(force)
-        return self.seed.solve(r)[: len(self.diagonal)] / abs(self.shift)
+        return self.seed.solve(r)[: len(self.diagonal)] / self._scale
 
     def solve_all(self, forces: Vector) -> Vector:
         """Solve for several forces, columns (n_free, k), under rigid constraints."""
@@ -112,3 +138,42 @@ class Pencil:
                 r[n:] = -(self.gradients @ x)
                 x += self.seed.solve(r)[:n]
         return out
+
+
+def scene_of(of: object, at: object = None) -> Scene:
+    """Return the scene of what modes are asked of, checked.
+
+    Raises
+    ------
+    InputError
+        If it is neither a scene nor an equilibrium, or an equilibrium with another state.
+    """
+    if not isinstance(of, (Scene, Equilibrium)):
+        advice = "; give its scene too: modes(scene, n, at=state)" * isinstance(of, State)
+        raise InputError(f"modes are those of a scene or an equilibrium, got {shown(of)}{advice}")
+    if isinstance(of, Equilibrium) and at is not None:
+        raise InputError("an equilibrium is a state already: give its scene with at, or no at")
+    scene = of.system.scene if isinstance(of, Equilibrium) else of
+    check_scene(scene)
+    return scene
+
+
+def linearised(of: Scene | Equilibrium, at: State | Equilibrium | None) -> Pencil:
+    """Linearise the scene about a state."""
+    if isinstance(of, Equilibrium):
+        assert isinstance(of.system, System)
+        time = np.array([of.state.t])
+        return Pencil(of.system, of.state, of.system.loads.amplitudes(time)[0])
+    state = check_start(at, "at")
+    system = System(of, state)
+    lam = np.zeros(system.n_multipliers)
+    if state is None:
+        rest = np.zeros(system.n_all)
+        here = system.state(system.t0, system.q_ref, rest, rest, lam)
+        return Pencil(system, here, np.zeros(system.loads.n_amplitudes))
+    if system.n_multipliers:
+        seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+        seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, start_load(system)))
+        lam = initial_acceleration(system, seed, system.v0)[1]
+    here = system.state(system.t0, system.q0, system.v0, None, lam)
+    return Pencil(system, here, start_load(system))
