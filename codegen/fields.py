@@ -219,10 +219,15 @@ class Element:
         if self.dim not in (2, 3):
             raise ValueError(f"{self.name} has dim = {self.dim}; it must be 2 or 3")
         space = tuple(range(self.dim))
+        if not self.energy or not self.inertia:
+            raise ValueError(f"{self.name} needs an energy and an inertia")
+        if self.node == (("r", space),) and not self.section:
+            return  # straight between its nodes
         if self.node[:2] != (("r", space), ("r_x", space)):
             raise ValueError(
-                f"the nodes of {self.name} must begin with ('r', {space}) and ('r_x', {space}): "
-                "positions and slopes of the cubic along its axis"
+                f"the nodes of {self.name} must begin with ('r', {space}) and ('r_x', {space}), "
+                f"positions and slopes of the cubic along its axis, or consist of ('r', {space}) "
+                "alone"
             )
         vectors = [name for name, _ in self.node]
         strange = [
@@ -248,8 +253,6 @@ class Element:
             )
         if not set(self.section) & {"r_x"} and not {"r_y", "r_z"} <= set(vectors):
             raise ValueError(f"{self.name} turns without its slope, and so needs r_y and r_z")
-        if not self.energy or not self.inertia:
-            raise ValueError(f"{self.name} needs an energy and an inertia")
 
     @property
     def node_coordinates(self) -> tuple[str, ...]:

@@ -159,7 +159,7 @@ SaveOption = Annotated[
 
 @app.command()
 def pendulum(
-    element: Annotated[str, typer.Option(help="l2t2, thin or thick.")] = "thin",
+    element: Annotated[str, typer.Option(help="string, l2t2, thin or thick.")] = "thin",
     elements: Annotated[int, typer.Option(help="Number of elements.")] = 10,
     dim: Annotated[
         int | None, typer.Option(help="2 or 3 [default: 3 for thick, 2 for the others].")

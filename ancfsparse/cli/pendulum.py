@@ -33,7 +33,7 @@ class PendulumRun:
     Attributes
     ----------
     element : str
-        ``"l2t2"``, ``"thin"`` or ``"thick"``.
+        ``"string"``, ``"l2t2"``, ``"thin"`` or ``"thick"``.
     elements : int
         Number of elements.
     dim : int or None

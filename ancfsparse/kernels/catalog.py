@@ -18,6 +18,7 @@ from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
 
 OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
+    "string": {},
     "l2t2": {},
     "thin": {"strain": ("green", "biot")},
     "thick": {"curvature": ("axis", "section"), "section_strain": ("consistent", "nodal")},
@@ -25,6 +26,7 @@ OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
 """Elements, their options, and the values of each; the first value is the default."""
 
 MODULES: dict[str, dict[int, str]] = {
+    "string": {2: "string_planar", 3: "string_spatial"},
     "l2t2": {2: "l2t2"},
     "thin": {2: "thin_planar_{strain}", 3: "thin_spatial_{strain}"},
     "thick": {
@@ -63,7 +65,7 @@ class ElementKind:
         Labels of one node's coordinates in order, such as ``r_1``, ``r_x2``: vector and direction.
     section : tuple of str
         Nodal vectors that turn with the section, such as ``r_y``: what a clamp holds and a moment
-        acts on.  A cable has only the direction of ``r_x``.
+        acts on.  A cable has only the direction of ``r_x``, a string none.
     parameters : tuple of str
         Base parameters in the order ``prepare`` takes them, SI units.
     n_derived : int
@@ -137,6 +139,16 @@ class ElementKind:
         return self.section == ("r_x",)
 
     @property
+    def is_string(self) -> bool:
+        """Whether its nodes have positions alone: it is straight between them, and bends freely."""
+        return self.vectors == ("r",)
+
+    @property
+    def axis(self) -> tuple[str, ...]:
+        """The vectors of a node that the shape of the axis depends on."""
+        return self.vectors[:2]
+
+    @property
     def bends_alike(self) -> bool:
         """Whether it has one bending stiffness for all directions in space."""
         return self.dim == 3 and "bending_stiffness" in self.parameters
@@ -159,7 +171,7 @@ class ElementKind:
 
     @property
     def vectors(self) -> tuple[str, ...]:
-        """The vectors of a node in order, ``r`` and ``r_x`` first."""
+        """The vectors of a node in order, ``r`` first, then ``r_x`` where there is one."""
         return tuple(dict.fromkeys(map(_vector, self.node_coordinates)))
 
     def n_out(self, kernel: str) -> int:
@@ -293,7 +305,7 @@ def element_kind(
     Parameters
     ----------
     element : str
-        ``"l2t2"``, ``"thin"`` or ``"thick"``.
+        ``"string"``, ``"l2t2"``, ``"thin"`` or ``"thick"``.
     dim : int
         2 for a planar scene, 3 for a spatial one.
     instruction_set : str, optional

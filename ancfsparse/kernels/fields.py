@@ -40,17 +40,17 @@ class Points:
     @property
     def r(self) -> Array:
         """Positions, shape (k, p, 3) [m]; in the plane z is zero."""
-        return self._cubic(position_weights(self.xi, self.length))
+        return self._sum(position_weights(self.xi, self.length, self.kind.is_string))
 
     @property
     def r_x(self) -> Array:
         """Slopes of the axis, shape (k, p, 3) [-]."""
-        return self._cubic(slope_weights(self.xi, self.length))
+        return self._sum(slope_weights(self.xi, self.length, self.kind.is_string))
 
     @property
     def r_xx(self) -> Array:
         """Derivatives of the slopes along the reference shape, shape (k, p, 3) [1/m]."""
-        return self._cubic(bend_weights(self.xi, self.length))
+        return self._sum(bend_weights(self.xi, self.length, self.kind.is_string))
 
     def across(self, name: str) -> tuple[Array, Array]:
         """Return a section vector [-] and its derivative [1/m], each (k, p, 3).
@@ -72,9 +72,9 @@ class Points:
         (a, a_x), (b, b_x) = pairs if name == "r_z" else reversed(pairs)
         return np.cross(a, b), np.cross(a_x, b) + np.cross(a, b_x)
 
-    def _cubic(self, weights: Array) -> Array:
-        r, r_x = spread(self.kind, self.ends, "r"), spread(self.kind, self.ends, "r_x")
-        numbers = np.stack([r[:, :, 0], r_x[:, :, 0], r[:, :, 1], r_x[:, :, 1]], axis=2)
+    def _sum(self, weights: Array) -> Array:
+        vectors = [spread(self.kind, self.ends, name) for name in self.kind.axis]
+        numbers = np.stack([each[:, :, end] for end in (0, 1) for each in vectors], axis=2)
         return np.asarray(np.einsum("pc,kpcd->kpd", weights, numbers))
 
 
@@ -108,10 +108,11 @@ def curvature(points: Points) -> Array:
     -------
     ndarray, shape (k, p, 3)
         Turn per length of the reference shape [1/m]: of a cable r' x r'' / |r'|^2, in space; of a
-        thick beam its strains of twist and bending, about e_x, e_y and e_z of the section.
+        thick beam its strains of twist and bending, about e_x, e_y and e_z of the section; zero of
+        a string, which turns at its nodes alone.
     """
     r_x = points.r_x
-    if points.kind.is_cable:
+    if points.kind.is_cable or points.kind.is_string:
         return np.cross(r_x, points.r_xx) / _dot(r_x, r_x)
     (r_y, r_yx), (r_z, r_zx) = points.across("r_y"), points.across("r_z")
     twist = (_dot(r_z, r_yx) - _dot(r_y, r_zx)) / 2.0
@@ -128,12 +129,12 @@ def axes(points: Points) -> Array:
     Returns
     -------
     ndarray, shape (k, p, 3, 3)
-        Rows e_x, e_y and e_z: of a cable along its slope and, in the plane, to the left of it; of a
-        thick beam across its section, along r_y, and at right angles to both.  A cable in space has
-        no e_y and e_z; they are zero.
+        Rows e_x, e_y and e_z: of a cable or a string along its slope and, in the plane, to the left
+        of it; of a thick beam across its section, along r_y, and at right angles to both.  Cables
+        and strings in space have no e_y and e_z; they are zero.
     """
     out = np.zeros((*points.ends.shape[:2], 3, 3))
-    if not points.kind.is_cable:
+    if not (points.kind.is_cable or points.kind.is_string):
         r_y, r_z = points.across("r_y")[0], points.across("r_z")[0]
         out[:, :, 0], out[:, :, 1] = _unit(np.cross(r_y, r_z)), _unit(r_y)
         out[:, :, 2] = np.cross(out[:, :, 0], out[:, :, 1])

@@ -46,7 +46,7 @@ def pendulum(
     Parameters
     ----------
     element : str, optional
-        ``"l2t2"``, ``"thin"`` or ``"thick"``.
+        ``"string"``, ``"l2t2"``, ``"thin"`` or ``"thick"``.
     n_elements : int, optional
         Number of elements.
     dim : int, optional

@@ -34,8 +34,9 @@ class Part:
         Of the body.
     lengths : ndarray, shape (n_elements,)
         Lengths of its elements [m].
-    places : ndarray of int, shape (n_elements, 4, dim)
-        Places of position and slope of both ends of every element in the coordinates.
+    places : ndarray of int, shape (n_elements, 4, dim), of strings (n_elements, 2, dim)
+        Places of position and slope of both ends of every element in the coordinates; strings have
+        no slopes.
     radius : float
         Of the circle that has the area of its section [m].
     """
@@ -174,8 +175,8 @@ def _read_supports(group: h5py.Group) -> list[Support]:
 def part_of(system: SolvedSystem, body: ElasticBody) -> Part:
     """Return the axis of one body of a system."""
     ends, kind = system.elements(body).reshape(body.n_elements, 2, -1), body.kind
-    cubic = [ends[:, end, kind.columns(name)] for end in (0, 1) for name in ("r", "r_x")]
-    places = np.stack(cubic, axis=1)
+    each = [ends[:, end, kind.columns(name)] for end in (0, 1) for name in kind.axis]
+    places = np.stack(each, axis=1)
     return Part(body.name, body.lengths, places, float(np.sqrt(body.section.area / np.pi)))
 
 

@@ -41,7 +41,7 @@ def shapes(q: Array, part: Part, pieces: int) -> Array:
     -------
     ndarray, shape (j, n_elements, pieces + 1, dim)
         Points [m], from the first end of each element: the cubic through positions and slopes at
-        both ends.
+        both ends, of strings a straight line.
     """
     return _traced(q, part, pieces, position_weights)
 
@@ -57,9 +57,11 @@ def pieces_for(parts: list[Part]) -> int:
     return int(np.clip(PIECES // max(count, 1), 1, FINEST))
 
 
-def _traced(q: Array, part: Part, pieces: int, weigh: Callable[[Array, Array], Array]) -> Array:
-    n_elements, _, dim = part.places.shape
+def _traced(
+    q: Array, part: Part, pieces: int, weigh: Callable[[Array, Array, bool], Array]
+) -> Array:
+    n_elements, n_vectors, dim = part.places.shape
     numbers = float(q.shape[0]) * n_elements * (pieces + 1) * dim
     check_room("a picture of so many points", 8.0 * numbers, "a smaller per_element")
-    weights = weigh(np.linspace(0.0, 1.0, pieces + 1), part.lengths[:, None])
+    weights = weigh(np.linspace(0.0, 1.0, pieces + 1), part.lengths[:, None], n_vectors == 2)
     return np.asarray(np.einsum("epc,jecd->jepd", weights, np.asarray(q[..., part.places])))

@@ -39,8 +39,9 @@ class Bodies(Records):
         Parameters
         ----------
         element : str or ElementKind
-            ``"l2t2"`` (planar cable), ``"thin"`` (cable), or ``"thick"`` (beam with section
-            vectors, so with shear and torsion); or the ``ELEMENT`` of a package that
+            ``"string"`` (positions alone: no bending stiffness), ``"l2t2"`` (planar cable),
+            ``"thin"`` (cable), or ``"thick"`` (beam with section vectors, so with shear and
+            torsion); or the ``ELEMENT`` of a package that
             ``ancfsparse element`` has built from an energy of your own.
         start, end : array_like, shape (dim,)
             Its two ends [m], apart from each other.
@@ -130,8 +131,8 @@ class Bodies(Records):
         edges : array_like of int, shape (m, 2)
             The two nodes of every edge, numbered from 0.
         element : str or ElementKind
-            ``"l2t2"`` (planar cable) or ``"thin"`` (cable), or a cable of your own, as in
-            `add_beam`.
+            ``"string"`` (no bending stiffness, three coordinates a node in space), ``"l2t2"``
+            (planar cable) or ``"thin"`` (cable), or a cable of your own, as in `add_beam`.
         section : Rectangle, Circle or Section
             Cross-section of all edges.  A spatial cable needs ``inertia_y`` equal to
             ``inertia_z``.

@@ -20,6 +20,7 @@ from ancfsparse.scene.joints import (
     Rod,
     check_end,
     check_other_body,
+    check_turns,
 )
 from ancfsparse.scene.joints.clamp import ClampSpec
 from ancfsparse.scene.joints.connect import ConnectSpec
@@ -74,7 +75,7 @@ class Joints(Records):
             The joint.
         """
         check_choice("stretch of a clamp", stretch, ("free", "fixed"))
-        own = self._mine("a clamp", check_end("a clamp", node))
+        own = check_turns("a clamp", self._mine("a clamp", check_end("a clamp", node)))
         return self._add(Clamp(own, stretch), ClampSpec(own.reference, stretch))
 
     def drive(

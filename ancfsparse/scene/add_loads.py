@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import ElasticBody, Node
-from ancfsparse.scene.joints import check_node, check_point
+from ancfsparse.scene.joints import check_node, check_point, check_turns
 from ancfsparse.scene.loads import (
     DistributedForce,
     DistributedForceSpec,
@@ -67,7 +67,7 @@ class Loads(Records):
         PointMoment
             The load.
         """
-        own = self._mine("a moment", check_node("a moment", node))
+        own = check_turns("a moment", self._mine("a moment", check_node("a moment", node)))
         load = PointMoment(own, value)
         if self.dim == 3 and node.beam.kind.is_cable and not callable(value):
             axis, moment = node.beam.axes_of(node.beam.rows_of(node.index).start)[0], load.at(0.0)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Node, Vector
-from ancfsparse.scene.joints import SAME_PLACE, check_end, check_other_body
+from ancfsparse.scene.joints import SAME_PLACE, check_end, check_other_body, check_turns
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.spec import At, Point, Spec, text
 from ancfsparse.scene.straight import place
@@ -234,7 +234,7 @@ class Mechanisms(Records):
         from ancfsparse.scene.joints.weld import Weld
 
         ends = self._ends("a weld", a, b)
-        beams = [node for node in ends if node is not None and node.beam.n_elements]
+        beams = [check_turns("a weld", node) for node in ends if node and node.beam.n_elements]
         cables = [each for each in beams if not spans(each, each.beam.axes_of(0)[-1])]
         if self.dim == 3 and len(cables) == 2:
             raise InputError(

@@ -46,8 +46,8 @@ class Body(ABC):
     name : str
         Unique in its scene.
     element : str
-        Name of its element: ``"l2t2"``, ``"thin"``, ``"thick"``, or that of one built outside this
-        package; ``"rigid"`` of a rigid body, which has no elements.
+        Name of its element: ``"string"``, ``"l2t2"``, ``"thin"``, ``"thick"``, or that of one built
+        outside this package; ``"rigid"`` of a rigid body, which has no elements.
     options : dict of str to str
         The options this element has, and no others.
     kind : ElementKind

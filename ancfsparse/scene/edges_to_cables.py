@@ -55,7 +55,7 @@ def mesh_of(
         The handle, not yet part of a scene.
     """
     element, chosen, kind = chosen_element(label, element, dim, DEFAULTS | dict(options))
-    if not kind.is_cable:
+    if not (kind.is_cable or kind.is_string):
         raise InputError(
             f"{label} cannot be made of {element!r}: its corners would have to be rigid, and a "
             "mesh has hinges; take 'thin', or join beams of add_beam with connect"

@@ -12,7 +12,7 @@ from ancfsparse.checks import check_finite, check_reals
 from ancfsparse.errors import InputError, with_unit
 from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.joints import check_node, check_point
+from ancfsparse.scene.joints import check_node, check_point, check_turns
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.spec import At, Point, Spec
 from ancfsparse.words import numbers, shown
@@ -113,7 +113,7 @@ class Masses(Records):
         return self._attach(PointMass(point, value, matrix), record)
 
     def _check_frame(self, node: Node) -> None:
-        kind = node.beam.kind
+        kind = check_turns("a rotary inertia", node).beam.kind
         if self.dim == 3 and kind.is_cable:
             raise InputError(
                 f"{node!r} has no frame for a rotary inertia to turn with, because a cable knows "

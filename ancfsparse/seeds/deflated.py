@@ -112,12 +112,16 @@ class DeflatedSeed:
     def solve(self, r: Vector) -> Vector:
         """Return the solution ``(n,)`` for the right-hand side ``r (n,)``.
 
-        Where the matrix curves the wrong way, that is counted, and the solution is what there is.
+        Where the matrix curves the wrong way, that is counted, and the solution is what there is;
+        NaN where even the first sweep says nothing, as with a zero on the diagonal.
         """
         assert self._matrix is not None
         x, left = np.zeros(self.n), np.array(r)
         p = self._sweep(left)
         whole = _dot(p, left)
+        if not whole > 0.0 and left.any():
+            self.negative_pivots = 1
+            return np.full(self.n, np.nan)
         if self._coarse is not None:
             modes, images, coarse = self._coarse
             amplitudes = coarse.solve(modes.T @ left)

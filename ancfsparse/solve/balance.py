@@ -68,6 +68,8 @@ class Balance:
         Diagonal of the mass matrix, which measures corrections and forces [kg, kg m2].
     slopes : (k,) int
         Places of coordinates that are no positions.
+    strings : tuple of (n, 2, dim) int and (n,) float arrays, or None
+        Places of both ends of all elements without slopes, and their lengths [m].
     plain : bool
         Whether the stiffness comes from the elements alone.
     conservative : bool
@@ -101,6 +103,7 @@ class Balance:
         self.mass = system.mass_diagonal
         self._whole_mass = float(self.mass.sum())
         self._body, self.slopes = self._bodies()
+        self.strings = _strings(system)
         body_mass = np.bincount(self._body, self.mass, minlength=len(system.scene.bodies))
         self._body_mass = np.where(body_mass > 0.0, body_mass, 1.0)
         self._phi_q: Any = None
@@ -343,3 +346,12 @@ class Balance:
             return left <= allowed
         excess = np.maximum(np.abs(state.r) - self.rounding(state, load), 0.0)
         return self.size_of_forces(excess) <= allowed
+
+
+def _strings(system: System) -> tuple[NDArray[np.int32], Vector] | None:
+    """Return the places of both ends of all elements without slopes, and their lengths [m]."""
+    bodies = [body for body in system.scene.beams if body.kind.is_string]
+    if not bodies:
+        return None
+    ends = [system.elements(body).reshape(body.n_elements, 2, -1) for body in bodies]
+    return np.concatenate(ends), np.concatenate([body.lengths for body in bodies])

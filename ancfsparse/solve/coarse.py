@@ -39,10 +39,10 @@ class CoarseModes:
     def __init__(self, system: System) -> None:
         dim = system.dim
         self._n, self._dim = system.n_free, dim
-        # Of each row: position, first slope, line.
+        # Of each row: position, tangent, line.
         positions = system.vectors("r")
         self._rows = np.concatenate(positions)
-        self._tangents = np.concatenate(system.vectors("r_x"))
+        self._tangents = _Tangents(system)
         self._line = _lines(system)
         # All slopes, and the node and box of each.
         slopes, owner = [], []
@@ -51,11 +51,12 @@ class CoarseModes:
                 if table.shape[1] == dim:
                     slopes.append(table)
                     owner.append(position[:, 0])
-        self._slopes = np.concatenate(slopes)
+        self._slopes = np.concatenate(slopes) if slopes else np.empty((0, dim), dtype=np.int32)
         heads, index = np.unique(self._rows[:, 0], return_index=True)
         self._nodes = self._rows[index]
         self._box = boxes(system.q0[self._nodes])
-        self._slope_box = self._box[np.searchsorted(heads, np.concatenate(owner))]
+        owners = np.concatenate(owner) if owner else np.empty(0, dtype=np.int32)
+        self._slope_box = self._box[np.searchsorted(heads, owners)]
 
     def at(self, q: Vector) -> sp.csc_array:
         """Return the modes in columns at coordinates ``q (n_all,)``, those that move anything."""
@@ -74,8 +75,7 @@ class CoarseModes:
 
     def _sliding(self, q: Vector) -> sp.csc_array:
         """Move each line along its slopes."""
-        tangents = q[self._tangents]
-        tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+        tangents = self._tangents.at(q)
         entries: list[tuple[Numbers, Numbers, Vector]] = []
         for k in range(self._dim):
             entries.append((self._rows[:, k], self._line, tangents[:, k]))
@@ -116,7 +116,7 @@ def slides_of(system: System, dt: float = np.inf) -> Slides | None:
     ):
         return None
     dim, at = system.dim, np.concatenate(system.vectors("r"))
-    tangent = system.q0[np.concatenate(system.vectors("r_x"))]
+    tangent = _Tangents(system).at(system.q0)
     line = _lines(system)
     held = np.zeros(int(line.max()) + 1, dtype=bool)
     held[line[(at >= system.n_free).any(axis=1)]] = True
@@ -124,8 +124,30 @@ def slides_of(system: System, dt: float = np.inf) -> Slides | None:
     unknown = np.full((int(free.sum()), 3), -1, dtype=np.int32)
     direction = np.zeros(unknown.shape, dtype=np.float32)
     unknown[:, :dim] = at[free]
-    direction[:, :dim] = (tangent / np.linalg.norm(tangent, axis=1, keepdims=True))[free]
+    direction[:, :dim] = tangent[free]
     return Slides(unknown, number[line[free]], direction)
+
+
+class _Tangents:
+    """Directions of the axis at all rows: slopes, or of strings those of an element at the row."""
+
+    def __init__(self, system: System) -> None:
+        pairs = zip(system.scene.bodies, system.vectors("r"), system.vectors("r_x"), strict=True)
+        plus, minus = [], []
+        for body, positions, slopes in pairs:
+            tail, head = slopes, np.full_like(slopes, -1)
+            if body.kind.is_string:
+                tail, head = np.empty_like(positions), np.empty_like(positions)
+                for rows in body.ends.T:
+                    tail[rows], head[rows] = (positions[each] for each in body.ends.T[::-1])
+            plus.append(tail)
+            minus.append(head)
+        self._plus, self._minus = np.concatenate(plus), np.concatenate(minus)
+
+    def at(self, q: Vector) -> Vector:
+        """Return unit vectors (n_rows, dim) at coordinates ``q (n_all,)``."""
+        out = q[self._plus] - np.where(self._minus >= 0, q[self._minus], 0.0)
+        return np.asarray(out / np.linalg.norm(out, axis=1, keepdims=True))
 
 
 def _lines(system: System) -> Numbers:

@@ -140,8 +140,13 @@ def _share(balance: Balance, dx: Vector) -> float:
 
 
 def _turn(balance: Balance, dx: Vector) -> float:
-    """Return the largest change of a slope [rad]."""
-    return float(np.max(np.abs(dx[balance.slopes]), initial=0.0))
+    """Return the largest change of a slope, or of the direction of a string [rad]."""
+    turn = float(np.max(np.abs(dx[balance.slopes]), initial=0.0))
+    if balance.strings is None:
+        return turn
+    ends, lengths = balance.strings
+    moved = np.append(dx, np.zeros(balance.system.n_all - len(dx)))[ends]
+    return max(turn, float(np.max(np.abs(moved[:, 1] - moved[:, 0]) / lengths[:, None])))
 
 
 def _is_small(balance: Balance, state: State, dx: Vector, tolerance: float) -> bool:

@@ -137,15 +137,20 @@ cdef inline void normalize_across(double *b, const double *t) noexcept nogil:
 
 cdef inline void axes_at(const Turn *self, ptrdiff_t row, const double *q,
                          double *out) noexcept nogil:
-    """Write the unit tangent of a row, and where there are sections a unit normal after it."""
-    cdef const int32_t *place
+    """Write the unit tangent of a row, and where there are sections a unit normal after it.
+
+    A row without a tangent, of a string, gets an axis of space instead, and so does not turn.
+    """
     cdef ptrdiff_t d
+    cdef const int32_t *place = self.axes + (2 if self.dim == 2 else 6) * row
+    if place[0] < 0:
+        for d in range(self.dim):
+            out[d] = 1.0 if d == 0 else 0.0
+        return
     if self.dim == 2:
-        place = self.axes + 2 * row
         out[0], out[1] = q[place[0]], q[place[1]]
         normalize(out, 2)
         return
-    place = self.axes + 6 * row
     for d in range(3):
         out[d] = q[place[d]]
     normalize(out, 3)

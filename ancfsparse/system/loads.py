@@ -137,6 +137,6 @@ def _distributed(
 ) -> tuple[NDArray[np.int32], Vector]:
     """Places (dim, p) and weights (p,) of a force per length: integrated shape functions."""
     ends, kind = places.reshape(len(places), 2, -1), load.beam.kind
-    cubic = [ends[:, end, kind.columns(name)] for end in (0, 1) for name in ("r", "r_x")]
-    weights = integral_weights(load.beam.lengths)
-    return np.stack(cubic, axis=1).transpose(2, 0, 1).reshape(load.beam.dim, -1), weights.ravel()
+    each = [ends[:, end, kind.columns(name)] for end in (0, 1) for name in kind.axis]
+    weights = integral_weights(load.beam.lengths, kind.is_string)
+    return np.stack(each, axis=1).transpose(2, 0, 1).reshape(load.beam.dim, -1), weights.ravel()

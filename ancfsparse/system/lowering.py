@@ -159,11 +159,10 @@ def _counted(body: Body, n_c: int, start: int) -> Places:
     begins = np.maximum.accumulate(begins)
     numbers = np.empty((len(node), n_c), dtype=np.int32)
     numbers[:, 0] = start + dim * node + (n_c - dim) * begins
-    numbers[:, dim] = start + dim * (node + 1) + (n_c - dim) * rows
     for k in range(1, dim):
         numbers[:, k] = numbers[:, 0] + np.int32(k)
-    for k in range(1, n_c - dim):
-        numbers[:, dim + k] = numbers[:, dim] + np.int32(k)
+    for k in range(n_c - dim):
+        numbers[:, dim + k] = start + dim * (node + 1) + (n_c - dim) * rows + np.int32(k)
     return numbers
 
 

@@ -42,7 +42,7 @@ def frame_of(system: System) -> Frame:
     for kind, places in zip(system.kinds, system.places, strict=True):
         rows = np.arange(begin, begin + len(places), dtype=np.int32)
         across = [name for name in kind.section if name != "r_x"][: dim - 2]
-        for k, name in enumerate(("r_x", *across)):
+        for k, name in enumerate((*kind.axis[1:], *across)):
             axes[rows, dim * k : dim * (k + 1)] = places[:, kind.columns(name)]
         positions[rows] = places[:, kind.columns("r")]
         for name in kind.vectors[1:]:

@@ -176,12 +176,25 @@ class System:
     def point(self, node: Node) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
         check_point("a position", node)
-        return self._interpolate(node, "r", position_weights(node.xi, self._length(node)))
+        straight = self.kind_of(node.beam).is_string
+        return self._interpolate(node, "r", position_weights(node.xi, self._length(node), straight))
 
     def slope(self, node: Node) -> tuple[Places, Vector]:
-        """Return places (dim, p) and weights (p,) of the slope r'."""
+        """Return places (dim, p) and weights (p,) of the slope r'.
+
+        Raises
+        ------
+        InputError
+            At a node of a string, where it jumps.
+        """
         check_point("a slope", node)
-        return self._interpolate(node, "r_x", slope_weights(node.xi, self._length(node)))
+        straight = self.kind_of(node.beam).is_string
+        if straight and node.is_node:
+            raise InputError(
+                f"the slope of a string jumps at its nodes, such as {node!r}: ask for it at a "
+                "point inside an element"
+            )
+        return self._interpolate(node, "r_x", slope_weights(node.xi, self._length(node), straight))
 
     def frame(self, node: Node) -> Places:
         """Return the places (3, dim) of those of r_x, r_y and r_z at a node that a moment acts on.
@@ -203,8 +216,8 @@ class System:
             places = self.rows(node)[0] if vector == "r" else self.place(node)
             return places[kind.columns(vector)][:, None], np.ones(1)
         ends = self.places[self._of(node.beam)][node.beam.ends[node.index]]
-        cubic = [end[kind.columns(name)] for end in ends for name in ("r", "r_x")]
-        return np.stack(cubic, axis=1), inside
+        each = [end[kind.columns(name)] for end in ends for name in kind.axis]
+        return np.stack(each, axis=1), inside
 
     @staticmethod
     def _length(point: Node) -> float:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 
 from codegen.elements.l2t2 import l2t2
+from codegen.elements.string import string
 from codegen.elements.thick import thick
 from codegen.elements.thin import thin
 from codegen.fields import Element
@@ -12,6 +13,7 @@ from codegen.fields import Element
 def _table() -> dict[str, tuple[str, Callable[[], Element]]]:
     table: dict[str, tuple[str, Callable[[], Element]]] = {"l2t2": ("l2t2.py", l2t2)}
     for dim, where in ((2, "planar"), (3, "spatial")):
+        table[f"string_{where}"] = ("string.py", partial(string, dim))
         for strain in ("green", "biot"):
             table[f"thin_{where}_{strain}"] = ("thin.py", partial(thin, dim, strain))
     for dim, where in ((3, "thick"), (2, "thick_planar")):

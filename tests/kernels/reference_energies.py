@@ -56,6 +56,13 @@ def cross_square(u, v):
     return sum((u[..., i] * v[..., j] - u[..., j] * v[..., i]) ** 2 for i, j in pairs)
 
 
+def string(q, p):
+    length = LONG(p["length"])
+    first, last = q.reshape(2, -1)
+    stretch = np.sqrt(square(last - first)) / length - 1
+    return p["axial_stiffness"] * length / 2 * stretch**2
+
+
 def l2t2(q, p):
     xi, w = gauss(9)
     r_x, r_xx = centre_line(q.reshape(4, 2), xi, LONG(p["length"]))
@@ -166,6 +173,8 @@ def thick_planar(curvature, section_strain):
 
 
 ENERGIES: dict[str, Energy] = {
+    "string_planar": string,
+    "string_spatial": string,
     "l2t2": l2t2,
     **{
         f"thin_{where}_{strain}": thin(dim, strain)

@@ -30,6 +30,13 @@ def joined(length, pairs):
     return np.concatenate(weights), np.concatenate([s for _, s in pairs])
 
 
+def string(q, p, base):
+    length = LONG(p["length"])
+    first, last = q.reshape(2, -1)
+    stretch = np.sqrt(square(last - first)) / length - 1
+    return joined(length, [(np.array([p["axial_stiffness"]]), np.array([stretch]))])
+
+
 def l2t2(q, p, base):
     length = LONG(p["length"])
     xi, w = gauss(9)
@@ -138,6 +145,8 @@ def thick_planar(curvature, section_strain):
 
 
 STRAINS: dict[str, Strains] = {
+    "string_planar": string,
+    "string_spatial": string,
     "l2t2": l2t2,
     **{
         f"thin_{where}_{strain}": thin(dim, strain)

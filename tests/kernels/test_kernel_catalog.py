@@ -24,8 +24,11 @@ def test_every_choice_has_its_module():
 def test_modules_say_what_they_are(name):
     kind = from_module(compiled(name))
     assert kind.name == name
-    assert kind.n_coordinates == {"l2t2": 8, "thin_planar": 8, "thin_spatial": 12}.get(
-        name.rpartition("_")[0] or name, 14 if "planar" in name else 24
+    cables = {"l2t2": 8, "thin_planar": 8, "thin_spatial": 12}
+    strings = {"string_planar": 4, "string_spatial": 6}
+    assert kind.n_coordinates == (cables | strings).get(
+        name if name in strings else name.rpartition("_")[0] or name,
+        14 if "planar" in name else 24,
     )
     expected = {"energy", "force"}
     if name not in REFERENCES:
@@ -40,7 +43,7 @@ def test_modules_say_what_they_are(name):
     ("element", "dim", "options", "words"),
     [
         ("thinn", 2, {}, "did you mean 'thin'?"),
-        ("shell", 2, {}, "valid are 'l2t2', 'thin', 'thick'"),
+        ("shell", 2, {}, "valid are 'string', 'l2t2', 'thin', 'thick'"),
         ("thin", 4, {}, "2 or 3 dimensions, not 4"),
         ("thin", 2, {"strian": "green"}, "did you mean 'strain'?"),
         ("thin", 2, {"strain": "gren"}, "did you mean 'green'?"),

@@ -15,6 +15,7 @@ from ancfsparse.system.end_forces import end_forces
 EVERY = [
     (element, dim, dict(zip(options, values, strict=True)))
     for element, options in OPTIONS.items()
+    if element != "string"  # does not bend
     for dim in ((2,) if element == "l2t2" else (2, 3))
     for values in product(*options.values())
 ]

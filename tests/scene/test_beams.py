@@ -159,9 +159,9 @@ def test_points_that_are_not_on_it(point, message):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"element": "thinn"}, "unknown element 'thinn': did you mean 'thin'\\? Valid are 'l2t2'"),
+        ({"element": "thinn"}, "did you mean 'thin'\\? Valid are 'string', 'l2t2'"),
         ({"element": "Thick"}, "did you mean 'thick'"),
-        ({"element": None}, "unknown element None: valid are 'l2t2', 'thin', 'thick'"),
+        ({"element": None}, "unknown element None: valid are 'string', 'l2t2', 'thin', 'thick'"),
         ({"end": (0, 0)}, r"beam 0 has zero length: start and end are both at \(0, 0\) m, move"),
         ({"start": (1, 1), "end": (1, 1 + 1e-15)}, "zero length"),
         ({"start": (np.nan, 0)}, "start of beam 0 must be finite, but its x component is nan m"),

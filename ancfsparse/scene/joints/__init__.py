@@ -16,6 +16,7 @@ from ancfsparse.scene.joints.joint import (
     check_node,
     check_other_body,
     check_point,
+    check_turns,
 )
 from ancfsparse.scene.joints.pin import Pin
 from ancfsparse.scene.joints.rod import SAME_PLACE, Rod
@@ -36,4 +37,5 @@ __all__ = [
     "check_node",
     "check_other_body",
     "check_point",
+    "check_turns",
 ]

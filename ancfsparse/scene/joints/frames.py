@@ -111,6 +111,8 @@ def frame_at(node: Node) -> Vector:
 
 def spans(node: Node, vector: Vector) -> bool:
     """Whether the vectors of a node span a direction."""
+    if node.beam.kind.is_string:
+        return False
     frame = frame_at(node)[: (len(node.beam.kind.node_coordinates) // node.beam.dim) - 1]
     if node.beam.dim == 2:
         return True

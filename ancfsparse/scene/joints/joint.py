@@ -192,6 +192,24 @@ def check_end(what: str, node: object) -> Node:
     return node if isinstance(node, Node) and node.offsets else check_node(what, node)
 
 
+def check_turns(what: str, node: Node) -> Node:
+    """Return `node` if it has directions, which nodes of strings do not.
+
+    Parameters
+    ----------
+    what : str
+        The joint or load that needs them, for the message.
+    node : Node
+        What was given.
+    """
+    if node.beam.kind.is_string:
+        raise InputError(
+            f"{what} needs a direction at {node!r}, and a string has positions alone: take "
+            "element='thin', or hold the position by a pin"
+        )
+    return node
+
+
 def check_other_body(what: str, a: Node, b: Node) -> None:
     """Refuse to join a rigid body to itself; points of one beam or mesh may be joined."""
     if a.beam is b.beam and a.beam.element == RIGID:
