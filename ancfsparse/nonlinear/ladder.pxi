@@ -63,9 +63,9 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
     return outcome
 
 
-cdef bint has_saddles(const Loop *self, ptrdiff_t indefinite) noexcept nogil:
+cdef bint has_saddles(const Loop *self) noexcept nogil:
     """Whether there is a potential, which was seen to curve downwards in the step under way."""
-    return self.n == self.equations.n_coordinates and self.counts.indefinite > indefinite
+    return self.n == self.equations.n_coordinates and self.counts.indefinite > self.indefinite_before
 
 
 cdef int solve(void *context) noexcept nogil:
@@ -73,16 +73,16 @@ cdef int solve(void *context) noexcept nogil:
     cdef Loop *self = <Loop *>context
     cdef int used = 0
     cdef int outcome
-    cdef ptrdiff_t indefinite = self.counts.indefinite
     cdef bint inexact = self.seed.refine != NULL
     self.step += 1
+    self.indefinite_before = self.counts.indefinite
     self.rung, self.doubtful, self.leapt = METHOD, False, self.equations.leaps
     outcome = attempt(self, self.newton, False, self.economical, &used)
     if outcome != CONVERGED and not self.newton:
         self.cost_since += attempt_cost(self, used)
         outcome = climb(self, NEW_SEED, outcome, &used)
     # Incomplete seeds give ways down where the matrix is indefinite, and not Newton's corrections.
-    if outcome != CONVERGED and inexact and has_saddles(self, indefinite):
+    if outcome != CONVERGED and inexact and has_saddles(self):
         outcome = climb(self, DESCENT, outcome, &used)
     if outcome != CONVERGED:
         outcome = climb(self, DAMPED_NEWTON, outcome, &used)
@@ -90,7 +90,7 @@ cdef int solve(void *context) noexcept nogil:
         outcome = climb(self, DAMPED_NEWTON, outcome, &used)
     if outcome != CONVERGED and self.equations.coast != NULL:
         outcome = climb(self, COASTING, outcome, &used)
-    if outcome != CONVERGED and not inexact and has_saddles(self, indefinite):
+    if outcome != CONVERGED and not inexact and has_saddles(self):
         outcome = climb(self, DESCENT, outcome, &used)
     if outcome != CONVERGED:
         return outcome
@@ -123,9 +123,10 @@ cdef void prefer(void *context) noexcept nogil:
 
 
 cdef int again(void *context, int reason) noexcept nogil:
-    """Look for another solution of the step: the one of Newton, then the one of another start.
+    """Look for another solution of the step: by Newton, from another start, and downhill.
 
-    A step of rough motion can have several; which one an iteration finds is its own affair.
+    A step of rough motion can have several.  Newton's corrections can lead to a saddle from every
+    start, and a solution that gains no energy be a minimum.
     """
     cdef Loop *self = <Loop *>context
     cdef int used = 0
@@ -139,5 +140,9 @@ cdef int again(void *context, int reason) noexcept nogil:
         if reason == CONVERGED:
             return CONVERGED
     if self.rung < COASTING and self.equations.coast != NULL:
-        return climb(self, COASTING, reason, &used)
+        reason = climb(self, COASTING, reason, &used)
+        if reason == CONVERGED:
+            return CONVERGED
+    if self.rung < DESCENT and has_saddles(self):
+        return climb(self, DESCENT, reason, &used)
     return reason

@@ -74,6 +74,7 @@ cdef struct Loop:
     double cost_since  # since the last seed, its own cost included
     ptrdiff_t steps_since
     ptrdiff_t step
+    ptrdiff_t indefinite_before  # factors with a pivot of the wrong sign before this step
     Rung rung  # the last one climbed in this step
     int doubtful
     bint leapt  # whether the first attempt at this step did not begin at the sure predictor

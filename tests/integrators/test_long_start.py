@@ -122,12 +122,15 @@ def test_of_solutions_that_all_gain_energy_the_one_that_gains_least_is_kept():
     before = point.energy(point.q0[None], point.v0[None])[0]
     little, much = (point.energy(q, v)[0] / before - 1.0 for q, v in both)
     assert 0.1 < little < 0.01 * much
-    # Newton finds the one that gains much, the other start the other; both gain too much.
+    # Newton finds the one that gains much, other start and descent the other; both gain too much.
     q, v, _, _, outcome = point.march(
         STEP, 1, ASYMPTOTIC, start=lambda begin: pushed(turned_over(begin)), largest_gain=0.01
     )
     assert outcome == Outcome.CONVERGED  # in the first steps a gain stops no run
-    assert [event[:3] for event in point.loop.events] == [(1, Rung.COASTING, Outcome.GAINED_ENERGY)]
+    assert [event[:3] for event in point.loop.events] == [
+        (1, Rung.COASTING, Outcome.GAINED_ENERGY),
+        (1, Rung.DESCENT, Outcome.GAINED_ENERGY),
+    ]
     np.testing.assert_allclose(q, both[0][0], rtol=0, atol=1e-9)
     np.testing.assert_allclose(v, both[0][1], rtol=0, atol=1e-7)
 

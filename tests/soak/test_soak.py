@@ -79,6 +79,14 @@ def test_motions_that_once_gained_do_not(seed, index):
     assert motions.run(seed, index).finds == []
 
 
+@pytest.mark.parametrize(
+    ("seed", "index"), [(301, 1074), (302, 2004), (303, 203), (303, 3003), (303, 3567)]
+)
+def test_steps_take_the_solution_that_gains_nothing_where_only_descent_leads_to_it(seed, index):
+    # In each, whole and damped corrections from all starts led one step to a saddle.
+    assert motions.run(seed, index).finds == []
+
+
 def test_what_a_scheme_adds_where_a_load_turns_falls_with_the_steps_and_is_none_without_damping():
     def added(integrator, steps):
         t = np.linspace(0.0, 1.0, steps + 1)[:, None]
