@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,8 +30,28 @@ from ancfsparse.scene.joints.drive import DriveSpec
 from ancfsparse.scene.joints.pin import PinSpec
 from ancfsparse.scene.joints.rod import RodSpec
 from ancfsparse.scene.records import Records
-from ancfsparse.scene.spec import specified
+from ancfsparse.scene.spec import At, Point, Spec, specified, text
 from ancfsparse.scene.straight import check_position, place
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.joints.distance import Distance
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceSpec(Spec):
+    """The record of `Scene.distance`."""
+
+    a: Point
+    b: Point
+    length: Callable[[float], float] | None = None
+    rate: Callable[[float], float] | None = None
+    second_rate: Callable[[float], float] | None = None
+    method = "distance"
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equation follows from."""
+        length = "" if self.length is None else f", length {text(self.length, at)}"
+        return f"distance ({at(self.a)}; {at(self.b)}){length}"
 
 
 class Joints(Records):
@@ -192,3 +214,50 @@ class Joints(Records):
                 f"{place(a.position)} and {place(b.position)}; move one beam so that they meet"
             )
         return self._add(Connect(a, b), ConnectSpec(a.reference, b.reference))
+
+    def distance(
+        self,
+        a: Node,
+        b: Node,
+        *,
+        length: Callable[[float], float] | None = None,
+        rate: Callable[[float], float] | None = None,
+        second_rate: Callable[[float], float] | None = None,
+    ) -> Distance:
+        """Keep or prescribe the distance between two points, as a rigid massless rod does.
+
+        Parameters
+        ----------
+        a, b : Node
+            Two points, apart from each other.
+        length : callable, optional
+            The distance as a function of t [m], for example of a hydraulic cylinder, given as
+            `drive` takes positions, with ``rate`` [m/s] and ``second_rate`` [m/s2].  By default it
+            stays.
+        rate, second_rate : callable, optional
+            Its derivatives, as `drive` takes them.
+
+        Returns
+        -------
+        Distance
+            The joint; to a fixed point it is `rod`.
+        """
+        from ancfsparse.scene.joints.distance import Distance
+
+        self._mine("a distance", check_end("a distance", a))
+        self._mine("a distance", check_end("a distance", b))
+        check_other_body("a distance", a, b)
+        apart = float(np.linalg.norm(a.position - b.position))
+        if apart <= SAME_PLACE * max(a.beam.size, b.beam.size):
+            raise InputError(f"{a!r} and {b!r} coincide: to keep them together, use connect")
+        course = None
+        if length is None and (rate is not None or second_rate is not None):
+            raise InputError(
+                f"the distance of {a!r} and {b!r} has a rate and no length that changes: give "
+                "length=l(t) too"
+            )
+        if length is not None:
+            subject = f"the distance of {a!r} and {b!r}"
+            course = course_of(subject, 0, length, rate, second_rate)
+        record = DistanceSpec(a.reference, b.reference, length, rate, second_rate)
+        return self._add_partial(Distance(a, b, apart, course), record)

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
         Revolute,
         Universal,
     )
-    from ancfsparse.scene.joints.distance import Distance
     from ancfsparse.scene.joints.weld import Weld
 
 Kind = TypeVar("Kind", bound="Between")
@@ -94,19 +93,6 @@ class WeldSpec(BetweenSpec):
     """The record of `Scene.weld`."""
 
     method = "weld"
-
-
-@dataclass(frozen=True, eq=False)
-class DistanceSpec(Spec):
-    """The record of `Scene.distance`."""
-
-    a: Point
-    b: Point
-    method = "distance"
-
-    def describe(self, at: At, made: Any) -> str:
-        """Describe everything that its equation follows from."""
-        return f"distance ({at(self.a)}; {at(self.b)})"
 
 
 class Mechanisms(Records):
@@ -244,30 +230,6 @@ class Mechanisms(Records):
             )
         joint = Weld(*ends)
         return self._add(joint, WeldSpec(a.reference, None if b is None else b.reference))
-
-    def distance(self, a: Node, b: Node) -> Distance:
-        """Keep the distance between two points, as a rigid massless rod does.
-
-        Parameters
-        ----------
-        a, b : Node
-            Two points, apart from each other.
-
-        Returns
-        -------
-        Distance
-            The joint; to a fixed point it is `rod`.
-        """
-        from ancfsparse.scene.joints.distance import Distance
-
-        self._mine("a distance", check_end("a distance", a))
-        self._mine("a distance", check_end("a distance", b))
-        check_other_body("a distance", a, b)
-        length = float(np.linalg.norm(a.position - b.position))
-        if length <= SAME_PLACE * max(a.beam.size, b.beam.size):
-            raise InputError(f"{a!r} and {b!r} coincide: to keep them together, use connect")
-        joint = Distance(a, b, length)
-        return self._add_partial(joint, DistanceSpec(a.reference, b.reference))
 
     def _check_spatial(self, name: str, instead: str) -> None:
         if self.dim == 2:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_choice, check_count
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Body, Node
+from ancfsparse.scene.joints import Joint
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.spec import Point, Spec, Whole
 from ancfsparse.words import shown
@@ -93,6 +94,8 @@ def _with(scene: Records, others: Mapping[int, Spec]) -> list[Spec]:
 
 def _as_data(scene: Records, value: Any) -> Any:
     """Return an argument as a record holds it: handles as references."""
+    if isinstance(value, Joint):
+        return scene._joint("replaced", value)
     if isinstance(value, Body | Node):
         body = value if isinstance(value, Body) else value.beam
         if scene.body(body.name) is not body:

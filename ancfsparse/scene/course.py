@@ -37,6 +37,7 @@ class Places(Applied):
     width: int
     value: Value
     unit = "m"
+    number = "one number"
 
     @property
     def what(self) -> str:
@@ -64,6 +65,30 @@ class SecondRates(Places):
 
 
 @dataclass(frozen=True, eq=False)
+class Angles(Places):
+    """Angles over time, as `Places`."""
+
+    unit = "rad"
+
+
+@dataclass(frozen=True, eq=False)
+class Spins(Places):
+    """Angular velocities over time, as `Places`."""
+
+    unit = "rad/s"
+
+
+@dataclass(frozen=True, eq=False)
+class SpinRates(Places):
+    """Angular accelerations over time, as `Places`."""
+
+    unit = "rad/s2"
+
+
+KINDS = {"m": (Places, Rates, SecondRates), "rad": (Angles, Spins, SpinRates)}
+
+
+@dataclass(frozen=True, eq=False)
 class Course:
     """A prescribed motion.
 
@@ -86,6 +111,7 @@ def course_of(
     value: ArrayLike | Callable[[float], ArrayLike],
     rate: Callable[[float], ArrayLike] | None = None,
     second_rate: Callable[[float], ArrayLike] | None = None,
+    unit: str = "m",
 ) -> Course:
     """Check a prescribed motion, and find its derivatives where they are known.
 
@@ -99,6 +125,8 @@ def course_of(
         The motion [m], or a function of t [s] that returns it.
     rate, second_rate : callable, optional
         Its derivatives [m/s, m/s2], as functions of t; both or none.
+    unit : str, optional
+        ``"m"``; or ``"rad"`` of angles [rad, rad/s, rad/s2].
 
     Raises
     ------
@@ -114,7 +142,8 @@ def course_of(
     if (rate is None) != (second_rate is None):
         missing = "second_rate" if second_rate is None else "rate"
         raise InputError(f"{subject} needs both of its derivatives or none: give {missing} too")
-    places = Places(subject, width, value)
+    kinds = KINDS[unit]
+    places = kinds[0](subject, width, value)
     if rate is None and isinstance(value, Signal):
         if value.smoothness < SMOOTH:
             raise InputError(
@@ -129,8 +158,8 @@ def course_of(
         return Course(places, None, None)
     return Course(
         places,
-        Rates(f"the rate of {subject}", width, rate),
-        SecondRates(f"the second rate of {subject}", width, second_rate),
+        kinds[1](f"the rate of {subject}", width, rate),
+        kinds[2](f"the second rate of {subject}", width, second_rate),
     )
 
 

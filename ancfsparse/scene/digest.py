@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from hashlib import sha256
 
 from ancfsparse.scene.records import Records
-from ancfsparse.scene.spec import Point, Whole
+from ancfsparse.scene.spec import OfJoint, Point, Whole
 from ancfsparse.words import numbers
 
 # Longer descriptions are cut here and end in a checksum.
@@ -38,6 +38,8 @@ def digest(scene: Records) -> dict[str, str]:
 
     def at(reference: Whole) -> str:
         here = number[reference.body]
+        if isinstance(reference, OfJoint):
+            return f"joint {reference.number}"
         if not isinstance(reference, Point):
             return here
         inside = ""

@@ -34,6 +34,7 @@ class Applied(ABC):
 
     value: Value
     unit: ClassVar[str]
+    number: ClassVar[str] = "one number about +z because the scene is planar"
 
     def __post_init__(self) -> None:
         """Try the load out, and keep a constant one as a checked number or vector."""
@@ -93,9 +94,8 @@ class Applied(ABC):
     def _checked(self, name: str, value: ArrayLike) -> Vector:
         if self.shape:
             return check_vector(name, value, self.shape[0], self.unit)
-        needed = "one number about +z because the scene is planar"
-        if check_reals(name, value, needed).ndim:
-            raise InputError(f"{name} must be {needed}, got {shown(value)}")
+        if check_reals(name, value, self.number).ndim:
+            raise InputError(f"{name} must be {self.number}, got {shown(value)}")
         return np.array([check_finite(name, value, self.unit)])
 
 

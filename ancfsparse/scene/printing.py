@@ -10,7 +10,7 @@ import numpy as np
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.signal import Signal
-from ancfsparse.scene.spec import Point, Spec, Whole, equal
+from ancfsparse.scene.spec import OfJoint, Point, Spec, Whole, equal
 
 
 def line(record: Spec, scene: Records) -> str:
@@ -26,6 +26,8 @@ def value(given: Any, scene: Records) -> str:
     """Write one argument."""
     if isinstance(given, Point):
         return repr(given.of(scene))
+    if isinstance(given, OfJoint):
+        return str(given.of(scene).label)
     if isinstance(given, Whole):
         return given.body
     if isinstance(given, np.ndarray):

@@ -15,7 +15,7 @@ from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.bodies import Body, ElasticBody, Node
 from ancfsparse.scene.joints import Holds, Joint
 from ancfsparse.scene.loads import Load
-from ancfsparse.scene.spec import Spec
+from ancfsparse.scene.spec import OfJoint, Spec
 from ancfsparse.words import shown, suggest
 
 AnyBody = TypeVar("AnyBody", bound=Body)
@@ -138,6 +138,21 @@ class Records:
                 "this scene returned"
             )
         return body
+
+    def _joint(self, what: str, joint: object) -> OfJoint:
+        """Return the reference of a joint of this scene."""
+        if not isinstance(joint, Joint):
+            raise InputError(
+                f"{what} needs a joint that a method of this scene returned, such as "
+                f"scene.revolute(...), got {shown(joint)}"
+            )
+        if joint not in self._built:
+            raise InputError(
+                f"{what} was given the {joint.label} of another scene: use a handle that a method "
+                "of this scene returned"
+            )
+        number = next(k for k, each in enumerate(self.joints) if each is joint)
+        return OfJoint(joint.nodes[0].beam.name, number)
 
     def _mine(self, what: str, node: Node) -> Node:
         self._own(what, node.beam)

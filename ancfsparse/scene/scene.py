@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
 from ancfsparse.scene.add_bodies import Bodies
+from ancfsparse.scene.add_couplings import Couplings
 from ancfsparse.scene.add_joints import Joints
 from ancfsparse.scene.add_loads import Loads
 from ancfsparse.scene.add_mechanisms import Mechanisms
@@ -27,6 +28,7 @@ class Scene(
     RigidBodies,
     Joints,
     Mechanisms,
+    Couplings,
     Loads,
     Masses,
     Springs,

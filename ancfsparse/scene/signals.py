@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from hashlib import sha256
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,7 +33,7 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Table(Signal):
-    """Values at given times, joined by straight lines.
+    """Values at given times, joined by straight lines, or smoothly.
 
     Parameters
     ----------
@@ -42,6 +44,10 @@ class Table(Signal):
     outside : str, optional
         What is before the first time and after the last: ``"error"``, a table that must not be
         asked; ``"hold"``, the first and the last value; ``"zero"``.
+    smooth : bool, optional
+        Whether a spline of fifth order joins the values instead, with four continuous derivatives,
+        which begins and ends without speed and acceleration, as what is prescribed must that is
+        held outside.  It may swing beyond values that change abruptly.
 
     Raises
     ------
@@ -53,6 +59,7 @@ class Table(Signal):
     times: Vector
     values: Vector
     outside: str = "error"
+    smooth: bool = False
 
     def __post_init__(self) -> None:
         """Check the table and keep it where nobody can change it."""
@@ -77,6 +84,12 @@ class Table(Signal):
                 f"{times[row]:.6g} s in row {row + 1}: write a jump as a short interval"
             )
         check_choice("outside of a table", self.outside, ("error", "hold", "zero"))
+        check_flag("smooth of a table", self.smooth)
+        if self.smooth and (len(times) < 2 or self.outside == "zero"):
+            raise InputError(
+                "a smooth table needs two times or more, and the last value after them: take "
+                "outside='hold'"
+            )
         times.flags.writeable = values.flags.writeable = False
         keep(self, times=times, values=values)
 
@@ -90,18 +103,41 @@ class Table(Signal):
                 f"the table has values from t = {first:.6g} s to {last:.6g} s, and none at "
                 f"{float(t[without].flat[0]):.6g} s: extend it, or choose outside='hold' or 'zero'"
             )
+        if self.smooth:
+            return np.asarray(self._spline(np.clip(t, first, last)))
         columns = self.values.reshape(len(self.times), -1).T
         out = np.stack([np.interp(t, self.times, column) for column in columns], axis=-1)
         if self.outside == "zero":
             out[without] = 0.0
         return out if self.values.ndim == 2 else out[..., 0]
 
+    @property
+    def smoothness(self) -> float:
+        """How many of its derivatives are continuous."""
+        return 2.0 if self.smooth else 0.0
+
+    def rate(self, t: ArrayLike, order: int = 1) -> Vector:
+        """Return its first or second derivative, shaped like its values."""
+        if not self.smooth:
+            return self._no_rate(order)
+        t = np.asarray(t, dtype=float)
+        inside = (t >= self.times[0]) & (t <= self.times[-1])
+        rates = self._spline(np.clip(t, self.times[0], self.times[-1]), order)
+        return np.where(inside[..., None] if self.values.ndim == 2 else inside, rates, 0.0)
+
+    @cached_property
+    def _spline(self) -> Any:
+        from scipy.interpolate import make_interp_spline
+
+        rest = [(order, np.zeros(self.values.shape[1:])) for order in (1, 2)]
+        return make_interp_spline(self.times, self.values, k=5, bc_type=(rest, rest))
+
     def __repr__(self) -> str:
         """Count the values."""
         shape = f", {self.values.shape[1]} in each row" if self.values.ndim == 2 else ""
         return (
             f"Table({len(self.times)} times from {self.times[0]:.6g} s to {self.times[-1]:.6g} s"
-            f"{shape}, outside={self.outside!r})"
+            f"{shape}, outside={self.outside!r}" + ", smooth=True" * self.smooth + ")"
         )
 
     def __eq__(self, other: object) -> bool:

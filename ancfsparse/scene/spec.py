@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from ancfsparse.errors import InputError
 from ancfsparse.scene.callbacks import is_compiled, sent
 from ancfsparse.scene.signal import Signal
 from ancfsparse.words import numbers
@@ -73,6 +74,29 @@ class Point(Whole):
     def of(self, scene: Records) -> Any:
         """Return its handle in a scene."""
         return scene.body(self.body).point(self)
+
+
+@dataclass(frozen=True)
+class OfJoint(Whole):
+    """A joint of a scene.
+
+    Parameters
+    ----------
+    body : str
+        Name of a body that it holds.
+    number : int
+        Its place among the joints of the scene.
+    """
+
+    number: int
+
+    def of(self, scene: Records) -> Any:
+        """Return its handle in a scene."""
+        if not 0 <= self.number < len(scene.joints):
+            raise InputError(
+                f"the scene has no joint {self.number}: it has {len(scene.joints)} joints so far"
+            )
+        return scene.joints[self.number]
 
 
 At = Callable[[Whole], str]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
+from ancfsparse.solve.smooth import check_smooth
 from ancfsparse.system import System
 from ancfsparse.system.numbering import ROUNDING, speeds
 from ancfsparse.system.state import State
@@ -41,7 +42,7 @@ def start_drives(system: System, state: State | None, step: float, t_end: float)
     Raises
     ------
     InputError
-        If a drive begins elsewhere, or with another velocity.
+        If a drive begins elsewhere, or with another velocity, or is not smooth.
     LoadFailure
         If its function fails.
     """
@@ -49,6 +50,7 @@ def start_drives(system: System, state: State | None, step: float, t_end: float)
     if not prescribed:
         return
     prescribed.resolve(step, system.t0, t_end)
+    check_smooth(system, t_end)
     if not n:
         return
     now, first = prescribed.at(system.t0), system.n_all - n

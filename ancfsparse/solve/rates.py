@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -45,7 +46,7 @@ def initial_acceleration(system: System, seed: Seed, v: Vector) -> tuple[Vector,
     """
     with np.errstate(over="ignore", invalid="ignore"):
         force = -_forces(system, system.q0, v, np.zeros(system.n_multipliers), 0.0)
-        rate = -system.constraints.curvature(v)
+        rate = -system.constraints.curvature(system.q0, v)
         if system.prescribed:
             now = system.prescribed.at(system.t0)
             rate += led(system, now.a, now.s_second)
@@ -101,14 +102,20 @@ def _bending(system: System, v: Vector, a: Vector) -> Vector:
     """Return ``3 v.phi_qq.a`` at the start, what moves constraints are bent by, (m,) [m/s3].
 
     By polarization of the curvature, which is quadratic; over a time in which the accelerations
-    make velocities like the initial ones, or the smaller would be lost beside the larger.
+    make velocities like the initial ones, or the smaller would be lost beside the larger.  To it
+    comes the third derivative of equations that are not quadratic.
     """
-    inertia, curvature = system.assembly.inertia, system.constraints.curvature
+    inertia, bent = system.assembly.inertia, system.constraints.curvature
+    curvature = partial(bent, system.q0)
+    third = np.zeros(system.n_multipliers)
+    if system.constraints.measures and v.any():
+        near = SMALL_MOTION / _rate(system, v)
+        third = (bent(system.q0 + near * v, v) - bent(system.q0 - near * v, v)) / (2.0 * near)
     moving, pushed = float(v @ inertia(v)), float(a @ inertia(a))
     if moving == 0.0 or pushed == 0.0:
-        return np.zeros(system.n_multipliers)
+        return third
     time = math.sqrt(moving / pushed)
-    return np.asarray(0.75 / time * (curvature(v + time * a) - curvature(v - time * a)))
+    return third + 0.75 / time * (curvature(v + time * a) - curvature(v - time * a))
 
 
 def _rate(system: System, v: Vector) -> float:

@@ -118,9 +118,11 @@ def check_constraints(system: System, state: State | None = None) -> None:
         over = np.abs(values) - share * sizes - room
         worst = int(np.argmax(over))
         if not over[worst] <= 0.0:
+            arm = system.constraints.arm(worst)
+            off, unit = abs(values[worst]) / (arm or 1.0), unit.replace("m", "rad" if arm else "m")
             raise InputError(
                 f"the initial {what} break the {system.constraints.labels[worst]} by "
-                f"{abs(values[worst]):.3g} {unit}: {advice}"
+                f"{off:.3g} {unit}: {advice}"
             )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.scene.joints import LINEAR
+from ancfsparse.scene.joints.measures import ANGLE, Measure
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
@@ -45,6 +46,8 @@ class Constraints:
         ``ANCF_EQUATION_MASS`` in abi/system_abi.h.
     labels : list of str
         What each equation holds, for messages.
+    measures : list of (int, float, Measure)
+        Terms that are not quadratic: equation, factor [1 or m] and an angle or a length of a joint.
     """
 
     row: list[int] = field(default_factory=list)
@@ -56,6 +59,7 @@ class Constraints:
     offset_size: list[float] = field(default_factory=list)
     mass: list[float] = field(default_factory=list)
     labels: list[str] = field(default_factory=list)
+    measures: list[tuple[int, float, Measure]] = field(default_factory=list)
 
     def add(
         self,
@@ -65,8 +69,10 @@ class Constraints:
         about: Sequence[float] = (),
         size: float = 0.0,
         mass: float = 0.0,
+        measures: Sequence[tuple[float, Measure]] = (),
     ) -> None:
         """Add the equation ``offset + sum of terms = 0``, the offset from terms of a size [m]."""
+        self.measures += [(len(self.offset), factor, each) for factor, each in measures]
         for (coefficient, i, j), a in zip(terms, about or [0.0] * len(terms), strict=True):
             self.row.append(len(self.offset))
             self.i.append(int(i))
@@ -83,6 +89,8 @@ class Constraints:
         i, j = np.array(self.i, dtype=int), np.array(self.j, dtype=int)
         free = (i < n_free) | ((j != LINEAR) & (j < n_free))
         rows = np.array(self.row, dtype=int)[free]
+        of_measures = [row for row, _, each in self.measures if (each.place < n_free).any()]
+        rows = np.append(rows, of_measures).astype(int)
         return np.flatnonzero(np.bincount(rows, minlength=len(self.offset)) == 0).tolist()
 
     def ordered(self, order: NDArray[np.intp]) -> Constraints:
@@ -90,7 +98,9 @@ class Constraints:
         new = np.empty(len(order), dtype=int)
         new[order] = np.arange(len(order))
         of_rows = {name: [getattr(self, name)[k] for k in order] for name in OF_ROWS}
-        return replace(self, row=[int(new[row]) for row in self.row], **of_rows)
+        measures = [(int(new[row]), factor, each) for row, factor, each in self.measures]
+        rows = [int(new[row]) for row in self.row]
+        return replace(self, row=rows, measures=measures, **of_rows)
 
     def only(self, rows: Sequence[int]) -> Constraints:
         """Return some of the equations, in ascending order."""
@@ -98,12 +108,20 @@ class Constraints:
         terms = [k for k, row in enumerate(self.row) if row in new]
         of_terms = {name: [getattr(self, name)[k] for k in terms] for name in OF_TERMS}
         of_rows = {name: [getattr(self, name)[k] for k in rows] for name in OF_ROWS}
-        return Constraints(**of_terms | of_rows | {"row": [new[self.row[k]] for k in terms]})
+        row = [new[self.row[k]] for k in terms]
+        measures = [(new[k], factor, each) for k, factor, each in self.measures if k in new]
+        return Constraints(**of_terms | of_rows | {"row": row}, measures=measures)
+
+    def arm(self, row: int) -> float:
+        """Return the length that an equation of angles alone counts them at [m], else 0."""
+        if row in self.row or any(k == row and each.kind != ANGLE for k, _, each in self.measures):
+            return 0.0
+        return next((abs(factor) for k, factor, _ in self.measures if k == row), 0.0)
 
     @property
     def linear(self) -> bool:
         """Whether no equation has a quadratic term."""
-        return all(j == LINEAR for j in self.j)
+        return not self.measures and all(j == LINEAR for j in self.j)
 
     def sizes(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the sum of the magnitudes of the terms of each equation, shape (m,) [m]."""
@@ -111,7 +129,11 @@ class Constraints:
         a = np.array(self.about)
         terms = np.abs(self.coefficient) * (np.abs(q[i]) + np.abs(a))
         terms *= np.where(j == LINEAR, 1.0, np.abs(q[j] - a))
-        return np.array(self.offset_size) + np.bincount(self.row, terms, minlength=len(self.offset))
+        out: NDArray[np.float64] = np.array(self.offset_size)
+        out = out + np.bincount(self.row, terms, minlength=len(self.offset))
+        for row, factor, measure in self.measures:
+            out[row] += abs(factor) * measure.size(q)
+        return out
 
     def jacobian(self, q: NDArray[np.float64]) -> sp.csr_array:
         """Return phi_q, sparse (m, n_all) [1]."""
@@ -121,15 +143,21 @@ class Constraints:
         c, a = np.array(self.coefficient), np.array(self.about)
         linear = j == LINEAR
         by_i = np.where(linear, c, c * (q[j] - a))
-        rows = np.concatenate([row, row[~linear]])
-        columns = np.concatenate([i, j[~linear]])
-        values = np.concatenate([by_i, (c * (q[i] - a))[~linear]])
-        return sp.csr_array((values, (rows, columns)), shape=(len(self.offset), len(q)))
+        rows, columns = [row, row[~linear]], [i, j[~linear]]
+        values = [by_i, (c * (q[i] - a))[~linear]]
+        for k, factor, measure in self.measures:
+            rows.append(np.full(len(measure.place), k))
+            columns.append(measure.place.astype(np.int64))
+            values.append(factor * measure.gradients(q[None])[0])
+        places = (np.concatenate(rows), np.concatenate(columns))
+        return sp.csr_array((np.concatenate(values), places), shape=(len(self.offset), len(q)))
 
-    def curvature(self, v: NDArray[np.float64]) -> NDArray[np.float64]:
+    def curvature(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (phi_q v)_q v, shape (m,) [m/s2]: what phi_q a must cancel."""
         out = np.zeros(len(self.offset))
         for row, i, j, c in zip(self.row, self.i, self.j, self.coefficient, strict=True):
             if j != LINEAR:
                 out[row] += 2.0 * c * v[i] * v[j]
+        for row, c, measure in self.measures:
+            out[row] += c * measure.bending(q, v)
         return out

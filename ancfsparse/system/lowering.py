@@ -11,6 +11,7 @@ from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, Node, Scene
 from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints import LINEAR, Led
+from ancfsparse.scene.joints.measures import Measure
 from ancfsparse.system.constraints import Constraints
 from ancfsparse.system.vectors import weighed
 
@@ -97,10 +98,13 @@ class Lowering:
         size: float = 0.0,
         led: Led | None = None,
         mass: float = 0.0,
+        measures: Sequence[tuple[float, Measure]] = (),
     ) -> None:
         """Hold an equation by a multiplier."""
         self._led.append(led)
-        self._equations.add(label, offset, *terms, about=about, size=size, mass=mass)
+        self._equations.add(
+            label, offset, *terms, about=about, size=size, mass=mass, measures=measures
+        )
 
     def owner(self) -> Places | None:
         """Return for each coordinate the lowest one that shares its place; None where none do."""
@@ -147,6 +151,7 @@ class Lowering:
         out = self._equations.ordered(np.argsort(is_led, kind="stable"))
         out.i = [int(final[i]) for i in out.i]
         out.j = [LINEAR if j == LINEAR else int(final[j]) for j in out.j]
+        out.measures = [(row, c, each.placed(final)) for row, c, each in out.measures]
         return _without_repeats(out, still)
 
 
@@ -175,7 +180,7 @@ def _without_repeats(equations: Constraints, still: range) -> Constraints:
         pairs.setdefault(row, []).append((min(i, j), max(i, j)))
     kept, seen = [], set()
     for row, mass in enumerate(equations.mass):
-        key = tuple(sorted(pairs[row]))
+        key = tuple(sorted(pairs.get(row, ())))
         if mass and (key in seen or all(place in still for pair in key for place in pair)):
             continue
         if mass:

@@ -57,11 +57,15 @@ class Prescribed:
     ----------
     n, n_equations : int
         Coordinates and equations.
+    courses : list of Course
+        All motions, each once.
     """
 
     def __init__(self, courses: Sequence[Course], led: Sequence[Led]) -> None:
+        of_equations = {id(each.course): each.course for each in led}
+        self.courses = [*courses, *of_equations.values()]
         self._courses = [_Table(course) for course in courses]
-        tables = {id(each.course): _Table(each.course) for each in led}
+        tables = {key: _Table(course) for key, course in of_equations.items()}
         self._led = [(tables[id(each.course)], each) for each in led]
         self._tables = [*self._courses, *tables.values()]
         self.n = sum(table.width for table in self._courses)

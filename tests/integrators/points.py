@@ -104,7 +104,8 @@ class Point:
             jacobian=lambda q: sp.csr_array(self.gradient(q)),
             linear=radius is None,
             sizes=lambda q: np.abs(self.gradient(q)) @ np.abs(q),
-            curvature=lambda v: np.array([v @ v / radius] if radius else []),
+            measures=[],
+            curvature=lambda q, v: np.array([v @ v / radius] if radius else []),
         )
 
     def seed(self):

@@ -57,7 +57,7 @@ def rates(system):
         r, _ = system.assembly.residual(q, v, none, lam, system.dead_load, load)
         G = system.constraints.jacobian(q).toarray()[:, :n]
         kkt = np.block([[mass, G.T], [G, np.zeros((len(G), len(G)))]])
-        right = np.concatenate([-r[:n], -system.constraints.curvature(v)])
+        right = np.concatenate([-r[:n], -system.constraints.curvature(q, v)])
         a, lam = np.split(np.linalg.solve(kkt, right), [n])
         return np.append(a, none[n:]), lam
 

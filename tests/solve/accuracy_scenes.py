@@ -165,7 +165,7 @@ def by_scipy(case, system, tight):
         if m:
             across = system.constraints.jacobian(q).toarray()[:, :n]
             moved = inverse @ across.T
-            want = -system.constraints.curvature(v) - across @ a
+            want = -system.constraints.curvature(q, v) - across @ a
             a += moved @ np.linalg.solve(across @ moved, want)
         return np.concatenate([y[n:], a])
 

@@ -151,7 +151,7 @@ def test_jacobian_and_curvature_of_the_constraints(system, rng):
     # (phi_q v)_q v is the second derivative of phi along a straight motion.
     phi = [hand.phi(q + t * v) for t in (-1.0, 0.0, 1.0)]
     expected = phi[0] - 2 * phi[1] + phi[2]
-    found = system.constraints.curvature(v)
+    found = system.constraints.curvature(q, v)
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-10)
 
 

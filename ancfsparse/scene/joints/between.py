@@ -60,7 +60,12 @@ class Between(Joint):
     @property
     def size(self) -> float:
         """Length of the larger body, which scales directions to lengths [m]."""
-        return max(node.beam.size for node in self.nodes)
+        return self.arm
+
+    @property
+    def axis(self) -> Vector | None:
+        """The axis that it has; None where it has none, or two."""
+        return self.axes[0] if len(self.axes) == 1 else None
 
     def _points(self, builder: Builder) -> tuple[Sum, Sum]:
         other = Sum.fixed(self.a.position) if self.b is None else point(builder, self.b)
@@ -125,6 +130,11 @@ class Revolute(Between):
 
     name = "revolute"
 
+    @property
+    def freedoms(self) -> tuple[str, ...]:
+        """Its angle."""
+        return ("angle",)
+
     def lower(self, builder: Builder) -> None:
         """Share the point and the axis."""
         self._share_point(builder)
@@ -151,6 +161,11 @@ class Cylindrical(Between):
     name = "cylindrical"
     is_point = False
 
+    @property
+    def freedoms(self) -> tuple[str, ...]:
+        """Its angle and its displacement."""
+        return "angle", "displacement"
+
     def lower(self, builder: Builder) -> None:
         """Share the axis, and hold the point on it."""
         self._share_axis(builder, self.axes[0])
@@ -163,6 +178,11 @@ class Prismatic(Between):
 
     name = "prismatic"
     is_point = False
+
+    @property
+    def freedoms(self) -> tuple[str, ...]:
+        """Its displacement."""
+        return ("displacement",)
 
     def lower(self, builder: Builder) -> None:
         """Share all directions, and hold the point on the axis."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, in_the_plane
 from ancfsparse.scene.spec import At, Point, Spec
 
 
@@ -57,6 +57,11 @@ class Connect(Joint):
     def has_multipliers(self) -> bool:
         """Whether it is made by equations."""
         return not (self.a.is_node and self.b.is_node)
+
+    @property
+    def freedoms(self) -> tuple[str, ...]:
+        """In the plane its angle."""
+        return in_the_plane(self)
 
     @property
     def nodes(self) -> tuple[Node, ...]:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints.frames import point
-from ancfsparse.scene.joints.joint import Builder, Joint
+from ancfsparse.scene.joints.joint import Builder, Joint, Led
+from ancfsparse.scene.joints.rod import HalfSquare
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,12 +20,15 @@ class Distance(Joint):
     a, b : Node
         The points.
     length : float
-        Their distance [m].
+        Their distance in the reference shape [m].
+    course : Course, optional
+        The distance over time, where it is not kept.
     """
 
     a: Node
     b: Node
     length: float
+    course: Course | None = None
     name = "distance"
 
     def lower(self, builder: Builder) -> None:
@@ -40,7 +45,9 @@ class Distance(Joint):
                     # Weights of positions add up to zero, so they may be counted from anywhere.
                     about.append(float(origin) if {k, j} <= positions else 0.0)
         label = f"distance of {self.a!r} and {self.b!r}"
-        builder.equation(label, -0.5 * self.length, *terms, about=about)
+        led = None if self.course is None else Led(self.course, 0, HalfSquare(self.length))
+        offset = -0.5 * self.length if led is None else 0.0
+        builder.equation(label, offset, *terms, about=about, led=led)
 
     @property
     def nodes(self) -> tuple[Node, ...]:

@@ -13,6 +13,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import RIGID, ElementKind
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import Course
+from ancfsparse.scene.joints.measures import Measure
 from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
@@ -81,6 +82,7 @@ class Builder(Protocol):
         size: float = 0.0,
         led: Led | None = None,
         mass: float = 0.0,
+        measures: Sequence[tuple[float, Measure]] = (),
     ) -> None:
         """Hold ``offset + sum of c (q_i - about) (q_j - about) = 0`` by a multiplier.
 
@@ -101,6 +103,8 @@ class Builder(Protocol):
         mass : float, optional
             What its gradients count with where masses are used as a matrix [kg], for coordinates
             that have none of their own.  A solution does not depend on it.
+        measures : sequence of (float, Measure), optional
+            Further terms: a factor [m or 1] and an angle or a length.
         """
         ...
 
@@ -159,6 +163,37 @@ class Joint(ABC):
     def has_multipliers(self) -> bool:
         """Whether it certainly makes equations."""
         return False
+
+    @property
+    def sides(self) -> tuple[Node, Node | None]:
+        """The point of the first side and that of the second, which None is at the ground."""
+        a, *b = self.nodes
+        return a, b[0] if b else None
+
+    @property
+    def freedoms(self) -> tuple[str, ...]:
+        """What it leaves free that is one number: ``"angle"``, ``"displacement"``."""
+        return ()
+
+    @property
+    def axis(self) -> Vector | None:
+        """The axis of its freedoms in the reference shape, a unit vector (dim,)."""
+        return None
+
+    @property
+    def arm(self) -> float:
+        """Length of the larger body, which scales angles to lengths [m]."""
+        return max(node.beam.size for node in self.nodes)
+
+    @property
+    def label(self) -> str:
+        """Name in messages."""
+        return f"{self.name} of {' and '.join(map(repr, self.nodes))}"
+
+
+def in_the_plane(joint: Joint) -> tuple[str, ...]:
+    """Return the freedoms of a joint of points: an angle in the plane."""
+    return ("angle",) if joint.nodes[0].beam.dim == 2 else ()
 
 
 def check_point(what: str, node: object) -> Node:

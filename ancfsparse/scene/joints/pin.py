@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Mark
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Mark, in_the_plane
 from ancfsparse.scene.spec import At, Point, Spec
 
 
@@ -49,6 +49,11 @@ class Pin(Joint):
             label = f"pin at {self.node!r}, component {d + 1}"
             terms = ((w, place, LINEAR) for w, place in zip(weights, row, strict=True))
             builder.equation(label, -held, *terms, size=self.node.beam.size)
+
+    @property
+    def freedoms(self) -> tuple[str, ...]:
+        """In the plane its angle."""
+        return in_the_plane(self)
 
     @property
     def nodes(self) -> tuple[Node, ...]:

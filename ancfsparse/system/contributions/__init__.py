@@ -17,6 +17,7 @@ NAMES: dict[str, Callable[[Any], bool]] = {
     "loads": lambda system: bool(system.loads.place),
     "moments": lambda system: bool(system.loads.moment_place),
     "constraints": lambda system: system.n_multipliers > 0,
+    "couplings": lambda system: bool(system.constraints.measures),
 }
 """Modules of this folder, and which systems need them; what is attached to a scene names its own.
 
