@@ -12,12 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_finite, check_reals, check_vector, keep
 from ancfsparse.errors import InputError, LoadFailure
-from ancfsparse.scene.bodies import ElasticBody, Node
+from ancfsparse.scene.bodies import Body, ElasticBody, Node
 from ancfsparse.scene.functions import sendable
 from ancfsparse.scene.spec import At, Point, Spec, Whole, text
 from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
+# What a single number means in the force that follows a cable in space.
+ALONG = "one number along the axis, the only axis that a cable has in space"
 Value = ArrayLike | Callable[[float], ArrayLike]
 
 
@@ -105,8 +107,13 @@ class LoadSpec(Spec):
 
     def describe(self, at: At, made: Any) -> str:
         """Describe its position and its value."""
-        where, value = self.given.values()
-        return f"{type(made).__name__} ({at(where)}): {text(value, at)}"
+        where, value, *more = self.given.values()
+        words = "".join(
+            f", {name} {text(each, at)}"
+            for name, each in zip([*self.given][2:], more, strict=True)
+            if each is not None and each is not False
+        )
+        return f"{type(made).__name__} ({at(where)}): {text(value, at)}{words}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +122,7 @@ class PointForceSpec(LoadSpec):
 
     node: Point
     value: Any
+    follow: bool = False
     method = "point_force"
     units: ClassVar = {"value": "N"}
 
@@ -125,6 +133,7 @@ class PointMomentSpec(LoadSpec):
 
     node: Point
     value: Any
+    follow: bool = False
     method = "point_moment"
     units: ClassVar = {"value": "N m"}
 
@@ -135,25 +144,31 @@ class DistributedForceSpec(LoadSpec):
 
     beam: Whole
     value: Any
+    shape: Any = None
+    follow: bool = False
     method = "distributed_force"
     units: ClassVar = {"value": "N/m"}
 
 
 @dataclass(frozen=True, eq=False)
 class PointForce(Applied):
-    """A force at a point of a beam, fixed in space.
+    """A force at a point, fixed in space or along the axes of the section.
 
     Attributes
     ----------
     node : Node
-        Where it acts; any point of a beam.
-    value : ndarray, shape (dim,), or callable
-        The force [N], or a function of t [s] that returns it.
+        Where it acts; any point of a beam or of a rigid body.
+    value : number, ndarray of shape (dim,), or callable
+        The force [N], or a function of t [s] that returns it; see `Scene.point_force`.
+    follow : bool
+        Whether it follows the section.
     """
 
     node: Node
     value: Value
+    follow: bool = False
     unit = "N"
+    number = ALONG
 
     @property
     def what(self) -> str:
@@ -162,13 +177,13 @@ class PointForce(Applied):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of a value, (dim,)."""
-        return (self.node.beam.dim,)
+        """Shape of a value: (dim,), or () along the axis of a cable in space."""
+        return _components(self.node.beam, self.follow)
 
 
 @dataclass(frozen=True, eq=False)
 class PointMoment(Applied):
-    """A moment at a node of a beam, fixed in space.
+    """A moment at a node, about axes of space or of the section.
 
     Attributes
     ----------
@@ -177,10 +192,13 @@ class PointMoment(Applied):
     value : float, ndarray of shape (3,), or callable
         The moment [N m], or a function of t [s] that returns it: a number about +z in a planar
         scene, three components in a spatial one.
+    follow : bool
+        Whether its axes follow the section.
     """
 
     node: Node
     value: Value
+    follow: bool = False
     unit = "N m"
 
     @property
@@ -196,19 +214,30 @@ class PointMoment(Applied):
 
 @dataclass(frozen=True, eq=False)
 class DistributedForce(Applied):
-    """A force per reference length along a whole beam or mesh, fixed in space.
+    """A force per reference length along a whole beam or mesh.
 
     Attributes
     ----------
     beam : Beam or Mesh
         Where it acts.
-    value : ndarray, shape (dim,), or callable
+    value : number, ndarray of shape (dim,), or callable
         The force per length [N/m], or a function of t [s] that returns it.
+    along : callable or None
+        Factor of the force as a function of the arc coordinate s [m].
+    follow : bool
+        Whether it follows the sections.
     """
 
     beam: ElasticBody
     value: Value
+    along: Callable[[float], float] | None = None
+    follow: bool = False
     unit = "N/m"
+    number = ALONG
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what is pickled."""
+        return super().__getstate__() | {"along": sendable(self.along)}
 
     @property
     def what(self) -> str:
@@ -217,8 +246,33 @@ class DistributedForce(Applied):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of a value, (dim,)."""
-        return (self.beam.dim,)
+        """Shape of a value: (dim,), or () along the axis of a cable in space."""
+        return _components(self.beam, self.follow)
+
+    def factors(self, arcs: Vector) -> Vector:
+        """Return the factor at arc coordinates [m], of any shape [-].
+
+        Raises
+        ------
+        InputError
+            If the function fails, or returns no finite number.
+        """
+        if self.along is None:
+            return np.ones_like(arcs)
+        out = np.empty_like(arcs)
+        for k, s in enumerate(arcs.ravel().tolist()):
+            name = f"the shape of {self.what} at s = {s:.6g} m"
+            try:
+                value = self.along(s)
+            except Exception as error:  # a function of the caller's may raise anything
+                raise InputError(f"{name} failed: {type(error).__name__}: {error}") from error
+            out.flat[k] = check_finite(name, value)
+        return out
+
+
+def _components(body: Body, follow: bool) -> tuple[int, ...]:
+    """Return the shape of a force: a cable in space has one axis alone."""
+    return () if follow and body.dim == 3 and len(body.kind.vectors) <= 2 else (body.dim,)
 
 
 Load = PointForce | PointMoment | DistributedForce

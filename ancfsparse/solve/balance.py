@@ -13,6 +13,7 @@ from ancfsparse.results import RunStats
 from ancfsparse.seeds import DeflatedSeed
 from ancfsparse.solve.penalties import Penalties
 from ancfsparse.solve.seed import make_static_seed
+from ancfsparse.solve.unsymmetric import Unsymmetric, solve_beside
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -95,7 +96,8 @@ class Balance:
         self._dead = system.dead_load
         self._set_drives()
         self._rest = np.zeros(system.n_all)
-        self.plain = not system.loads.moment_place and system.constraints.linear
+        loads = system.loads
+        self.plain = not (loads.moment_place or loads.followers) and system.constraints.linear
         self.conservative = system.conservative
         self._make_pattern()
         self.seed, self._modes = make_static_seed(system, self._indptr, self._indices, kind)
@@ -106,6 +108,8 @@ class Balance:
         self.strings = _strings(system)
         body_mass = np.bincount(self._body, self.mass, minlength=len(system.scene.bodies))
         self._body_mass = np.where(body_mass > 0.0, body_mass, 1.0)
+        self._unsymmetric = None if self.conservative else Unsymmetric(system)
+        self._beside: Any = None
         self._phi_q: Any = None
         self._springs = np.zeros(system.n_multipliers)
         self._rounded: tuple[Vector, Vector] | None = None  # coordinates, and the rounding there
@@ -212,7 +216,7 @@ class Balance:
         values = self.system.assembly.material(0.0, 1.0, state.q)
         return np.asarray(values)[self.system.pattern.indptr[: self.system.n_free]]
 
-    def factor(self, state: State, values: Vector, shift: float = 0.0) -> int | None:
+    def factor(self, state: State, values: Vector, load: float, shift: float = 0.0) -> int | None:
         """Factor a stiffness with springs and, on the diagonal, `shift` [1/s2] times the mass.
 
         Returns
@@ -238,6 +242,8 @@ class Balance:
             kept[self._indptr[:-1]] += shift * self.mass
         self.stats.factorizations += 1
         self._on_factor()
+        if self._unsymmetric is not None:
+            self._beside = self._unsymmetric.stiffness(state.q, load * self._amplitudes)
         if isinstance(self.seed, DeflatedSeed):
             assert self._modes is not None
             self.seed.factor(kept, self._modes.at(state.q))
@@ -261,9 +267,14 @@ class Balance:
     def _solution(self, state: State) -> Vector:
         """Return what the last factor takes for the error of the coordinates."""
         self.stats.solves += 1
-        if not len(state.phi):
-            return -self.seed.solve(state.r)
-        return -self.seed.solve(state.r + self._phi_q.T @ (self._springs * state.phi))
+        r = state.r
+        if len(state.phi):
+            r = r + self._phi_q.T @ (self._springs * state.phi)
+        if self._beside is not None and self._beside.nnz:
+            x = solve_beside(self.seed.solve, self._beside, r, np.sqrt(self.mass))
+            if x is not None:
+                return -x
+        return -self.seed.solve(r)
 
     def distance(self, dx: Vector) -> float:
         """Return the size of a correction: the root mean square of the displacement [m]."""

@@ -11,8 +11,8 @@ from ancfsparse.errors import ModesFailure
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.solve.pencil import Pencil
 from ancfsparse.solve.spectrum import BEYOND, MOTION, ROUNDING, TOLERANCE
-from ancfsparse.solve.unsymmetric import SHARE as DIFFERENCE
-from ancfsparse.solve.unsymmetric import unsymmetric_parts
+from ancfsparse.solve.unsymmetric import ROUNDING as DIFFERENCE
+from ancfsparse.solve.unsymmetric import Unsymmetric, solve_beside
 
 Vector = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -20,8 +20,6 @@ Complex = NDArray[np.complex128]
 # Rate of the factor relative to the highest wanted frequency: small, so that the distances from it
 # are nearly the sizes of eigenvalues, and well above rounding.
 RATE = 0.05
-# Relative residual of a solution where forces have no potential, and its most iterations.
-INNER, MOST_INNER = 1e-13, 400
 # Relative singular value below which motions without stiffness are the same.
 SAME = 1e-4
 
@@ -65,39 +63,26 @@ class Damped:
         system = pencil.system
         amplitudes = system.loads.amplitudes(np.array([pencil.state.t]))[0]
         self.mass, self.unit = pencil.mass, np.sqrt(pencil.diagonal)
-        stiffness, damping = unsymmetric_parts(system, pencil.state, amplitudes, rate)
+        missing = Unsymmetric(system)
+        stiffness = missing.stiffness(pencil.state.q, amplitudes)
+        damping = missing.damping(pencil.state.q, amplitudes, rate)
         self._beside = stiffness + rate * damping
         self.stiffness = pencil.stiffness + stiffness
         self.damping = pencil.damping() + damping
-        self.doubt = DIFFERENCE**2 * abs(stiffness)  # differences of forces are not exact
+        self.doubt = DIFFERENCE * abs(stiffness)  # differences of forces are not exact
         if pencil.factor_at_rate(rate) is None:
             raise ModesFailure("the matrix of damped motions is singular")
 
     def solve(self, force: Vector) -> Vector:
         """Solve ``(rate^2 M + rate C + K) x = force`` under the constraints, (n_free,)."""
-        x = self.pencil.solve_all(force[:, None])[:, 0]
-        if not self._beside.nnz:
-            return x
-        from scipy.sparse.linalg import LinearOperator, gmres
 
-        n, unit = len(force), self.unit
+        def solve(r: Vector) -> Vector:
+            return np.asarray(self.pencil.solve_all(r[:, None])[:, 0])
 
-        def apply(y: Vector) -> Vector:
-            moved = self._beside @ (np.ravel(y) / unit)
-            return np.asarray(np.ravel(y) + unit * self.pencil.solve_all(moved[:, None])[:, 0])
-
-        y, failed = gmres(
-            LinearOperator((n, n), matvec=apply, dtype=float),
-            unit * x,
-            rtol=INNER,
-            atol=0.0,
-            restart=min(n, MOST_INNER),
-            maxiter=1,
-        )
-        again = unit * x - apply(y)
-        if failed and not np.linalg.norm(again) <= TOLERANCE**1.5 * np.linalg.norm(unit * x):
+        x = solve_beside(solve, self._beside, force, self.unit)
+        if x is None:
             raise ModesFailure("forces without a potential are too strong for the factor")
-        return np.asarray(y / unit)
+        return x
 
     def inverse(self, z: Vector) -> Vector:
         """Apply the inverse to scaled displacements and velocities, (2 n_free,)."""

@@ -104,7 +104,7 @@ def find(
     for k in range(MOST_FACTORS):
         exact = closing or not extrapolate
         values = (tangent.exact if exact else tangent.extrapolated)(state, load)
-        negative = balance.factor(state, values)
+        negative = balance.factor(state, values, load)
         dx, dlam = balance.correction(state)
         size = balance.distance(dx)
         if negative is None or not math.isfinite(size):
@@ -203,7 +203,7 @@ def settle(balance: Balance, state: State, load: float, tolerance: float) -> Fou
         values = tangent.extrapolated(state, load)
         push = balance.distance(state.r / balance.mass)  # an acceleration [m/s2]
         while True:
-            definite = balance.factor(state, values, shift) == 0
+            definite = balance.factor(state, values, load, shift) == 0
             dx, dlam = balance.correction(state) if definite else (state.r, state.phi)
             share = _share(balance, dx)
             if definite and share > 0.25:

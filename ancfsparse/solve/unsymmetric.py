@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.system import State, System
+from ancfsparse.system import System
 from ancfsparse.system.pattern import Unknowns
 
 if TYPE_CHECKING:
@@ -20,12 +21,14 @@ Vector = NDArray[np.float64]
 
 # Share of a size over which a force is differentiated, the cube root of rounding.
 SHARE = 6e-6
+# Derivatives beside the largest that are rounding.
+ROUNDING = 1e-9
+# Relative residual that solutions aim at, the largest that is allowed, and their most iterations.
+INNER, ENOUGH, MOST_INNER = 1e-13, 1e-9, 400
 
 
-def unsymmetric_parts(
-    system: System, state: State, amplitudes: Vector, rate: float
-) -> tuple[sp.csr_array, sp.csr_array]:
-    """Return what the matrices of stiffness and damping of a system lack, over free coordinates.
+class Unsymmetric:
+    """What the matrices of stiffness and damping of a system lack, over its free coordinates.
 
     The matrix of a force without a potential contains the symmetric part of its derivatives at
     most.
@@ -34,70 +37,110 @@ def unsymmetric_parts(
     ----------
     system : System
         The forces.
-    state : State
-        Where; velocities are taken as zero.
-    amplitudes : (n_amplitudes,) float
-        Of the loads there.
-    rate : float
-        Of the motions of interest, by which sizes of velocities follow from those of
-        displacements [1/s].
+    """
+
+    def __init__(self, system: System) -> None:
+        self._system, n = system, system.n_free
+        pairs = zip(system.contributions, system.assembly.contributions, strict=True)
+        chosen = [(each, made) for each, made in pairs if not each.conservative]
+        self._entries: sp.csc_array | None = None
+        if not chosen:
+            return
+        self._assembly: Assembly = compiled("assembly").Assembly(
+            n,
+            system.n_all,
+            system.loads.n_amplitudes,
+            system.pattern.indptr,
+            [made for _, made in chosen],
+        )
+        self._entries = _entries([table for each, _ in chosen for table in each.cliques()], n)
+        self._group = _groups(self._entries)
+        self._column = np.repeat(np.arange(n), np.diff(self._entries.indptr))
+        self._small = SHARE * _sizes(system)
+
+    def stiffness(self, q: Vector, amplitudes: Vector) -> sp.csr_array:
+        """Return what the stiffness lacks at rest, (n_free, n_free) [N/m, N, N m]."""
+        return self._missing(q, amplitudes, 0.0)
+
+    def damping(self, q: Vector, amplitudes: Vector, rate: float) -> sp.csr_array:
+        """Return what the damping lacks at rest, (n_free, n_free) [N s/m, N s, N m s].
+
+        Velocities for differences are those of small motions of a rate [1/s].
+        """
+        return self._missing(q, amplitudes, rate)
+
+    def _missing(self, q: Vector, amplitudes: Vector, rate: float) -> sp.csr_array:
+        """Differentiate by velocities of a rate, or without one by coordinates."""
+        import scipy.sparse as sp
+
+        from ancfsparse.solve.stability import on_free, whole
+
+        n, entries = self._system.n_free, self._entries
+        if entries is None:
+            return sp.csr_array((n, n))
+        none, lam = np.zeros(len(q)), np.zeros(self._system.n_multipliers)
+        steps = self._small * (rate or 1.0)
+
+        def force(moved: Vector) -> Vector:
+            state = (q, moved) if rate else (q + moved, none)
+            r = self._assembly.residual(*state, none, lam, none, amplitudes)[0]
+            return np.array(r)[:n]
+
+        values = np.zeros(entries.nnz)
+        for group in range(int(self._group.max(initial=-1)) + 1):
+            moved = np.zeros(len(q))
+            moved[:n] = np.where(self._group == group, steps[:n], 0.0)
+            change = force(moved) - force(-moved)
+            mine = self._group[self._column] == group
+            values[mine] = change[entries.indices[mine]] / (2.0 * steps[self._column[mine]])
+        self._assembly.check()
+        matrix = sp.csc_array((values, entries.indices, entries.indptr), shape=(n, n))
+        factors = (0.0, 0.0) if rate else (0.0, 1.0)
+        own = self._assembly.matrix(
+            *factors, q, lam, amplitudes, damping_factor=1.0 if rate else 0.0, v=none
+        )
+        missing = (matrix - whole(on_free(self._system, own))).tocsr()
+        missing.data[np.abs(missing.data) <= ROUNDING * np.max(np.abs(values), initial=0.0)] = 0.0
+        missing.eliminate_zeros()
+        return missing
+
+
+def solve_beside(
+    solve: Callable[[Vector], Vector], beside: sp.csr_array, force: Vector, unit: Vector
+) -> Vector | None:
+    """Solve ``(S + beside) x = force`` by GMRES, with a solver of S.
+
+    Parameters
+    ----------
+    solve : callable
+        Returns ``S^-1 r``.
+    beside : (n, n) sparse
+        What the factor does not contain; few of its columns should count.
+    force : (n,) float
+        The right-hand side.
+    unit : (n,) float
+        Roots of the masses, by which corrections are measured.
 
     Returns
     -------
-    stiffness, damping : (n_free, n_free) sparse
-        Without entries where all forces have a potential [N/m, N, N m], [N s/m, N s, N m s].
+    (n,) float or None
+        None if it does not converge.
     """
-    import scipy.sparse as sp
+    x = solve(force)
+    if not beside.nnz:
+        return x
+    from scipy.sparse.linalg import LinearOperator, gmres
 
-    n = system.n_free
-    pairs = zip(system.contributions, system.assembly.contributions, strict=True)
-    chosen = [(each, made) for each, made in pairs if not each.conservative]
-    if not chosen:
-        none = sp.csr_array((n, n))
-        return none, none
-    assembly: Assembly = compiled("assembly").Assembly(
-        n,
-        system.n_all,
-        system.loads.n_amplitudes,
-        system.pattern.indptr,
-        [made for _, made in chosen],
-    )
-    entries = _entries([table for each, _ in chosen for table in each.cliques()], n)
-    columns = _groups(entries)
-    none, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
-    small = SHARE * _sizes(system)
+    n = len(force)
 
-    def force(q: Vector, v: Vector) -> Vector:
-        return np.array(assembly.residual(q, v, none, lam, none, amplitudes)[0])[:n]
+    def apply(y: Vector) -> Vector:
+        return np.asarray(np.ravel(y) + unit * solve(beside @ (np.ravel(y) / unit)))
 
-    def derivative(by_velocity: bool) -> sp.csr_array:
-        steps = small * rate if by_velocity else small
-        rows, values = entries.indices, np.zeros(entries.nnz)
-        column_of = np.repeat(np.arange(n), np.diff(entries.indptr))
-        for group in range(int(columns.max(initial=-1)) + 1):
-            moved = np.zeros(system.n_all)
-            moved[:n] = np.where(columns == group, steps[:n], 0.0)
-            if by_velocity:
-                change = force(state.q, moved) - force(state.q, -moved)
-            else:
-                change = force(state.q + moved, none) - force(state.q - moved, none)
-            mine = columns[column_of] == group
-            values[mine] = change[rows[mine]] / (2.0 * steps[column_of[mine]])
-        matrix = sp.csc_array((values, rows, entries.indptr), shape=(n, n))
-        own = assembly.matrix(
-            0.0,
-            0.0 if by_velocity else 1.0,
-            state.q,
-            lam,
-            amplitudes,
-            damping_factor=1.0 if by_velocity else 0.0,
-            v=none,
-        )
-        return (matrix - _whole(system, own)).tocsr()
-
-    found = derivative(False), derivative(True)
-    assembly.check()
-    return found
+    most = min(n, MOST_INNER)
+    operator = LinearOperator((n, n), matvec=apply, dtype=float)
+    y = gmres(operator, unit * x, rtol=INNER, atol=0.0, restart=most, maxiter=1)[0]
+    off = np.linalg.norm(unit * x - apply(y))
+    return y / unit if off <= ENOUGH * np.linalg.norm(unit * x) else None
 
 
 def _entries(tables: list[Unknowns], n: int) -> sp.csc_array:
@@ -136,9 +179,3 @@ def _sizes(system: System) -> Vector:
     for body, places in zip(system.scene.bodies, system.vectors("r"), strict=True):
         sizes[places] = body.shortest
     return sizes
-
-
-def _whole(system: System, values: Vector) -> sp.csr_array:
-    from ancfsparse.solve.stability import on_free, whole
-
-    return whole(on_free(system, values))

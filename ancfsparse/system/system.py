@@ -94,7 +94,7 @@ class System:
         self._index = {id(beam): k for k, beam in enumerate(scene.bodies)}
         self.constraints, self.prescribed = numbering.constraints, numbering.prescribed
         self.n_multipliers = len(self.constraints.offset)
-        self.loads = loads_of(scene, self.n_all, self.point, self.frame, self.elements)
+        self.loads = loads_of(scene, self)
         self.contributions = contributions_of(self)
         cliques = [table for each in self.contributions for table in each.cliques()]
         self.pattern = build(self.n_free + self.n_multipliers, cliques)

@@ -16,6 +16,7 @@ NAMES: dict[str, Callable[[Any], bool]] = {
     "bodies": lambda system: any(body.masses is not None for body in system.scene.bodies),
     "loads": lambda system: bool(system.loads.place),
     "moments": lambda system: bool(system.loads.moment_place),
+    "followers": lambda system: bool(system.loads.followers),
     "constraints": lambda system: system.n_multipliers > 0,
     "couplings": lambda system: bool(system.constraints.measures),
 }

@@ -1,7 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Moments about fixed axes on nodes: forces that follow the slopes, and their derivative."""
+"""Moments on nodes: forces that follow the slopes, and their derivative with the axes held."""
 from cpython.pycapsule cimport PyCapsule_New
-from libc.math cimport fabs
+from libc.math cimport fabs, sqrt
 from libc.stdint cimport int32_t
 from libc.string cimport memset
 
@@ -15,6 +15,7 @@ cdef struct Data:
     const int32_t *place  # of r_x, r_y, r_z; -1 where the moment does not act
     const int32_t *slot
     const int32_t *column
+    const int32_t *axes  # in space: of the vectors that are the axes of a moment; -1 for those of space
 
 
 cdef class Moments:
@@ -27,7 +28,8 @@ cdef class Moments:
     arrays : mapping
         ``place (n, 3 dim)`` of those of r_x, r_y, r_z in q that the moment acts on, -1 for the
         others; ``slot``, places of their lower triangle in the values of the matrix; ``column`` of
-        the amplitudes.
+        the amplitudes; ``axes (n, 9)``, places of the vectors about which a moment in space
+        follows, or -1.
     """
 
     cdef ancf_contribution interface
@@ -41,22 +43,32 @@ cdef class Moments:
         data.n_all = n_all
         data.n, data.dim = len(arrays["place"]), arrays["place"].shape[1] // 3
         data.place, data.slot = integers(arrays["place"]), integers(arrays["slot"])
-        data.column = integers(arrays["column"])
+        data.column, data.axes = integers(arrays["column"]), integers(arrays["axes"])
         self.interface.context = data
         self.interface.residual, self.interface.matrix = residual, matrix
         self.interface.work, self.interface.reach = work, reach
         self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
 
-cdef inline void moment_at(const Data *self, ptrdiff_t k, const double *amplitudes,
-                           double *m) noexcept nogil:
-    cdef ptrdiff_t d
-    m[0] = m[1] = 0.0
+cdef inline void moment_at(const Data *self, ptrdiff_t k, const double *q,
+                           const double *amplitudes, double *m) noexcept nogil:
+    cdef const int32_t *axis = self.axes + 9 * k
+    cdef double size
+    cdef ptrdiff_t d, v
+    m[0] = m[1] = m[2] = 0.0
     if self.dim == 2:
         m[2] = amplitudes[self.column[k]]
-    else:
+    elif axis[0] < 0:
         for d in range(3):
             m[d] = amplitudes[self.column[3 * k + d]]
+    else:
+        for v in range(3):
+            size = 0.0
+            for d in range(3):
+                size += q[axis[3 * v + d]] * q[axis[3 * v + d]]
+            size = amplitudes[self.column[3 * k + v]] / sqrt(size)
+            for d in range(3):
+                m[d] += size * q[axis[3 * v + d]]
 
 
 cdef inline bint vector_at(const Data *self, ptrdiff_t k, ptrdiff_t v, const double *q,
@@ -205,7 +217,7 @@ cdef void add(const Data *self, const double *q, const double *amplitudes,
     cdef const int32_t *place
     cdef ptrdiff_t k, d, v
     for k in range(self.n):
-        moment_at(self, k, amplitudes, m)
+        moment_at(self, k, q, amplitudes, m)
         place = self.place + 3 * k * self.dim
         if not vector_at(self, k, 0, q, x):
             add_on_section(self, k, m, q, r)
@@ -239,7 +251,7 @@ cdef void add_stiffness(const Data *self, const double *q, const double *amplitu
         for i in range(9):
             for j in range(9):
                 derivative[i][j] = 0.0
-        moment_at(self, k, amplitudes, m)
+        moment_at(self, k, q, amplitudes, m)
         if vector_at(self, k, 0, q, x):
             stiffness_on_axis(self, k, m, x, q, derivative)
         else:

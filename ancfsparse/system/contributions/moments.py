@@ -1,4 +1,4 @@
-"""Moments about fixed axes: forces on the vectors of a node, which turn with them."""
+"""Moments: forces on the vectors of a node, which turn with them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,12 @@ class Moments(Contribution):
         self._n_free, self._n_all, self._dim = system.n_free, system.n_all, system.dim
         # The force of a fixed moment in space has no potential.
         self.conservative = system.dim == 2
-        self._place, self._column = system.loads.moment_place, system.loads.moment_column
+        loads = system.loads
+        self._place, self._column, self._axes = (
+            loads.moment_place,
+            loads.moment_column,
+            loads.moment_axes,
+        )
 
     def cliques(self) -> list[Unknowns]:
         """Return the coordinates that each moment acts on."""
@@ -35,6 +40,7 @@ class Moments(Contribution):
             "place": places,
             "slot": pattern.slots(*self.cliques()),
             "column": np.array(self._column, dtype=np.int32).ravel(),
+            "axes": np.array([self._axes_of(k) for k in range(len(places))], np.int32).ravel(),
         }
         made: Compiled = compiled("moments").Moments(self._n_all, arrays)
         return made
@@ -42,9 +48,12 @@ class Moments(Contribution):
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:
         """Return the power of the moments, shape (k,) [W]."""
         power = np.zeros(len(q))
-        for places, column in zip(self._place, self._column, strict=True):
+        for places, column, axes in zip(self._place, self._column, self._axes, strict=True):
             moment = np.zeros((len(q), 3))
             moment[:, 3 - len(column) :] = amplitudes[:, column]
+            if axes is not None:
+                units = q[:, axes] / np.linalg.norm(q[:, axes], axis=2, keepdims=True)
+                moment = np.einsum("kv,kvd->kd", moment, units)
             if places[0, 0] < 0:
                 power += _power_on_section(q, v, places[1:], moment)
                 continue
@@ -56,6 +65,10 @@ class Moments(Contribution):
                 spin = _spin(q, v, vector)[1]
                 power += along / len(across) * np.sum(slope * spin, axis=1)
         return power
+
+    def _axes_of(self, k: int) -> NDArray[np.int32]:
+        axes = self._axes[k]
+        return np.full(9, -1, dtype=np.int32) if axes is None else axes.ravel()
 
     def _places(self) -> NDArray[np.int32]:
         return np.array(self._place, dtype=np.int32).reshape(-1, 3 * self._dim)

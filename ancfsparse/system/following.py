@@ -1,0 +1,108 @@
+"""Points with the axes of their sections, as sums of coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.hermite import position_weights, slope_weights
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int32]
+
+# Nodal vectors of an element that a point and the axes of its section depend on, in space.
+NODAL = ("r", "r_x", "r_y", "r_z")
+
+
+@dataclass(frozen=True)
+class Follower:
+    """Forces along the axes of n sections.
+
+    Attributes
+    ----------
+    place : (n, width, dim) int32
+        Places of the vectors that they depend on.
+    weight : (n, 1 + n_axes, width) float
+        Their weights in the position, and in each of the axes.
+    column : (n, dim) int32
+        Amplitudes along the axes, -1 without a component.
+    factor : (n,) float
+        Factors of the amplitudes.
+    """
+
+    place: Places
+    weight: Vector
+    column: Places
+    factor: Vector
+
+    @staticmethod
+    def joined(parts: Sequence[Follower]) -> Follower:
+        """Join blocks, of which some have fewer vectors or axes."""
+        width = max(each.place.shape[1] for each in parts)
+        sums = max(each.weight.shape[1] for each in parts)
+        places, weights = [], []
+        for each in parts:
+            more = width - each.place.shape[1]
+            places.append(np.concatenate([each.place, each.place[:, :1].repeat(more, 1)], axis=1))
+            missing = (0, 0), (0, sums - each.weight.shape[1]), (0, more)
+            weights.append(np.pad(each.weight, missing))
+        return Follower(
+            np.ascontiguousarray(np.concatenate(places), dtype=np.int32),
+            np.ascontiguousarray(np.concatenate(weights)),
+            np.ascontiguousarray(np.concatenate([each.column for each in parts]), dtype=np.int32),
+            np.concatenate([each.factor for each in parts]),
+        )
+
+
+def at_node(kind: ElementKind, row: Places, offsets: Sequence[float] = ()) -> tuple[Places, Vector]:
+    """Return places (1, width, dim) and weights (1, 1 + n_axes, width) at a node.
+
+    Parameters
+    ----------
+    kind : ElementKind
+        Its coordinates.
+    row : (n_c,) int32
+        Their places.
+    offsets : sequence of float, optional
+        Of a point of a rigid body, its coordinates [m].
+    """
+    names = [name for name in NODAL if name in kind.vectors]
+    place = np.stack([row[kind.columns(name)] for name in names])
+    weight = np.eye(len(names))[: 1 + _n_axes(kind)]
+    weight[0, 1 : 1 + len(offsets)] = offsets
+    return place[None], weight[None]
+
+
+def inside(kind: ElementKind, ends: Places, xi: Vector, lengths: Vector) -> tuple[Places, Vector]:
+    """Return places (n, width, dim) and weights (n, 1 + n_axes, width) inside elements.
+
+    Parameters
+    ----------
+    kind : ElementKind
+        The element.
+    ends : (n, 2, n_c) int32
+        Places of the coordinates of both nodes.
+    xi : (n,) float
+        Places within the elements, from 0 to 1.
+    lengths : (n,) float
+        Of the elements [m].
+    """
+    names = [name for name in NODAL if name in kind.vectors]
+    k = len(names)
+    place = np.stack([ends[:, end, kind.columns(name)] for end in (0, 1) for name in names], axis=1)
+    weight = np.zeros((len(ends), 1 + _n_axes(kind), 2 * k))
+    axis = [end * k + column for end in (0, 1) for column in range(len(kind.axis))]
+    weight[:, 0, axis] = position_weights(xi, lengths, kind.is_string)
+    weight[:, 1, axis] = slope_weights(xi, lengths, kind.is_string)
+    for row in range(2, weight.shape[1]):  # section vectors are linear along an element
+        weight[:, row, row], weight[:, row, k + row] = 1.0 - xi, xi
+    return place, weight
+
+
+def _n_axes(kind: ElementKind) -> int:
+    """Return how many vectors give the axes of a section: in the plane one, and its normal."""
+    return 1 if kind.dim == 2 else max(1, sum(name in kind.vectors for name in NODAL[1:]))
