@@ -48,7 +48,9 @@ from ancfsparse.solve import simulate, solve_static, stable_step
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
+    from ancfsparse.solve.buckling import buckling
     from ancfsparse.solve.complex_modes import complex_modes
+    from ancfsparse.solve.load_path import load_path
     from ancfsparse.solve.modes import modes
 
 __all__ = [
@@ -91,8 +93,10 @@ __all__ = [
     "Table",
     "Trajectory",
     "UnstableEquilibrium",
+    "buckling",
     "complex_modes",
     "load",
+    "load_path",
     "modes",
     "simulate",
     "solve_static",
@@ -100,7 +104,7 @@ __all__ = [
 ]
 
 
-_ON_DEMAND = ("complex_modes", "modes")
+_ON_DEMAND = ("buckling", "complex_modes", "load_path", "modes")
 
 
 def __getattr__(name: str) -> object:

@@ -71,8 +71,8 @@ class UnstableEquilibrium(UserWarning):
         return (
             f"the equilibrium is unstable in {self.negative} "
             f"direction{'s' * (self.negative > 1)}, as a straight column is beyond its buckling "
-            "load: add a small force or a bend that tells the scene which way to go, or let it "
-            "settle in time with simulate"
+            "load: add a small force or a bend that decides which way it goes, or let it settle in "
+            "time with simulate; modes(equilibrium, 1) finds the shape in which it leaves"
         )
 
 

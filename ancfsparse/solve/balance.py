@@ -20,6 +20,8 @@ Vector = NDArray[np.float64]
 
 # Rounding of a force, in units of eps |K| |q|.
 ROUNDING = 32.0
+# Share of the loads over which the motion of drives is taken as linear.
+SMALL_LOAD = 1e-6
 
 
 class State(NamedTuple):
@@ -93,6 +95,7 @@ class Balance:
         self.system, self.stats = system, stats
         self._on_factor = on_factor
         self._amplitudes = system.loads.amplitudes(np.zeros(1))[0]
+        self._grows = system.loads.growing
         self._dead = system.dead_load
         self._set_drives()
         self._rest = np.zeros(system.n_all)
@@ -183,11 +186,20 @@ class Balance:
             q = np.array(q)
             q[len(q) - len(self._driven) :] = self._still + load * self._driven
         r, phi = self.system.assembly.residual(
-            q, self._rest, self._rest, lam, load * self._dead, load * self._amplitudes
+            q, self._rest, self._rest, lam, load * self._dead, self._amplitudes_at(load)
         )
         followed = self._held + load * self._followed
         phi[len(phi) - len(followed) :] -= followed
         return State(q, lam, np.asarray(r)[: self.system.n_free], np.asarray(phi))
+
+    def _amplitudes_at(self, load: float) -> Vector:
+        """Return the amplitudes under a share of the loads."""
+        return np.asarray(np.where(self._grows, load, 1.0) * self._amplitudes)
+
+    @property
+    def small_load(self) -> float:
+        """A share of the loads in which unbalanced forces are linear: any without drives."""
+        return SMALL_LOAD if self._driven.any() or self._followed.any() else 1.0
 
     def moved(self, state: State, dx: Vector, dlam: Vector, load: float) -> State:
         """Return the state after a correction."""
@@ -197,7 +209,7 @@ class Balance:
 
     def stiffness(self, state: State, load: float, out: Vector | None = None) -> Vector:
         """Return the values of the tangent stiffness, without springs [N/m, N, N m]."""
-        lam, amplitudes = state.lam, load * self._amplitudes
+        lam, amplitudes = state.lam, self._amplitudes_at(load)
         assembly = self.system.assembly
         return np.asarray(assembly.matrix(0.0, 1.0, state.q, lam, amplitudes, out=out))
 
@@ -243,7 +255,7 @@ class Balance:
         self.stats.factorizations += 1
         self._on_factor()
         if self._unsymmetric is not None:
-            self._beside = self._unsymmetric.stiffness(state.q, load * self._amplitudes)
+            self._beside = self._unsymmetric.stiffness(state.q, self._amplitudes_at(load))
         if isinstance(self.seed, DeflatedSeed):
             assert self._modes is not None
             self.seed.factor(kept, self._modes.at(state.q))

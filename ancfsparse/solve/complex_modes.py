@@ -66,7 +66,7 @@ def complex_modes(
     from ancfsparse.solve.quadratic import nearest
     from ancfsparse.solve.spectrum import BEYOND, VECTORS, all_motions, lowest, most_modes
 
-    check_count("n", n)
+    n = check_count("n", n)
     scene = scene_of(of, at)
     with memory_for(estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)):
         pencil = linearised(of, at)

@@ -70,7 +70,7 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     from ancfsparse.solve.pencil import linearised, scene_of
     from ancfsparse.solve.spectrum import BEYOND, VECTORS, all_motions, lowest, most_modes
 
-    check_count("n", n)
+    n = check_count("n", n)
     scene = scene_of(of, at)
     needed = estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)
     with memory_for(needed):

@@ -102,15 +102,22 @@ class Pencil:
         self.shift = 0.0
         return self._factor(1.0, 1.0 / rate, rate**2)
 
-    def factor_stiffness(self) -> int | None:
-        """Factor K under the constraints; return how many of its eigenvalues are negative."""
-        self.shift = 0.0
-        return self._factor(0.0, 0.0, self.size)
+    def factor_stiffness(self, more: Vector | None = None) -> int | None:
+        """Factor K under the constraints; return how many of its eigenvalues are negative.
 
-    def _factor(self, mass: float, damping: float, scale: float) -> int | None:
-        """Factor ``mass M + damping C + K / scale`` under constraints that give a little."""
+        `more` is added to its values on the pattern.
+        """
+        self.shift = 0.0
+        return self._factor(0.0, 0.0, self.size, more)
+
+    def _factor(
+        self, mass: float, damping: float, scale: float, more: Vector | None = None
+    ) -> int | None:
+        """Factor ``mass M + damping C + (K + more) / scale`` under nearly rigid constraints."""
         system = self.system
         values = self._matrix(mass, 1.0 / scale, damping)  # [kg]
+        if more is not None:
+            values = values + more / scale
         n, m = system.n_free, system.n_multipliers
         if m:
             stiff = np.abs(self.stiffness.diagonal()) / scale + abs(mass) * self.diagonal
@@ -127,6 +134,16 @@ class Pencil:
         r = np.zeros(self.seed.n)
         r[: len(self.diagonal)] = np.ravel(force)
         return self.seed.solve(r)[: len(self.diagonal)] / self._scale
+
+    def solve_with_multipliers(self, force: Vector) -> tuple[Vector, Vector]:
+        """Solve likewise under rigid constraints, for the multipliers too [N]."""
+        n = len(self.diagonal)
+        r = np.zeros(self.seed.n)
+        r[:n] = force
+        solution = np.array(self.seed.solve(r))
+        r[:n], r[n:] = 0.0, -(self.gradients @ solution[:n])
+        solution += self.seed.solve(r)
+        return solution[:n] / self._scale, solution[n:]
 
     def solve_all(self, forces: Vector) -> Vector:
         """Solve for several forces, columns (n_free, k), under rigid constraints."""

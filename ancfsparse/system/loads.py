@@ -85,6 +85,12 @@ class Loads:
         """Number of amplitudes."""
         return sum(source.width for source in self.sources)
 
+    @property
+    def growing(self) -> NDArray[np.bool_]:
+        """Which amplitudes are loads, that a share of the loads scales, and not the time."""
+        flags = [np.full(each.width, not isinstance(each, Clock)) for each in self.sources]
+        return np.concatenate([np.zeros(0, dtype=bool), *flags])
+
     def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
         """Return the amplitudes up to the first time at which a load fails, and how it fails.
 

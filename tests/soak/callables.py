@@ -150,6 +150,10 @@ def calls():
         Call("simulate from a state", ancf.simulate,
              march | {"t_end": 0.02, "start": run.last}),
         Call("solve_static", ancf.solve_static, {"scene": moving}),
+        Call("load_path", ancf.load_path, {"scene": moving, "points": 4}),
+        Call("buckling", ancf.buckling, {"of": moving}),
+        Call("modes", ancf.modes, {"of": rest}),
+        Call("complex_modes", ancf.complex_modes, {"of": rest, "n": 3}),
         Call("stable_step", ancf.stable_step,
              {"scene": moving, "integrator": ancf.CentralDifference()}),
         *(Call(f"Trajectory.{name}", getattr(run, name), end) for name in
