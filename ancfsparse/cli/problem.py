@@ -1,4 +1,4 @@
-"""The command ``ancfsparse problem``: a named scene of rigid bodies and its quantities at times."""
+"""The command ``ancfsparse problem``: a named mechanism and its quantities at times."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError, RedundantConstraints
-from ancfsparse.integrators import EnergyMomentum, GeneralizedAlpha
-from ancfsparse.problems.mechanisms import MECHANISMS, Case
+from ancfsparse.integrators import GeneralizedAlpha
+from ancfsparse.problems.mechanism import Case
+from ancfsparse.problems.named import MECHANISMS
 from ancfsparse.results import Trajectory
-from ancfsparse.solve import simulate
+from ancfsparse.solve import simulate, solve_static
 from ancfsparse.words import numbers, shown
 
 TIGHT = 1e-12
@@ -63,7 +64,7 @@ def run_problem(
     else:
         dt = case.dt if step is None else step
         found = _quantities(case, keys, times, dt)
-        settings = {"dt": dt, "integrator": repr(EnergyMomentum()), "tolerance": TIGHT}
+        settings = {"dt": dt, "integrator": repr(case.integrator), "tolerance": TIGHT}
         if step is None:
             fine = _quantities(case, keys, times, 0.5 * dt)
             found = {each: fine[each] + (fine[each] - found[each]) / 3.0 for each in found}
@@ -79,7 +80,8 @@ def _quantities(
     case: Case, keys: dict[str, Any], times: list[float], dt: float, accuracy: float | None = None
 ) -> dict[str, Array]:
     mechanism = case.make(**keys)
-    end = max(times)
+    scene, end = mechanism.scene, max(times)
+    start = solve_static(scene) if mechanism.settles else None
     steps = round(end / dt)
     if abs(steps * dt - end) > 1e-9 * end:
         raise InputError(f"the last time {end:g} s is not a whole number of steps of {dt:g} s")
@@ -87,16 +89,21 @@ def _quantities(
         warnings.simplefilter("ignore", RedundantConstraints)  # known for these scenes
         if accuracy is None:
             run: Trajectory = simulate(
-                mechanism.scene, end, dt, integrator=EnergyMomentum(), tolerance=TIGHT
+                scene, end, dt, integrator=case.integrator, tolerance=TIGHT, start=start
             )
         else:
             integrator = GeneralizedAlpha(0.9)
-            run = simulate(mechanism.scene, end, dt, accuracy=accuracy, integrator=integrator)
+            run = simulate(scene, end, dt, accuracy=accuracy, integrator=integrator, start=start)
     rows = [int(np.argmin(np.abs(run.t - time))) for time in times]
     off = max(abs(float(run.t[row]) - time) for row, time in zip(rows, times, strict=True))
     if off > 1e-9 * end:
         raise InputError(f"a time of --at is {off:.3g} s away from the nearest step of {dt:g} s")
     return {each: np.asarray(v[rows]) for each, v in mechanism.quantities(run).items()}
+
+
+def _like(default: object, value: float) -> float | int:
+    """Return a whole number where the default is one."""
+    return int(value) if isinstance(default, int) and value.is_integer() else value
 
 
 def _tenth(times: list[float]) -> float:
@@ -128,5 +135,6 @@ def _keys(name: str, case: Case, given: list[str]) -> dict[str, Any]:
             raise InputError(f"{name} takes no keys, got {key!r}")
         check_choice(f"key of {name}", key, case.keys)
         found = _numbers(f"--set {key}", value)
-        keys[key] = found if isinstance(case.keys[key][0], tuple) else found[0]
+        default = case.keys[key][0]
+        keys[key] = found if isinstance(default, tuple) else _like(default, found[0])
     return keys

@@ -136,6 +136,18 @@ cdef class TimeLoop:
         """Let steps that would gain energy be refused: shorter ones may not."""
         self.motion.shortens = True
 
+    def soften(self, double softness):
+        """Let multipliers violate their equations by a share of themselves; 0 for not at all.
+
+        The matrix of a step has the same number in its lower right part.
+
+        Parameters
+        ----------
+        softness : float
+            Over the scale of accelerations [1/kg].
+        """
+        self.motion.softness = softness
+
     def weigh(self, const double[::1] mass, double total):
         """Measure motions and corrections by mass: that of each coordinate, and of all places."""
         self.mass = mass

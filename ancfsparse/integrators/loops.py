@@ -83,6 +83,9 @@ class ImplicitLoop(Loop, Protocol):
     def may_shorten(self) -> None:
         """Reject steps that would gain energy."""
 
+    def soften(self, softness: float) -> None:
+        """Let multipliers violate their equations by a share of themselves."""
+
     def weigh(self, mass: Vector, total: float) -> None:
         """Measure motions and corrections by mass."""
 

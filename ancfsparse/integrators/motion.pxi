@@ -40,6 +40,7 @@ cdef struct Motion:
     bint shortens  # whether a step that would gain energy may be tried again in shorter ones
     double dt
     double scale  # metres that a unit of new acceleration moves a coordinate by [s2]
+    double softness  # by which a multiplier of one violates its equation, over `scale` [1/kg]
     double jump_share  # of |jump| |motion| that the scheme may give or take where a load jumps
     ancf_watch watch
     ancf_jumps jumps

@@ -17,9 +17,13 @@ cdef double correct(void *context, double factor, const double *s) noexcept nogi
 
 cdef void residual(void *context, double *r) noexcept nogil:
     cdef Motion *self = <Motion *>context
+    cdef ptrdiff_t k
     evaluate(self)
     vec_scale_parts(self.n_parts, r, self.scale, self.r, self.n_free)
     memcpy(r + self.n_free, self.phi, self.m * sizeof(double))
+    if self.softness > 0.0:
+        for k in range(self.m):
+            r[self.n_free + k] -= self.softness * self.scale * self.lam[k]
 
 
 cdef void load(Motion *self, const double *amplitudes) noexcept nogil:

@@ -167,6 +167,15 @@ cdef class Iteration:
     def step(self, ptrdiff_t number):
         self.loop.step = number
 
+    @property
+    def yields(self):
+        """Whether a step is given up that a new seed does not save, without any other attempt."""
+        return bool(self.loop.yields)
+
+    @yields.setter
+    def yields(self, bint value):
+        self.loop.yields = value
+
     def mark_stale(self):
         """Tell that the matrix has changed for another reason than motion: a step of other length."""
         self.loop.reseed_due = True

@@ -81,6 +81,8 @@ cdef int solve(void *context) noexcept nogil:
     if outcome != CONVERGED and not self.newton:
         self.cost_since += attempt_cost(self, used)
         outcome = climb(self, NEW_SEED, outcome, &used)
+    if outcome != CONVERGED and self.yields:
+        return outcome
     # Incomplete seeds give ways down where the matrix is indefinite, and not Newton's corrections.
     if outcome != CONVERGED and inexact and has_saddles(self):
         outcome = climb(self, DESCENT, outcome, &used)

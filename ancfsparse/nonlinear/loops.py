@@ -41,6 +41,7 @@ class NonlinearLoop(Protocol):
     """Solves the equations of step after step (_iteration.pyx)."""
 
     step: int
+    yields: bool
     rate: float
 
     @property

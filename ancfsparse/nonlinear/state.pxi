@@ -57,6 +57,7 @@ cdef struct Loop:
     const ancf_inverse *inverse
     const ancf_frame *frame  # NULL if seeds do not turn
     ptrdiff_t n, parts
+    bint yields  # whether a step that a new seed does not save is given back
     bint newton, learns, sparing, carry, polishes, economical, by_correction, sure
     int max_iterations
     double force_tolerance, constraint_tolerance, correction_tolerance, noise

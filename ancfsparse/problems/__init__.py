@@ -4,19 +4,38 @@ Tests, studies, the command line and the README share them, so that a name means
 """
 
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
+from ancfsparse.problems.linkages import andrews, four_bar, n_four_bar, slider_crank
+from ancfsparse.problems.mechanism import Mechanism
+from ancfsparse.problems.mechanisms import (
+    bricard,
+    dzhanibekov,
+    heavy_top,
+    planar_rod,
+    spatial_pendulum,
+)
 from ancfsparse.problems.meshes import MOTIONS, Lattice, Net, chain, lattice, net, octet
 
 __all__ = [
     "MOTIONS",
     "Lattice",
+    "Mechanism",
     "Net",
     "Problem",
+    "andrews",
+    "bricard",
     "cantilever",
     "chain",
+    "dzhanibekov",
     "elastica",
+    "four_bar",
+    "heavy_top",
     "lattice",
+    "n_four_bar",
     "net",
     "octet",
     "pendulum",
+    "planar_rod",
     "roll_up",
+    "slider_crank",
+    "spatial_pendulum",
 ]

@@ -173,6 +173,14 @@ cdef class Ldl:
         solve(&self.data, &r[0], &view[0])
         return x
 
+    @property
+    def pivots(self):
+        """Pivots ``(n,)`` of the last factor, those of the unknowns in their own order."""
+        a, n = self.arrays, self.data.n
+        out = np.empty(n)
+        out[a["permutation"]] = 1.0 / a["entries"][:n]
+        return out
+
     def columns(self):
         """Return ``(column_start, row, lower, pivot, permutation)`` of L by columns, for tests."""
         if self.data.is_single:

@@ -172,6 +172,11 @@ class SparseSeed:
             return self._cholmod.solve(r)
         return np.asarray(self.own.solve(r))
 
+    @property
+    def pivots(self) -> NDArray[np.float64]:
+        """Pivots of our own factor of the last matrix, in the order of the unknowns, (n,)."""
+        return np.asarray(self.own.pivots)
+
     def columns(self) -> tuple[NDArray[Any], ...]:
         """Return starts, rows and values of our own L by columns, its pivots, the permutation."""
         arrays: tuple[NDArray[Any], ...] = self.own.columns()

@@ -78,6 +78,7 @@ class FixedRun(ABC):
         self._stages, self._dt = request.integrator.stages, request.clock.dt
         self._n_steps, self._save_every = request.n_steps, request.save_every
         self._chunk = max(1, min(CHUNK, COORDINATES // system.n_all))
+        self._soon = 0  # steps after which something is due, 0 if nothing is
         seconds = {"set-up": time.perf_counter() - request.begun}
         self._stats = RunStats(solver=why, seconds=seconds, threads=threads)
         # Steps of the run, and of the march, before those whose states are in the buffer; None
@@ -170,7 +171,8 @@ class FixedRun(ABC):
         begin, p = self._stats.steps, len(self._stages)
         since = begin % self._save_every  # steps since the last recorded state
         room = self._room * self._save_every - since
-        wanted = min(self._chunk, self._n_steps - begin, room)
+        most = min(self._soon or self._chunk, self._chunk)
+        wanted = min(most, self._n_steps - begin, room)
         steps = np.arange(wanted, dtype=np.float64)[:, None] + begin
         times = self._clock.at(steps, self._stages)
         amplitudes, failure = self._system.inputs(times.ravel())

@@ -53,7 +53,11 @@ class Halving:
         Time of the compiled march in them [s].
     stuck : bool
         Whether the march stands inside a step, in a state that is not one of the run.
+    unsettled : int
+        Always 0: the next steps need no care.
     """
+
+    unsettled = 0
 
     def __init__(
         self,

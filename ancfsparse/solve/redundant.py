@@ -1,23 +1,34 @@
-"""Which constraints of a scene repeat others, by the rank of their gradients at the start."""
+"""Which constraints of a scene repeat others, by the rank of their gradients."""
 
 from __future__ import annotations
 
 import warnings
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import RedundantConstraints
+from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
+
+Vector = NDArray[np.float64]
 
 # Share of a gradient that must be independent of the others, or it is redundant.
 LEFT = 1e-8
+# What is added to squares of gradients of length one, so that a factor exists.
+ROUNDING = 1e-14
+# Pivot below which a gradient is suspect: that of a combination of many is the larger.
+SUSPECT = 1e-10
 # Share of a linear combination from which a constraint is named as a part of it.
 PART = 1e-3
-# Largest number of equations for which this is checked: a fraction of a second.
+# Largest number of equations that are looked at together.
 MOST = 300
-# Number of constraints that are named.
-NAMED = 3
+# Number of constraints that are named, and of those that are looked at for it.
+NAMED, LOOKED_AT = 3, 12
 
 
 def warn_of_repeats(system: System) -> None:
@@ -30,17 +41,16 @@ def warn_of_repeats(system: System) -> None:
     RedundantConstraints
         With the first of them and what they repeat.
     """
-    constraints = system.constraints
-    if not 0 < len(constraints.offset) <= MOST:
+    if not len(system.constraints.offset):
         return
-    found = repeats(system)
-    if not found:
+    number, found = repeats(system, system.q0)
+    if not number:
         return
-    labels = constraints.labels
+    labels = system.constraints.labels
     words = [f"the {labels[row]}, {_because(labels, of)}" for row, of in found[:NAMED]]
-    more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
+    more = f" and {number - NAMED} more" if number > NAMED else ""
     warnings.warn(
-        f"{len(found)} of {len(labels)} constraints repeat others at the start: "
+        f"{number} of {len(labels)} constraints repeat others at the start: "
         f"{'; '.join(words)}{more}.  The motion is not affected, but their forces are distributed "
         "arbitrarily: leave out a joint that repeats another, or use one with more freedom",
         RedundantConstraints,
@@ -56,31 +66,109 @@ def _because(labels: list[str], others: list[int]) -> str:
     return f"which follows from the {labels[others[0]]}{more}"
 
 
-def repeats(system: System) -> list[tuple[int, list[int]]]:
-    """Return the equations that repeat others, and those that they are made of, largest part first.
+def nearly_dependent(system: System, q: Vector, share: float) -> int:
+    """Count constraints of whose gradients less than a share is independent of those before.
 
-    Equations that keep bodies rigid come first, so that joints are found to repeat them.
+    Parameters
+    ----------
+    system : System
+        What moves.
+    q : (n_all,) float
+        Its coordinates.
+    share : float
+        From 0 to 1.
     """
-    phi_q = system.constraints.jacobian(system.q0)[:, : system.n_free].toarray()
-    order = np.argsort(np.array(system.constraints.mass) == 0.0, kind="stable")
-    basis: list[NDArray[np.float64]] = []
+    pivots = _factored(_unit_gradients(system, q)).pivots
+    return int(np.sum(pivots < share**2))
+
+
+def repeats(system: System, q: Vector) -> tuple[int, list[tuple[int, list[int]]]]:
+    """Find the equations that repeat others, in a time that is linear in their number.
+
+    The pivots of phi_q phi_q^T, of gradients of length one, are the squares of what each adds to
+    those before it.  Where one is rounding, the solution for it is a combination that vanishes, and
+    the equations in that are looked at by themselves.
+
+    Parameters
+    ----------
+    system : System
+        What moves.
+    q : (n_all,) float
+        Its coordinates.
+
+    Returns
+    -------
+    int
+        Number of equations that repeat others.
+    list of (int, list of int)
+        The first of them, each with those that it is made of, largest part first.
+    """
+    gradients = _unit_gradients(system, q)
+    factor = _factored(gradients)
+    suspects = np.flatnonzero(factor.pivots < SUSPECT)
+    involved: set[int] = set()
+    found: list[tuple[int, list[int]]] = []
+    for suspect in suspects[:LOOKED_AT]:
+        parts = np.zeros(gradients.shape[0])
+        parts[suspect] = 1.0
+        for _ in range(2):
+            parts = factor.solve(parts)
+            parts /= np.max(np.abs(parts))
+        involved |= set(np.flatnonzero(np.abs(parts) > PART).tolist())
+        if len(involved) > MOST:
+            break
+    if involved:
+        # Equations that keep bodies rigid come first, so that joints are found to repeat them.
+        rows = np.array(sorted(involved))
+        is_joint = np.array(system.constraints.mass)[rows] == 0.0
+        rows = rows[np.argsort(is_joint, kind="stable")]
+        found = _dependent(gradients[rows], rows)
+    looked_at_all = len(suspects) <= LOOKED_AT and len(involved) <= MOST
+    return len(found) if looked_at_all else len(suspects), found
+
+
+def _unit_gradients(system: System, q: Vector) -> sp.csr_array:
+    """Return the gradients of the constraints by the free coordinates, each of length one."""
+    import scipy.sparse as sp
+
+    phi_q = sp.csr_array(system.constraints.jacobian(q)[:, : system.n_free])
+    sizes = np.sqrt(phi_q.power(2).sum(axis=1))
+    return sp.csr_array(sp.diags_array(1.0 / np.where(sizes > 0.0, sizes, 1.0)) @ phi_q)
+
+
+def _factored(gradients: sp.csr_array) -> SparseSeed:
+    """Factor the products of all pairs of gradients."""
+    import scipy.sparse as sp
+
+    squares = sp.csc_array(gradients @ gradients.T + ROUNDING * sp.eye_array(gradients.shape[0]))
+    lower = sp.csc_array(sp.tril(squares))
+    lower.sort_indices()
+    seed = SparseSeed(lower.indptr, lower.indices, gradients.shape[0])
+    seed.own.factor(lower.data)
+    return seed
+
+
+def _dependent(gradients: sp.csr_array, rows: NDArray[np.intp]) -> list[tuple[int, list[int]]]:
+    """Return which rows of a few repeat those before them, and which these are."""
+    used = np.unique(gradients.indices)
+    table = gradients[:, used].toarray()
+    basis: list[Vector] = []
     taken: list[int] = []
     found = []
-    for row in order:
-        size = float(np.linalg.norm(phi_q[row]))
-        left = phi_q[row] / size if size > 0.0 else phi_q[row]
+    for k, row in enumerate(table):
+        left = row.copy()
         for _ in range(2):  # the second time takes away what rounding left
             if basis:
-                table = np.array(basis)
-                left = left - table.T @ (table @ left)
+                known = np.array(basis)
+                left -= known.T @ (known @ left)
         rest = float(np.linalg.norm(left))
         if rest > LEFT:
             basis.append(left / rest)
-            taken.append(int(row))
+            taken.append(k)
             continue
         others = np.array(taken, dtype=int)
-        parts = np.linalg.lstsq(phi_q[others].T, phi_q[row], rcond=None)[0] if len(taken) else []
-        shares = np.abs(parts) * np.linalg.norm(phi_q[others], axis=1) if len(taken) else []
-        largest = np.argsort(-np.asarray(shares), kind="stable")
-        found.append((int(row), [int(others[k]) for k in largest if shares[k] > PART * size]))
+        shares = np.abs(np.linalg.lstsq(table[others].T, row, rcond=None)[0])
+        largest = others[np.argsort(-shares, kind="stable")]
+        count = int(np.sum(shares > PART))
+        found.append((int(rows[k]), [int(rows[j]) for j in largest[:count]]))
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from ancfsparse.errors import AncfError
 from ancfsparse.integrators import Explicit, Implicit
@@ -20,6 +20,9 @@ from ancfsparse.solve.setup import CAUSES, count, events, prepare, stopped
 from ancfsparse.solve.threads import usable
 from ancfsparse.solve.way_back import FIRST_LOOK, WayBack
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.solve.softening import Softening
 
 
 class Run(Protocol):
@@ -81,6 +84,13 @@ class ImplicitRun(FixedRun):
         self._back, self._exact = ready.back, list[Event]()
         if self._back is not None:
             self._most, self._chunk = self._chunk, min(self._chunk, FIRST_LOOK)
+        self._softening: Softening | None = None
+        if system.n_multipliers and any(body.masses is not None for body in system.scene.bodies):
+            from ancfsparse.solve.softening import Softening
+
+            self._softening = Softening(
+                system, ready.march, ready.iteration, ready.seed, integrator, request.clock
+            )
         self._halving = Halving(
             system,
             ready.march,
@@ -98,7 +108,12 @@ class ImplicitRun(FixedRun):
     def _mend(self, outcome: Outcome) -> Outcome:
         if self._back is not None:
             outcome = self._consider(self._back, outcome)
-        return self._cross(outcome) if outcome in CURABLE else outcome
+        if self._softening and self._soon and outcome == Outcome.CONVERGED:
+            self._soon = self._softening.settle(self._clock.at(self._stats.steps))
+        for way in (self._softening, self._halving):
+            if way and outcome in CURABLE:
+                outcome = self._cross(way, outcome)
+        return outcome
 
     def _consider(self, back: WayBack, outcome: Outcome) -> Outcome:
         """Continue with an exact seed where the incomplete one fails or costs more, if it fits."""
@@ -119,28 +134,32 @@ class ImplicitRun(FixedRun):
         self._iteration.step = steps
         return Outcome.CONVERGED
 
-    def _cross(self, outcome: Outcome) -> Outcome:
-        """Retry a failed step in shorter ones."""
-        halving, stats = self._halving, self._stats
-        self._before, seconds = None, halving.seconds
-        outcome = halving.cross(stats.steps + 1, outcome)
-        stats.march_seconds += halving.seconds - seconds
+    def _cross(self, way: Softening | Halving, outcome: Outcome) -> Outcome:
+        """Retry a failed step with constraints that give way, or in shorter ones."""
+        stats = self._stats
+        self._before, seconds = None, way.seconds
+        outcome = way.cross(stats.steps + 1, outcome)
+        stats.march_seconds += way.seconds - seconds
         if outcome == Outcome.CONVERGED:
+            self._soon = way.unsettled
             stats.steps += 1
             if stats.steps % self._save_every == 0:
                 self._append_state()
-        if not halving.stuck:
+        if not way.stuck:
             self._before = stats.steps, self._march.steps
         return outcome
 
     def _last_look(self) -> Outcome:
+        if self._softening:
+            self._softening.warn()
         return Outcome.HAD_GAINED if self._loop.gained_energy() else Outcome.CONVERGED
 
     def _count_costs(self) -> None:
         stats, halving = self._stats, self._halving
+        crossed = self._softening.events if self._softening else []
         count(stats, self._iteration, *self._solved_with)
         recovered = events(self._iteration.events, self._clock.begin, self._dt)
-        stats.events = recovered + self._exact + halving.events
+        stats.events = recovered + self._exact + crossed + halving.events
         stats.short_steps = halving.short_steps
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:

@@ -41,7 +41,7 @@ LEFT_OF_PLACES, LEFT_OF_SPEEDS = 1e-6, 1e-2
 ROUNDED = 1e3 * np.finfo(float).eps / LEFT_OF_SPEEDS
 
 
-def regularize(system: System, scale: float) -> None:
+def regularize(system: System, scale: float, share: float = REGULARIZATION) -> float:
     """Give the constraint block its small negative diagonal, so that L D L^T always exists.
 
     Parameters
@@ -50,15 +50,24 @@ def regularize(system: System, scale: float) -> None:
         Its assembly takes the value.
     scale : float
         Factor of the stiffness in the matrix, beta dt^2 [s2].
+    share : float, optional
+        Its share of the smallest phi_q M^-1 phi_q^T.
+
+    Returns
+    -------
+    float
+        The diagonal without its sign [1/kg].
     """
     if not system.n_multipliers:
-        return
+        return 0.0
     lam = np.zeros(system.n_multipliers)
     amplitudes = start_load(system)
     values = system.assembly.matrix(1.0, scale, system.q_ref, lam, amplitudes)
     diagonal = values[system.pattern.indptr[: system.n_free]]
     phi_q = system.constraints.jacobian(system.q_ref)[:, : system.n_free]
-    system.assembly.set_regularization(REGULARIZATION * np.min(phi_q.power(2) @ (1.0 / diagonal)))
+    value = share * float(np.min(phi_q.power(2) @ (1.0 / diagonal)))
+    system.assembly.set_regularization(value)
+    return value
 
 
 def check_constraints(system: System, state: State | None = None) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ancfsparse.cli import main
-from ancfsparse.problems.mechanisms import MECHANISMS
+from ancfsparse.problems.named import MECHANISMS
 
 
 def printed(capsys, *words):

@@ -12,7 +12,7 @@ from PIL import Image
 import ancfsparse as ancf
 from ancfsparse.cli import main
 from ancfsparse.errors import InputError
-from ancfsparse.problems.mechanisms import four_bar, heavy_top
+from ancfsparse.problems import four_bar, heavy_top
 from ancfsparse.results.files import read_outline
 from ancfsparse.results.outline import outline_of
 from ancfsparse.results.pictures import draw_shapes

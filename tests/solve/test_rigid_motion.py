@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.problems.mechanisms import heavy_top
+from ancfsparse.problems import heavy_top
 
 TIGHT = 1e-12
 # A top by Euler's equations, I = diag(2, 3, 4), omega = (1e-3, 5, 0) at t = 0, in the frame of the

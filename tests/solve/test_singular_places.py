@@ -1,0 +1,112 @@
+"""Mechanisms pass places where their constraints depend on one another, or say that they cannot."""
+
+import itertools
+import warnings
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import n_four_bar
+from ancfsparse.scene.shapes import Rod
+from ancfsparse.solve.redundant import nearly_dependent, repeats
+from ancfsparse.system import System
+
+
+@pytest.mark.parametrize(
+    ("n", "dt", "b0"),
+    [(2, 2e-3, (0.328458112, 0.944518538)), (40, 2e-3, (0.180512227, 0.983572741))],
+)
+@pytest.mark.parametrize("tolerance", ["default", 1e-12])
+def test_four_bars_in_a_row(n, dt, b0, tolerance):
+    """Through ten seconds and ten places of lost rank; b0 by the exact reduction (IFToMM A02)."""
+    problem = n_four_bar(n)
+    with pytest.warns(ancf.RedundantConstraints, match="constraints came to depend on one another"):
+        run = ancf.simulate(
+            problem.scene, 10.0, dt, integrator=ancf.EnergyMomentum(), tolerance=tolerance
+        )
+    energy = run.energy.total
+    assert np.abs(energy - energy[0]).max() < 1e-4 * energy[0]
+    np.testing.assert_allclose(run.position(problem.bodies["coupler 0"].origin)[-1], b0, atol=2e-4)
+    softer = [event for event in run.stats.events if event.rung == "softer constraints"]
+    assert 1 <= len(softer) <= 40
+    # All uprights go on together: none of them turned back.
+    angles = np.array([run.body(problem.bodies[f"upright {k}"]).angles for k in range(n + 1)])
+    assert np.abs(angles - angles[0]).max() < 1e-3
+
+
+def test_other_schemes_pass_too():
+    problem = n_four_bar()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ancf.RedundantConstraints)
+        run = ancf.simulate(problem.scene, 10.0, 1e-3, integrator=ancf.GeneralizedAlpha(0.9))
+    b0 = run.position(problem.bodies["coupler 0"].origin)[-1]
+    np.testing.assert_allclose(b0, (0.328458112, 0.944518538), atol=1e-3)
+
+
+def test_a_place_out_of_reach_is_refused():
+    """Two bars of 1 m whose end is driven to 2.2 m: softer constraints must not pass that."""
+    scene = ancf.Scene((0.0, 0.0))
+    height = float(np.sqrt(1.0 - 0.75**2))
+    angle = float(np.arctan2(height, 0.75))
+    lower = scene.add_body(Rod(1.0), mass=1.0, position=(0, 0), orientation=angle)
+    upper = scene.add_body(Rod(1.0), mass=1.0, position=(1.5, 0), orientation=np.pi - angle)
+    scene.pin(lower.origin)
+    scene.connect(lower.end, upper.end)
+    start = (1.5, 0.0)
+    scene.drive(upper.origin, ancf.Ramp((0.7, 0.0), 1.0, smooth=True) + start)
+    with pytest.raises(ancf.StepFailure) as failure:
+        ancf.simulate(scene, 1.0, 1e-3)
+    reached = failure.value.trajectory.position(upper.origin)[-1, 0]
+    assert 1.9 < reached < 2.001
+
+
+def zigzag_of_bars(n, doubled=()):
+    """Return bars that hang on one another, and which of them two equal rods hold together."""
+    scene = ancf.Scene((0.0, -9.81))
+    rise = np.sqrt(0.5)
+    places = [(rise * k, rise * (k % 2)) for k in range(n)]
+    angles = [0.25 * np.pi * (-1) ** k for k in range(n)]
+    bars = [
+        scene.add_body(Rod(1.0), mass=1.0, position=place, orientation=angle)
+        for place, angle in zip(places, angles, strict=True)
+    ]
+    scene.pin(bars[0].origin)
+    for one, other in itertools.pairwise(bars):
+        scene.connect(one.end, other.origin)
+    for k in doubled:
+        for _ in range(2):
+            scene.distance(bars[k].at(0.25), bars[k + 1].at(0.5))
+    return scene
+
+
+def test_repeats_are_named_however_many_constraints_there_are():
+    """A rod that repeats another, among 780 equations."""
+    system = System(zigzag_of_bars(260, doubled=(123,)))
+    number, found = repeats(system, system.q0)
+    assert number == len(found) == 1
+    labels = system.constraints.labels
+    (row, of), *_ = found
+    assert "distance" in labels[row]
+    assert "distance" in labels[of[0]]
+    assert repeats(System(zigzag_of_bars(260)), System(zigzag_of_bars(260)).q0) == (0, [])
+
+
+def test_many_repeats_are_counted():
+    system = System(zigzag_of_bars(200, doubled=range(0, 198, 3)))
+    number, found = repeats(system, system.q0)
+    assert number == 66
+    assert 3 <= len(found) <= 66
+
+
+def test_lost_rank_is_seen():
+    """At the start of a four-bar linkage in a line, and not when it is upright."""
+    system = System(n_four_bar(5).scene)
+    assert nearly_dependent(system, system.q0, 0.1) == 0
+    q = system.q0.copy()
+    for body, places in zip(system.scene.bodies, system.places, strict=True):
+        position, axis = (places[0, body.kind.columns(name)] for name in body.kind.vectors)
+        q[axis] = (1.0, 0.0)
+        if body.name.startswith("coupler"):
+            q[position] = body.positions[0] + np.array([1.0, -1.0])
+    assert nearly_dependent(system, q, 0.1) == 5
