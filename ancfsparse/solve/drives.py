@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.solve.smooth import check_smooth
 from ancfsparse.system import System
 from ancfsparse.system.numbering import ROUNDING, speeds
 from ancfsparse.system.state import State
@@ -50,6 +49,8 @@ def start_drives(system: System, state: State | None, step: float, t_end: float)
     if not prescribed:
         return
     prescribed.resolve(step, system.t0, t_end)
+    from ancfsparse.solve.smooth import check_smooth  # what few runs need
+
     check_smooth(system, t_end)
     if not n:
         return

@@ -12,16 +12,13 @@ from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event
 from ancfsparse.solve.criterion import Criterion
 from ancfsparse.solve.drives import inputs_at
-from ancfsparse.solve.setup import CAUSES
+from ancfsparse.solve.setup import CAUSES, CURABLE
 from ancfsparse.solve.times import Clock
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
     from ancfsparse.integrators.loops import ImplicitLoop
     from ancfsparse.nonlinear.loops import NonlinearLoop
-
-# What a shorter step may cure.
-CURABLE = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE, Outcome.WOULD_GAIN)
 
 
 class Halving:
@@ -72,8 +69,7 @@ class Halving:
         self._system, self._march, self._iteration = system, march, iteration
         self._integrator, self._criterion, self._most = integrator, criterion, most
         self._clock, self._dt = clock, clock.dt
-        if most:
-            march.may_shorten()
+        march.may_shorten()
         self.events: list[Event] = []
         self.short_steps, self.seconds = 0, 0.0
         self.stuck = False

@@ -12,16 +12,16 @@ from ancfsparse.seeds import Seed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.explicit import check_alone, count_forces, instability, prepare_explicit
 from ancfsparse.solve.fixed import FixedRun
-from ancfsparse.solve.halving import CURABLE, Halving
 from ancfsparse.solve.memory import Memory
 from ancfsparse.solve.record import Recorder
 from ancfsparse.solve.request import Request
-from ancfsparse.solve.setup import CAUSES, count, events, prepare, stopped
+from ancfsparse.solve.setup import CAUSES, CURABLE, count, events, prepare, stopped
 from ancfsparse.solve.threads import usable
 from ancfsparse.solve.way_back import FIRST_LOOK, WayBack
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
+    from ancfsparse.solve.halving import Halving
     from ancfsparse.solve.softening import Softening
 
 
@@ -91,15 +91,19 @@ class ImplicitRun(FixedRun):
             self._softening = Softening(
                 system, ready.march, ready.iteration, ready.seed, integrator, request.clock
             )
-        self._halving = Halving(
-            system,
-            ready.march,
-            ready.iteration,
-            integrator,
-            ready.criterion,
-            request.clock,
-            request.max_halvings,
-        )
+        self._halving: Halving | None = None
+        if request.max_halvings:
+            from ancfsparse.solve.halving import Halving
+
+            self._halving = Halving(
+                system,
+                ready.march,
+                ready.iteration,
+                integrator,
+                ready.criterion,
+                request.clock,
+                request.max_halvings,
+            )
 
     @property
     def _seeds(self) -> list[Seed]:
@@ -155,12 +159,12 @@ class ImplicitRun(FixedRun):
         return Outcome.HAD_GAINED if self._loop.gained_energy() else Outcome.CONVERGED
 
     def _count_costs(self) -> None:
-        stats, halving = self._stats, self._halving
-        crossed = self._softening.events if self._softening else []
+        stats, ways = self._stats, (self._softening, self._halving)
+        crossed = [event for way in ways if way for event in way.events]
         count(stats, self._iteration, *self._solved_with)
         recovered = events(self._iteration.events, self._clock.begin, self._dt)
-        stats.events = recovered + self._exact + crossed + halving.events
-        stats.short_steps = halving.short_steps
+        stats.events = recovered + self._exact + crossed
+        stats.short_steps = self._halving.short_steps if self._halving else 0
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
         """Return the error for a run that ended with an outcome."""

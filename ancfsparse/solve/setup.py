@@ -38,6 +38,8 @@ Vector = NDArray[np.float64]
 # Rungs of the ladder as the compiled loop numbers them.
 CAUSES = {outcome: outcome.name.lower().replace("_", " ") for outcome in Outcome}
 CAUSES[Outcome.WOULD_GAIN] = CAUSES[Outcome.GAINED_ENERGY]
+# What a step that is taken in another way may cure.
+CURABLE = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE, Outcome.WOULD_GAIN)
 
 # By what share of their size unknowns are moved for finite differences: about the cube root of
 # rounding, where its error and that of cutting the series off are alike.
