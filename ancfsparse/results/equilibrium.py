@@ -9,12 +9,13 @@ import numpy as np
 
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
-from ancfsparse.scene import Body, ElasticBody, Node
+from ancfsparse.scene import Body, ElasticBody, Joint, Node
 from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ancfsparse.results.joints import JointForce
     from ancfsparse.results.sections import SectionForce, Where
 
 
@@ -137,6 +138,16 @@ class Equilibrium:
         rest = np.zeros_like(state)
         force = self.system.reaction(node, state, rest, rest, self.lam[None, :], np.zeros(1))
         return np.asarray(force[0])
+
+    def joint_force(self, joint: Joint, frame: str = "space") -> JointForce:
+        """Give force (dim,) [N] and moment [N m] of a joint, see `Trajectory.joint_force`."""
+        from ancfsparse.results.joints import joint_force
+        from ancfsparse.system.joint_forces import States
+
+        state = self.q[None, :]
+        rest = np.zeros_like(state)
+        states = States(state, rest, rest, self.lam[None, :], np.zeros(1))
+        return joint_force(self.system, joint, states, frame).at(0)
 
     def strain(self, body: ElasticBody, s: Where = None) -> Array:
         """Give the strain of the axis, |r'| - 1, shape (p,) [-]; see `Trajectory.strain`."""

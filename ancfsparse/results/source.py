@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene import Body, ElasticBody, Node, Scene
+from ancfsparse.scene import Body, ElasticBody, Joint, Node, Scene
+from ancfsparse.system.joint_forces import States
 from ancfsparse.system.state import State
 
 Array = NDArray[np.float64]
@@ -82,6 +83,10 @@ class SolvedSystem(Protocol):
 
     def reaction(self, node: Node, q: Array, v: Array, a: Array, lam: Array, t: Array) -> Array:
         """Give the force of the joints at a node on the beam, (k, dim) [N]."""
+        ...
+
+    def joint_force(self, joint: Joint, states: States) -> tuple[Array, Array, Array]:
+        """Give force (k, dim) [N], moment (k,) or (k, 3) [N m] and axes (k, dim, dim)."""
         ...
 
 

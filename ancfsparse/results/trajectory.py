@@ -15,10 +15,11 @@ from ancfsparse.results.outputs import Outputs
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
 from ancfsparse.results.tables import Chosen, StoredState
-from ancfsparse.scene import ElasticBody, Node
+from ancfsparse.scene import ElasticBody, Joint, Node
 from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
+    from ancfsparse.results.joints import JointForce
     from ancfsparse.results.rigid import BodyMotion
     from ancfsparse.results.sections import SectionForce, Where
     from ancfsparse.scene.rigid import RigidBody
@@ -215,6 +216,45 @@ class Trajectory(Outputs):
             Forces [N].
         """
         return self.system.reaction(node, self.q, self.v, self.a, self.lam, self.t)
+
+    def joint_force(self, joint: Joint, frame: str = "space") -> JointForce:
+        """Give the force and the moment of a joint over time.
+
+        Parameters
+        ----------
+        joint : Joint
+            One of the scene, as its method returned it, such as ``scene.revolute(...)``; of a
+            drive, of what it drives.
+        frame : str, optional
+            ``"space"``; or ``"joint"``, the axes of the joint: the axis it has, or the first one of
+            space, and those across it, which turn with its second side and stand still at the
+            ground.
+
+        Returns
+        -------
+        JointForce
+            ``force`` (k, dim) [N] on the first side, and ``moment`` (k, 3) about its point, in the
+            plane (k,) [N m]; on the second side act the opposite ones.
+
+        Raises
+        ------
+        InputError
+            If the joint is none of the scene, or has no axes.
+        SingularSceneError
+            If other joints hold the same coordinates, so that its force is not determined.
+
+        Notes
+        -----
+        Of a joint made by equations they follow from its multipliers; of one made by numbering
+        from what its sides lack for the balance without it.  Where equations repeat others, see
+        `RedundantConstraints`, their forces are distributed arbitrarily.  `EnergyMomentum` saves
+        means over the step before.
+        """
+        from ancfsparse.results.joints import joint_force
+        from ancfsparse.system.joint_forces import States
+
+        states = States(*(np.asarray(each) for each in (self.q, self.v, self.a, self.lam, self.t)))
+        return joint_force(self.system, joint, states, frame)
 
     def strain(self, body: ElasticBody, s: Where = None) -> Array:
         """Give the strain of the axis over time.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 OF_TERMS = ("i", "j", "coefficient", "about")
-OF_ROWS = ("offset", "offset_size", "mass", "labels")
+OF_ROWS = ("offset", "offset_size", "mass", "labels", "source")
 
 
 @dataclass
@@ -46,6 +46,8 @@ class Constraints:
         ``ANCF_EQUATION_MASS`` in abi/system_abi.h.
     labels : list of str
         What each equation holds, for messages.
+    source : list of (int, int)
+        Which body or joint states each equation, by its ``id``, and the number of it among those.
     measures : list of (int, float, Measure)
         Terms that are not quadratic: equation, factor [1 or m] and an angle or a length of a joint.
     """
@@ -59,6 +61,7 @@ class Constraints:
     offset_size: list[float] = field(default_factory=list)
     mass: list[float] = field(default_factory=list)
     labels: list[str] = field(default_factory=list)
+    source: list[tuple[int, int]] = field(default_factory=list)
     measures: list[tuple[int, float, Measure]] = field(default_factory=list)
 
     def add(
@@ -70,6 +73,7 @@ class Constraints:
         size: float = 0.0,
         mass: float = 0.0,
         measures: Sequence[tuple[float, Measure]] = (),
+        source: tuple[int, int] = (0, 0),
     ) -> None:
         """Add the equation ``offset + sum of terms = 0``, the offset from terms of a size [m]."""
         self.measures += [(len(self.offset), factor, each) for factor, each in measures]
@@ -83,6 +87,7 @@ class Constraints:
         self.offset_size.append(max(size, abs(self.offset[-1])))
         self.mass.append(float(mass))
         self.labels.append(label)
+        self.source.append(source)
 
     def without(self, n_free: int) -> list[int]:
         """Return the equations that contain none of the first `n_free` coordinates."""

@@ -55,8 +55,10 @@ class Lowering:
         self._other: list[Places] = []
         self._equations = Constraints()
         for body in scene.bodies:
+            self._source = id(body), 0
             body.constrain(self)
         for joint in scene.joints:
+            self._source = id(joint), 0
             joint.lower(self)
 
     def kind(self, node: Node) -> ElementKind:
@@ -103,8 +105,16 @@ class Lowering:
         """Hold an equation by a multiplier."""
         self._led.append(led)
         self._equations.add(
-            label, offset, *terms, about=about, size=size, mass=mass, measures=measures
+            label,
+            offset,
+            *terms,
+            about=about,
+            size=size,
+            mass=mass,
+            measures=measures,
+            source=self._source,
         )
+        self._source = self._source[0], self._source[1] + 1
 
     def owner(self) -> Places | None:
         """Return for each coordinate the lowest one that shares its place; None where none do."""

@@ -12,7 +12,7 @@ from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError, LoadFailure
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
-from ancfsparse.scene import Body, Node, Scene, check_point, check_scene
+from ancfsparse.scene import Body, Joint, Node, Scene, check_point, check_scene
 from ancfsparse.system.contributions import contributions_of
 from ancfsparse.system.loads import loads_of
 from ancfsparse.system.numbering import Places, number
@@ -23,6 +23,7 @@ from ancfsparse.system.vectors import weighed
 
 if TYPE_CHECKING:
     from ancfsparse.system.equations import Assembly
+    from ancfsparse.system.joint_forces import States
 
 Vector = NDArray[np.float64]
 
@@ -319,6 +320,12 @@ class System:
             If no joint to the ground holds the node, or it is none.
         """
         return reaction(self, node, q, v, a, lam, t)
+
+    def joint_force(self, joint: Joint, states: States) -> tuple[Vector, Vector, Vector]:
+        """Return force (k, dim) [N], moment [N m] and axes of a joint, see `joint_forces`."""
+        from ancfsparse.system.joint_forces import joint_force
+
+        return joint_force(self, joint, states)
 
     def energy_scale(self, q: Vector) -> float:
         """Return the size of the terms that cancel in the strain energy [J]: max |K_ii| q_i^2."""

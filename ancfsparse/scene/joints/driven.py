@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints.freedoms import measure
-from ancfsparse.scene.joints.joint import Builder, Joint, Led
+from ancfsparse.scene.joints.joint import Builder, Joint, Led, Vector
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Driven(Joint):
         """State ``factor (h(q) - s(t)) = 0``, in metres."""
         factor = self.joint.arm if self.of == "angle" else 1.0
         builder.equation(
-            f"drive of the {self.of} of the {self.joint.label}",
+            self.label,
             0.0,
             measures=[(factor, measure(builder, self.joint, self.of))],
             led=Led(self.course, 0, Times(factor)),
@@ -63,6 +63,21 @@ class Driven(Joint):
     def nodes(self) -> tuple[Node, ...]:
         """Those of the joint."""
         return self.joint.nodes
+
+    @property
+    def sides(self) -> tuple[Node, Node | None]:
+        """Those of the joint."""
+        return self.joint.sides
+
+    @property
+    def axis(self) -> Vector | None:
+        """That of the joint."""
+        return self.joint.axis
+
+    @property
+    def label(self) -> str:
+        """Name in messages."""
+        return f"drive of the {self.of} of the {self.joint.label}"
 
     @property
     def has_multipliers(self) -> bool:

@@ -1,0 +1,58 @@
+"""Force and moment of a joint over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ancfsparse.checks import check_choice
+from ancfsparse.errors import InputError
+from ancfsparse.results.source import Array, SolvedSystem
+from ancfsparse.words import shown
+
+if TYPE_CHECKING:
+    from ancfsparse.system.joint_forces import States
+
+
+@dataclass(frozen=True, eq=False)
+class JointForce:
+    """What a joint does to its first side; to the second it does the opposite.
+
+    Attributes
+    ----------
+    force : ndarray, shape (k, dim)
+        Force [N].
+    moment : ndarray, shape (k, 3), or (k,) in the plane
+        Moment about the point of the first side [N m].
+    """
+
+    force: Array
+    moment: Array
+
+    def at(self, k: int) -> JointForce:
+        """Return those of one state: ``force`` (dim,) and ``moment`` (3,) or ()."""
+        return JointForce(self.force[k], self.moment[k])
+
+
+def joint_force(system: SolvedSystem, joint: object, states: States, frame: str) -> JointForce:
+    """Return force and moment of a joint, see `Trajectory.joint_force`."""
+    from ancfsparse.scene import Joint
+
+    check_choice("frame of joint_force", frame, ("space", "joint"))
+    if not isinstance(joint, Joint):
+        raise InputError(
+            "joint_force needs a joint that a method of the scene returned, such as "
+            f"scene.revolute(...), got {shown(joint)}"
+        )
+    force, moment, axes = system.joint_force(joint, states)
+    if frame == "space":
+        return JointForce(force, moment)
+    if np.isnan(axes).any():
+        raise InputError(
+            f"the {joint.label} has no axes of its own, because its second side is a cable or a "
+            "thin rod in space: take frame='space', or exchange its sides"
+        )
+    turned = moment if moment.ndim == 1 else np.einsum("kij,kj->ki", axes, moment)
+    return JointForce(np.einsum("kij,kj->ki", axes, force), turned)
