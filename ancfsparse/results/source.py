@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, ElasticBody, Joint, Node, Scene
-from ancfsparse.system.joint_forces import States
 from ancfsparse.system.state import State
+
+if TYPE_CHECKING:
+    from ancfsparse.system.joint_forces import States
 
 Array = NDArray[np.float64]
 Places = tuple[NDArray[np.integer], Array]

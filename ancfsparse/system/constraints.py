@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.scene.joints import LINEAR
-from ancfsparse.scene.joints.measures import ANGLE, Measure
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
+
+    from ancfsparse.scene.joints.measures import Measure
 
 
 OF_TERMS = ("i", "j", "coefficient", "about")
@@ -119,9 +120,10 @@ class Constraints:
 
     def arm(self, row: int) -> float:
         """Return the length that an equation of angles alone counts them at [m], else 0."""
-        if row in self.row or any(k == row and each.kind != ANGLE for k, _, each in self.measures):
+        terms = [(factor, each.is_angle) for k, factor, each in self.measures if k == row]
+        if row in self.row or not all(is_angle for _, is_angle in terms):
             return 0.0
-        return next((abs(factor) for k, factor, _ in self.measures if k == row), 0.0)
+        return next((abs(factor) for factor, _ in terms), 0.0)
 
     @property
     def linear(self) -> bool:

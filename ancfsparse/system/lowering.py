@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,11 @@ from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, Node, Scene
 from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints import LINEAR, Led
-from ancfsparse.scene.joints.measures import Measure
 from ancfsparse.system.constraints import Constraints
 from ancfsparse.system.vectors import weighed
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.joints.measures import Measure
 
 Places = NDArray[np.int32]
 

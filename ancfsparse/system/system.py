@@ -17,7 +17,6 @@ from ancfsparse.system.contributions import contributions_of
 from ancfsparse.system.loads import loads_of
 from ancfsparse.system.numbering import Places, number
 from ancfsparse.system.pattern import build
-from ancfsparse.system.reactions import drive_power, reaction
 from ancfsparse.system.state import Layout, State, check_state, meanings
 from ancfsparse.system.vectors import weighed
 
@@ -297,6 +296,8 @@ class System:
 
     def drive_power(self, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
         """Return the power of what drives coordinates and equations, shape (k,) [W]."""
+        from ancfsparse.system.reactions import drive_power
+
         return drive_power(self, q, v, a, lam, t)
 
     def dissipation(self, q: Vector, v: Vector) -> Vector:
@@ -319,6 +320,8 @@ class System:
         InputError
             If no joint to the ground holds the node, or it is none.
         """
+        from ancfsparse.system.reactions import reaction
+
         return reaction(self, node, q, v, a, lam, t)
 
     def joint_force(self, joint: Joint, states: States) -> tuple[Vector, Vector, Vector]:

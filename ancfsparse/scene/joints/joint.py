@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,10 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import RIGID, ElementKind
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import Course
-from ancfsparse.scene.joints.measures import Measure
 from ancfsparse.words import shown
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.joints.measures import Measure
 
 Vector = NDArray[np.float64]
 # Numbers that a builder has given to coordinates.

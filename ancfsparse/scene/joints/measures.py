@@ -67,6 +67,11 @@ class Measure:
         np.add.at(weight, own, self.weight)
         return replace(self, place=place.astype(np.int32), weight=weight)
 
+    @property
+    def is_angle(self) -> bool:
+        """Whether it is an angle [rad], not a length [m]."""
+        return self.kind == ANGLE
+
     def values(self, q: Vector) -> Vector:
         """Return it for states q (k, n_all), shape (k,) [rad or m]; angles without jumps."""
         x, y = self._products(self._vectors(q))
