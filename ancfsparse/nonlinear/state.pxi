@@ -11,7 +11,8 @@ cdef extern from "<time.h>":
     int CLOCK_MONOTONIC
 
 cdef extern from "vectors.h":
-    double weigh "vec_weigh" (const double *, const double *, ptrdiff_t) noexcept nogil
+    double weigh "vec_weigh_parts" (
+        ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
     double weigh_dual "vec_weigh_dual_parts" (
         ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
     double dot "vec_dot_parts" (ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
@@ -152,7 +153,7 @@ cdef inline double length(const Loop *self, const double *x) noexcept nogil:
     cdef const ancf_equations *eq = self.equations
     if eq.mass == NULL:
         return sqrt(dot(self.parts, x, x, eq.n_coordinates) / eq.n_coordinates)
-    return sqrt(weigh(eq.mass, x, eq.n_coordinates) / eq.mass_total)
+    return sqrt(weigh(self.parts, eq.mass, x, eq.n_coordinates) / eq.mass_total)
 
 
 cdef inline double unbalance(const Loop *self, const double *r) noexcept nogil:

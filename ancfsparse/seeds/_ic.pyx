@@ -187,15 +187,15 @@ cdef class Ic:
         cdef const int32_t[::1] place = modes.place
         cdef const float[:, ::1] direction = modes.direction
         cdef float[:, ::1] way = np.zeros((len(modes.mode), TRIPLE), dtype=np.float32)
-        cdef double[::1] values = np.zeros(len(modes.factor._pattern[1]))
-        cdef double[::1] sums = np.zeros(FRONTS * modes.factor.n)
+        cdef double[::1] values = np.zeros(FRONTS * len(modes.factor._pattern[1]))
+        cdef double[::1] sums = np.zeros(2 * FRONTS * modes.factor.n)
         self.arrays |= {"way": np.asarray(way), "values": np.asarray(values),
                         "sums": np.asarray(sums), "triple": modes.triple, "mode": modes.mode,
                         "direction": modes.direction, "block": modes.block, "left": modes.row,
                         "right": modes.column, "place of term": modes.place}
         self.coarse = modes.factor.own
         own.n, own.n_ways, own.n_terms = modes.factor.n, mode.shape[0], block.shape[0]
-        own.n_values = values.shape[0]
+        own.n_values = values.shape[0] // FRONTS
         second = int(np.searchsorted(modes.triple, self.data.first[1]))
         own.first[0], own.first[1], own.first[2] = 0, second, own.n_ways
         own.triple, own.mode, own.direction = &triple[0], &mode[0], &direction[0, 0]
@@ -231,7 +231,7 @@ cdef class Ic:
     @property
     def coarse_values(self):
         """Entries of the coarse matrix, of the last factor that used the modes."""
-        return self.arrays["values"].copy()
+        return self.arrays["values"][: self.data.modes.n_values].copy()
 
     @property
     def slides(self):

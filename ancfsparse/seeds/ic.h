@@ -48,7 +48,7 @@ typedef struct {
     const float *direction;         /* three numbers of each way */
     float *way;                     /* four, scaled as the matrix is */
     const int32_t *block, *row, *column, *place; /* terms of E: blocks between two ways, and where */
-    double *values, *sums;          /* of E; of each mode and front */
+    double *values, *sums;          /* of E, twice; of each mode, two for each front */
     const ancf_seed *factor;        /* of E; NULL where there are no modes */
 } ic_modes;
 
@@ -93,7 +93,7 @@ typedef struct {
     /* What the fronts are working on. */
     const double *values, *from;
     double *into;
-    const float *of;
+    const float *of, *less;
     float *to;
     double shift, weight;
     double sum[IC_FRONTS + 1];

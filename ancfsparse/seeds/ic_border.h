@@ -110,14 +110,13 @@ static double ic_largest_off(const ic_border *border, const double *g)
 static double ic_hold(ic *self, const double *g, const float *r, float *z, double *l)
 {
     const ic_border *border = &self->border;
-    size_t bytes = IC_TRIPLE * self->n_triples * sizeof(float);
-    memcpy(z, r, bytes);
+    ic_copy_all(self, r, z);
     ic_sweep(self, NULL, z);
     ic_pull(border, z, l);
     for (ptrdiff_t i = 0; g != NULL && i < border->n; ++i)
         l[i] -= g[i];
     ic_border_solve(border, l);
-    memcpy(z, r, bytes);
+    ic_copy_all(self, r, z);
     ic_push(border, -1.0, l, z);
     return ic_sweep(self, r, z);
 }
@@ -141,8 +140,7 @@ static double ic_hold_first(ic *self)
     ic_push(border, -1.0, l, self->x);
     ic_sweep(self, NULL, self->x);
     ic_product(self, self->x, self->w);
-    for (ptrdiff_t k = 0; k < IC_TRIPLE * self->n_triples; k += 4)
-        ic_put(self->r + k, ic_get(self->r + k) - ic_get(self->w + k));
+    ic_on_fronts(self, ic_leave);
     ic_push(border, -1.0, l, self->r);
     self->extra += self->per_round;
     return work;

@@ -19,40 +19,64 @@ enum { IC_UNTRIED, IC_KEPT, IC_LEFT };
 
 IC_INLINE double ic_dot(short_quad a, short_quad b) { return quad_sum(ic_products(a, b)); }
 
-/* The modes in our scale, and E from the matrix in single precision; whether it could be factored. */
-static int ic_find_modes(ic *self)
+/* The modes in our scale: a share of their ways. */
+static void ic_scale_ways(void *context, ptrdiff_t front)
 {
-    ic_modes *modes = &self->modes;
-    const float *matrix = ic_matrix_singles(self);
-    for (ptrdiff_t e = 0; e < modes->n_ways; ++e) {
+    const ic *self = context;
+    const ic_modes *modes = &self->modes;
+    for (ptrdiff_t e = modes->first[front]; e < modes->first[front + 1]; ++e) {
         const int32_t *at = self->unknown + 3 * modes->triple[e];
         for (int k = 0; k < 3; ++k)
             modes->way[4 * e + k] =
                 at[k] < 0 ? 0.0f : (float)(modes->direction[3 * e + k] / self->scale[at[k]]);
     }
-    memset(modes->values, 0, modes->n_values * sizeof(double));
-    for (ptrdiff_t k = 0; k < modes->n_terms; ++k) {
+}
+
+/* A share of the terms of E, from the matrix in single precision. */
+static void ic_add_terms(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    const ic_modes *modes = &self->modes;
+    const float *matrix = ic_matrix_singles(self);
+    double *values = modes->values + front * modes->n_values;
+    ptrdiff_t end = modes->n_terms * (front + 1) / IC_FRONTS;
+    memset(values, 0, modes->n_values * sizeof(double));
+    for (ptrdiff_t k = modes->n_terms * front / IC_FRONTS; k < end; ++k) {
         ptrdiff_t block = modes->block[k], row = modes->row[k], column = modes->column[k];
         short_quad a[3];
         ic_columns(a, matrix + IC_BLOCK * block);
         double term = ic_dot(ic_get(modes->way + 4 * row),
                              ic_three(ic_times(a, ic_get(modes->way + 4 * column))));
         int twice = block >= self->n_triples && modes->mode[row] == modes->mode[column];
-        modes->values[modes->place[k]] += twice ? 2.0 * term : term;
+        values[modes->place[k]] += twice ? 2.0 * term : term;
     }
+}
+
+/* Find the modes and E; whether it could be factored. */
+static int ic_find_modes(ic *self)
+{
+    const ic_modes *modes = &self->modes;
+    ic_on_fronts(self, ic_scale_ways);
+    ic_on_fronts(self, ic_add_terms);
+    for (ptrdiff_t k = 0; k < modes->n_values; ++k)
+        modes->values[k] += modes->values[modes->n_values + k];
     return modes->factor->factor(modes->factor->context, modes->values) == 0;
 }
 
-/* Z^T of a vector, of a front and, with the second one, of the middle. */
+/* Z^T of `of`, and of `less` if there is one, of a front and, with the second one, of the middle. */
 static void ic_project(void *context, ptrdiff_t front)
 {
     ic *self = context;
     const ic_modes *modes = &self->modes;
-    double *sum = modes->sums + front * modes->n;
-    memset(sum, 0, modes->n * sizeof(double));
-    for (ptrdiff_t e = modes->first[front]; e < modes->first[front + 1]; ++e)
-        sum[modes->mode[e]] += ic_dot(ic_get(modes->way + 4 * e),
-                                      ic_get(self->of + IC_TRIPLE * (ptrdiff_t)modes->triple[e]));
+    double *sum = modes->sums + 2 * front * modes->n, *left = sum + modes->n;
+    memset(sum, 0, 2 * modes->n * sizeof(double));
+    for (ptrdiff_t e = modes->first[front]; e < modes->first[front + 1]; ++e) {
+        ptrdiff_t at = IC_TRIPLE * (ptrdiff_t)modes->triple[e];
+        short_quad way = ic_get(modes->way + 4 * e);
+        sum[modes->mode[e]] += ic_dot(way, ic_get(self->of + at));
+        if (self->less != NULL)
+            left[modes->mode[e]] += ic_dot(way, ic_get(self->less + at));
+    }
 }
 
 /* to += Z of the coefficients */
@@ -60,66 +84,46 @@ static void ic_prolong(void *context, ptrdiff_t front)
 {
     ic *self = context;
     const ic_modes *modes = &self->modes;
+    const double *coefficient = modes->sums + modes->n;
     for (ptrdiff_t e = modes->first[front]; e < modes->first[front + 1]; ++e) {
         float *to = self->to + IC_TRIPLE * (ptrdiff_t)modes->triple[e];
-        ic_put(to, ic_get(to) + (float)modes->sums[modes->mode[e]] * ic_get(modes->way + 4 * e));
+        ic_put(to, ic_get(to) + (float)coefficient[modes->mode[e]] * ic_get(modes->way + 4 * e));
     }
 }
 
-/* to += Z E^-1 Z^T of; the work of `of` along that */
-static double ic_slide(ic *self, const float *of, float *to)
+/* to += Z E^-1 Z^T (of - less); the work of `of` along that */
+static double ic_slide(ic *self, const float *of, const float *less, float *to)
 {
     ic_modes *modes = &self->modes;
-    double *sum = modes->sums, *held = modes->sums + modes->n, work = 0.0;
-    self->of = of, self->to = to;
+    ptrdiff_t n = modes->n;
+    double *whole = modes->sums, *held = whole + n, work = 0.0;
+    self->of = of, self->less = less, self->to = to;
     ic_on_fronts(self, ic_project);
-    for (ptrdiff_t k = 0; k < modes->n; ++k)
-        held[k] = sum[k] += held[k];
-    modes->factor->solve(modes->factor->context, held, sum);
-    for (ptrdiff_t k = 0; k < modes->n; ++k)
-        work += held[k] * sum[k];
+    for (ptrdiff_t k = 0; k < n; ++k) {
+        whole[k] += whole[2 * n + k];
+        held[k] = whole[k] - (held[k] + held[2 * n + k]);
+    }
+    modes->factor->solve(modes->factor->context, held, held);
+    for (ptrdiff_t k = 0; k < n; ++k)
+        work += whole[k] * held[k];
     ic_on_fronts(self, ic_prolong);
     return work;
 }
 
-/* w = r - w */
-static void ic_leave(void *context, ptrdiff_t front)
-{
-    const ic *self = context;
-    ptrdiff_t end = IC_TRIPLE * ic_end(self, front);
-    for (ptrdiff_t k = IC_TRIPLE * self->first[front]; k < end; k += 4)
-        ic_put(self->w + k, ic_get(self->r + k) - ic_get(self->w + k));
-}
-
-/* The sum of r z */
-static void ic_work(void *context, ptrdiff_t front)
-{
-    ic *self = context;
-    ptrdiff_t end = IC_TRIPLE * ic_end(self, front);
-    quad sum = {0};
-    for (ptrdiff_t k = IC_TRIPLE * self->first[front]; k < end; k += 4)
-        sum += ic_products(ic_get(self->r + k), ic_get(self->z + k));
-    self->sum[front] = quad_sum(sum);
-}
-
-/* x = Z E^-1 Z^T r, r -= A x; the work of r along x */
+/* x += Z E^-1 Z^T r, r -= A x, from x = 0; the work of r along x */
 static double ic_slide_first(ic *self)
 {
-    double work = ic_slide(self, self->r, self->x);
+    double work = ic_slide(self, self->r, NULL, self->x);
     ic_product(self, self->x, self->w);
     ic_on_fronts(self, ic_leave);
-    memcpy(self->r, self->w, IC_TRIPLE * self->n_triples * sizeof(float));
     return work;
 }
 
-/* z += Z E^-1 Z^T (r - A z); the sum of r z */
+/* z += Z E^-1 Z^T (r - A z); what that adds to r.z */
 static double ic_slide_after(ic *self)
 {
     ic_product(self, self->z, self->w);
-    ic_on_fronts(self, ic_leave);
-    ic_slide(self, self->w, self->z);
-    ic_on_fronts(self, ic_work);
-    return self->sum[0] + self->sum[1];
+    return ic_slide(self, self->r, self->w, self->z);
 }
 
 #endif

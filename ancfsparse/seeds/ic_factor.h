@@ -177,7 +177,14 @@ static void ic_round(const ic *self)
         for (int c = 0; c < 3; ++c)
             quad_to_singles(factor + IC_BLOCK * b + 3 * c, block[c]);
     }
-    memset(ic_matrix_singles(self), 0, (IC_BLOCK * self->n_blocks + IC_PAST) * sizeof(float));
+}
+
+/* Clear the room behind the factor. */
+static void ic_clear_matrix(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    ptrdiff_t all = IC_BLOCK * self->n_blocks + IC_PAST, half = all / IC_FRONTS;
+    memset(ic_matrix_singles(self) + (front ? half : 0), 0, (front ? all - half : half) * sizeof(float));
 }
 
 /* Write A in single precision. */
@@ -231,6 +238,7 @@ static ptrdiff_t ic_factor_shifted(ic *self, const double *values, double shift)
     if (self->bad[IC_MIDDLE])
         return self->bad[IC_MIDDLE];
     ic_round(self);
+    ic_on_fronts(self, ic_clear_matrix);
     ic_on_fronts(self, ic_spread_singles);
     ic_on_fronts(self, ic_mirror);
     self->slides = self->use == IC_KEPT && ic_find_modes(self);

@@ -20,7 +20,15 @@ static double ic_precondition(ic *self)
     if (ic_is_held(self))
         return ic_hold(self, NULL, self->r, self->z, self->border.of_z);
     sum = ic_sweep(self, self->r, self->z);
-    return self->slides ? ic_slide_after(self) : sum;
+    return self->slides ? sum + ic_slide_after(self) : sum;
+}
+
+/* x = 0 */
+static void ic_clear_x(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    ptrdiff_t begin = self->first[front];
+    memset(self->x + IC_TRIPLE * begin, 0, IC_TRIPLE * (ic_end(self, front) - begin) * sizeof(float));
 }
 
 /* x += weight p, r -= weight z, z = r */
@@ -59,18 +67,19 @@ static void ic_border_sum(const ic *self, double *to, const double *a, double we
  * the wrong way they end with what there is. */
 static ptrdiff_t ic_conjugate(ic *self, double share, ptrdiff_t most)
 {
-    size_t bytes = IC_TRIPLE * self->n_triples * sizeof(float);
     const ic_border *border = &self->border;
     double zr, first, last;
+    float *swap = self->p;
     ptrdiff_t k = 0;
-    memset(self->x, 0, bytes);
+    ic_on_fronts(self, ic_clear_x);
     first = self->slides ? ic_slide_first(self) : 0.0;
     if (ic_is_held(self))
         first = ic_hold_first(self);
-    memcpy(self->z, self->r, bytes);
+    ic_copy_all(self, self->r, self->z);
     zr = ic_precondition(self);
     first += zr;
-    memcpy(self->p, self->z, bytes);
+    self->p = self->z; /* which is overwritten next */
+    self->z = swap;
     ic_border_sum(self, border->of_p, border->of_z, 0.0, border->of_z);
     while (k < most) {
         double curvature = ic_product(self, self->p, self->z);

@@ -134,6 +134,29 @@ static double ic_sweep(ic *self, const float *r, float *x)
     return ic_sum(self);
 }
 
+/* to = of, without the images */
+static void ic_copy(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    ptrdiff_t begin = IC_TRIPLE * self->first[front], end = IC_TRIPLE * ic_end(self, front);
+    memcpy(self->to + begin, self->of + begin, (end - begin) * sizeof(float));
+}
+
+static void ic_copy_all(ic *self, const float *of, float *to)
+{
+    self->of = of, self->to = to;
+    ic_on_fronts(self, ic_copy);
+}
+
+/* r -= w */
+static void ic_leave(void *context, ptrdiff_t front)
+{
+    const ic *self = context;
+    ptrdiff_t end = IC_TRIPLE * ic_end(self, front);
+    for (ptrdiff_t k = IC_TRIPLE * self->first[front]; k < end; k += 4)
+        ic_put(self->r + k, ic_get(self->r + k) - ic_get(self->w + k));
+}
+
 /* y += A x, of a front or the middle; x.y */
 static void ic_multiply(void *context, ptrdiff_t front)
 {
