@@ -4,6 +4,14 @@ Tests, studies, the command line and the README share them, so that a name means
 """
 
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
+from ancfsparse.problems.flexible import (
+    double_pendulum_bob,
+    elastic_four_bar,
+    elastic_slider_crank,
+    moving_supports,
+    spaghetti,
+    spin_up,
+)
 from ancfsparse.problems.linkages import andrews, four_bar, n_four_bar, slider_crank
 from ancfsparse.problems.mechanism import Mechanism
 from ancfsparse.problems.mechanisms import (
@@ -25,11 +33,15 @@ __all__ = [
     "bricard",
     "cantilever",
     "chain",
+    "double_pendulum_bob",
     "dzhanibekov",
+    "elastic_four_bar",
+    "elastic_slider_crank",
     "elastica",
     "four_bar",
     "heavy_top",
     "lattice",
+    "moving_supports",
     "n_four_bar",
     "net",
     "octet",
@@ -37,5 +49,7 @@ __all__ = [
     "planar_rod",
     "roll_up",
     "slider_crank",
+    "spaghetti",
     "spatial_pendulum",
+    "spin_up",
 ]

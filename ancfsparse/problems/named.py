@@ -1,5 +1,14 @@
 """All named mechanisms, with the number that each is known by."""
 
+from ancfsparse.integrators import GeneralizedAlpha
+from ancfsparse.problems.flexible import (
+    double_pendulum_bob,
+    elastic_four_bar,
+    elastic_slider_crank,
+    moving_supports,
+    spaghetti,
+    spin_up,
+)
 from ancfsparse.problems.linkages import andrews, four_bar, n_four_bar, slider_crank
 from ancfsparse.problems.mechanism import OWN, Case
 from ancfsparse.problems.mechanisms import (
@@ -9,6 +18,9 @@ from ancfsparse.problems.mechanisms import (
     planar_rod,
     spatial_pendulum,
 )
+
+EXUDYN = "Exudyn 1.13.6 on the same element, generalised-alpha 0.95, converged in the step"
+DAMPED = GeneralizedAlpha(0.9)
 
 MECHANISMS = {
     "planar_rod": Case(planar_rod, 1e-3, "end", 2.0, (0.9994654895, -0.0326915167), 1e-8, OWN),
@@ -57,6 +69,72 @@ MECHANISMS = {
         (0.510501461, -1.649167599, 0.140123115),
         1e-7,
         f"IFToMM benchmark A04; {OWN}",
+    ),
+    "spin_up": Case(
+        spin_up,
+        5e-3,
+        "u2",
+        7.5,
+        (-0.55903,),
+        5e-4,
+        f"Kane and Simo's hub; {EXUDYN}",
+        {"n_elements": (16, "")},
+        DAMPED,
+    ),
+    "elastic_slider_crank": Case(
+        elastic_slider_crank,
+        4e-6,
+        "deflection",
+        0.010472,
+        (0.005624,),
+        4e-6,
+        EXUDYN,
+        {"n_elements": (16, "")},
+        DAMPED,
+    ),
+    "double_pendulum_bob": Case(
+        double_pendulum_bob,
+        1e-3,
+        "bob",
+        1.0,
+        (-1.247312, -1.562211),
+        2e-5,
+        EXUDYN,
+        {"n_elements": (16, "")},
+        DAMPED,
+    ),
+    "elastic_four_bar": Case(
+        elastic_four_bar,
+        1e-3,
+        "middle",
+        1.0,
+        (-0.134816, 0.499006),
+        5e-5,
+        EXUDYN,
+        {"n_elements": (16, "")},
+        DAMPED,
+    ),
+    "spaghetti": Case(
+        spaghetti,
+        2e-3,
+        "middle",
+        5.0,
+        (9.46372, 4.04320),
+        1e-4,
+        EXUDYN,
+        {"n_elements": (32, "")},
+        DAMPED,
+    ),
+    "moving_supports": Case(
+        moving_supports,
+        1e-3,
+        "middle",
+        0.5,
+        (1.070639, -0.254363),
+        2e-5,
+        EXUDYN,
+        {"n_elements": (16, "")},
+        DAMPED,
     ),
 }
 """Mechanisms by name."""

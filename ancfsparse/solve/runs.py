@@ -10,7 +10,6 @@ from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, Trajectory
 from ancfsparse.seeds import Seed
 from ancfsparse.seeds.blocks import BlockInverse
-from ancfsparse.solve.explicit import check_alone, count_forces, instability, prepare_explicit
 from ancfsparse.solve.fixed import FixedRun
 from ancfsparse.solve.memory import Memory
 from ancfsparse.solve.record import Recorder
@@ -189,6 +188,8 @@ class ExplicitRun(FixedRun):
     """Fixed steps without equations; parameters as `build_run` takes them."""
 
     def __init__(self, request: Request, system: System, integrator: Explicit) -> None:
+        from ancfsparse.solve.explicit import check_alone, prepare_explicit  # what few runs need
+
         check_alone(
             integrator, request.solver, request.tolerance, request.max_halvings, request.seed
         )
@@ -204,10 +205,14 @@ class ExplicitRun(FixedRun):
         return [self._mass]
 
     def _count_costs(self) -> None:
+        from ancfsparse.solve.explicit import count_forces
+
         count_forces(self._stats, self._integrator)
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
         """Return the error for a run that ended with an outcome."""
+        from ancfsparse.solve.explicit import instability
+
         steps = self._stats.steps
         return instability(
             self._system,

@@ -1,0 +1,314 @@
+"""Mechanisms of cables and rigid bodies, with numbers that an independent program agrees on.
+
+Their references were computed with Exudyn 1.13.6, whose planar cable is ``"thin"`` with
+``strain="biot"``, so the mesh counts: with other elements or strains the numbers differ.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancfsparse.checks import check_count
+from ancfsparse.problems.mechanism import Array, G, Mechanism, bar, meeting
+from ancfsparse.results import Trajectory
+from ancfsparse.scene import Beam, Circle, Material, Ramp, Rectangle, Scene, Sine
+from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.shapes import Box
+
+# The cable of the paper's pendulum.
+CABLE = Rectangle(0.01, 0.01), Material(1e8, 4000.0)
+
+
+@dataclass(frozen=True)
+class SpinUp:
+    """The angle of a hub that comes to a constant speed (Kane, Simo).
+
+    Attributes
+    ----------
+    speed : float
+        Angular velocity from `rise` on [rad/s].
+    rise : float
+        How long that takes [s].
+    """
+
+    speed: float = 6.0
+    rise: float = 15.0
+
+    def at(self, t: float, order: int = 0) -> float:
+        """Return the angle [rad] or a derivative of it."""
+        turn = 2.0 * math.pi / self.rise
+        x = min(t, self.rise)
+        if order == 2:
+            return self.speed / self.rise * (1.0 - math.cos(turn * x))
+        if order == 1:
+            return self.speed / self.rise * (x - math.sin(turn * x) / turn)
+        grown = self.speed / self.rise * (0.5 * x**2 + (math.cos(turn * x) - 1.0) / turn**2)
+        return grown + self.speed * (t - x)
+
+    def __call__(self, t: float) -> float:
+        """Return the angle [rad]."""
+        return self.at(t)
+
+    def rate(self, t: float) -> float:
+        """Return the angular velocity [rad/s]."""
+        return self.at(t, 1)
+
+    def second_rate(self, t: float) -> float:
+        """Return the angular acceleration [rad/s2]."""
+        return self.at(t, 2)
+
+
+def spin_up(n_elements: int = 16) -> Mechanism:
+    """Return a beam of 10 m on a hub that comes to 6 rad/s in 15 s, after Kane and Simo.
+
+    It has EA = 2.8e7 N, EI = 1.4e4 N m2 and 1.2 kg/m; there is no gravity.
+
+    Parameters
+    ----------
+    n_elements : int, optional
+        Number of elements.
+
+    Notes
+    -----
+    Quantities: ``u1`` and ``u2``, the displacement of the tip along the rigidly rotating beam and
+    across it [m].
+    """
+    scene = Scene((0.0, 0.0))
+    n = check_count("n_elements", n_elements, 1)
+    section, material = cable(2.8e7, 1.4e4, 1.2)
+    rod = scene.add_beam("thin", (0, 0), (10, 0), n, section, material, strain="biot", name="rod")
+    turn = SpinUp()
+    scene.drive_joint(scene.pin(rod.start), turn, rate=turn.rate, second_rate=turn.second_rate)
+
+    def in_rotating_frame(run: Trajectory) -> Array:
+        angle = np.array([turn(t) for t in run.t])
+        c, s = np.cos(angle), np.sin(angle)
+        x, y = run.position(rod.end).T
+        return np.stack([c * x + s * y - rod.length, c * y - s * x], axis=1)
+
+    watched = {
+        "u1": lambda run: in_rotating_frame(run)[:, 0],
+        "u2": lambda run: in_rotating_frame(run)[:, 1],
+    }
+    return Mechanism(scene, {"rod": rod}, watched)
+
+
+def elastic_slider_crank(n_elements: int = 16) -> Mechanism:
+    """Return a steel rod of 0.3 m between a crank of 0.15 m at 150 rad/s and a slider.
+
+    The rod is round, 6 mm thick; the slider has half its mass.  It begins straight at a crank angle
+    of zero, with the velocities of rigid parts.  There is no gravity.
+
+    Parameters
+    ----------
+    n_elements : int, optional
+        Number of elements.
+
+    Notes
+    -----
+    Quantities: ``deflection`` of the middle of the rod from its chord over its length [-], positive
+    to the left of the way from crank to slider; ``crank_angle`` [degrees].
+    """
+    crank, length, speed = 0.15, 0.3, 150.0
+    scene = Scene((0.0, 0.0))
+    section, material = Circle(0.006), Material(2e11, 7870.0)
+    start, end = np.array([crank, 0.0]), np.array([crank + length, 0.0])
+
+    def velocity(x: Array) -> Array:
+        return np.stack([0.0 * x[:, 0], speed * crank * (end[0] - x[:, 0]) / length], axis=1)
+
+    n = check_count("n_elements", n_elements, 2)
+    rod = scene.add_beam(
+        "thin", start, end, n, section, material, strain="biot", velocity=velocity, name="rod"
+    )
+    turns = speed / (2.0 * math.pi)
+    scene.drive(rod.start, Sine((crank, 0.0), turns, 0.5 * math.pi) + Sine((0.0, crank), turns))
+    mass = 0.5 * section.area * material.density * length
+    # It does not turn, so its shape does not matter.
+    slider = scene.add_body(Box(0.04, 0.02, 0.02), mass=mass, position=end, name="slider")
+    scene.connect(rod.end, slider.origin)
+    scene.prismatic(slider.origin, axis=(1, 0))
+    watched = {
+        "deflection": lambda run: _off_chord(run, rod) / length,
+        "crank_angle": lambda run: np.degrees(speed * run.t),
+    }
+    return Mechanism(scene, {"rod": rod, "slider": slider}, watched)
+
+
+def double_pendulum_bob(n_elements: int = 16) -> Mechanism:
+    """Return two cables of 1 m in a row, pinned at the origin, with a disc at their end.
+
+    They start at rest along +x; the cables are those of `pendulum`.  The disc of 0.5 kg and
+    6.25e-4 kg m2 has its centre 0.05 m beyond the end, in the direction of the cable there.
+
+    Parameters
+    ----------
+    n_elements : int, optional
+        Number of elements of each cable.
+
+    Notes
+    -----
+    Quantities: ``hinge`` between the cables and centre of the ``bob`` [m]; ``bob_angle`` [rad].
+    """
+    scene = Scene((0.0, -G))
+    n = check_count("n_elements", n_elements, 1)
+    upper = scene.add_beam("thin", (0, 0), (1, 0), n, *CABLE, strain="biot", name="upper")
+    lower = scene.add_beam("thin", (1, 0), (2, 0), n, *CABLE, strain="biot", name="lower")
+    bob = scene.add_body(mass=0.5, inertia=6.25e-4, centre=(0.05, 0), position=(2, 0), name="bob")
+    scene.pin(upper.start)
+    scene.connect(upper.end, lower.start)
+    scene.weld(lower.end, bob.origin)
+    watched = {
+        "hinge": lambda run: run.position(lower.start),
+        "bob": lambda run: run.body(bob).centre,
+        "bob_angle": lambda run: run.body(bob).angles,
+    }
+    return Mechanism(scene, {"upper": upper, "lower": lower, "bob": bob}, watched)
+
+
+@dataclass(frozen=True)
+class CrankEnd:
+    """The end of a crank of 1 m that starts at 90 degrees and turns as prescribed.
+
+    Attributes
+    ----------
+    turn : SpinUp
+        Its angle from there.
+    """
+
+    turn: SpinUp = SpinUp(-2.0 * math.pi, 0.5)
+
+    def __call__(self, t: float) -> Array:
+        """Return the position [m]."""
+        angle = self.turn(t)
+        return np.array([-math.sin(angle), math.cos(angle)])
+
+    def rate(self, t: float) -> Array:
+        """Return the velocity [m/s]."""
+        x, y = self(t)
+        return self.turn.rate(t) * np.array([-y, x])
+
+    def second_rate(self, t: float) -> Array:
+        """Return the acceleration [m/s2]."""
+        x, y = self(t)
+        along, square = self.turn.second_rate(t), self.turn.rate(t) ** 2
+        return np.array([-along * y - square * x, along * x - square * y])
+
+
+def elastic_four_bar(n_elements: int = 16) -> Mechanism:
+    """Return `four_bar` with an elastic coupler and a crank that comes to -2 pi rad/s in 0.5 s.
+
+    The coupler has 1 kg/m, EA = 1e5 N and EI = 200 N m2.
+
+    Parameters
+    ----------
+    n_elements : int, optional
+        Number of elements of the coupler.
+
+    Notes
+    -----
+    Quantities: ``middle`` of the coupler and ``B``, its end at the rocker [m].
+    """
+    scene = Scene((0.0, -G))
+    a, d = np.array([0.0, 1.0]), np.array([3.0, 0.0])
+    b = meeting(a, 2.0, d, 2.5)
+    n = check_count("n_elements", n_elements, 1)
+    coupler = scene.add_beam(
+        "thin", a, b, n, *cable(1e5, 200.0, 1.0), strain="biot", name="coupler"
+    )
+    rocker = bar(scene, "rocker", d, b)
+    end = CrankEnd()
+    scene.drive(coupler.start, end, rate=end.rate, second_rate=end.second_rate)
+    scene.pin(rocker.origin)
+    scene.connect(coupler.end, rocker.end)
+    watched = {
+        "middle": lambda run: run.position(coupler.at(0.5 * coupler.length)),
+        "B": lambda run: run.position(coupler.end),
+    }
+    return Mechanism(scene, {"coupler": coupler, "rocker": rocker}, watched)
+
+
+def spaghetti(n_elements: int = 32) -> Mechanism:
+    """Return a free cable of 10 m that a force of 8 N and a moment of -80 N m throw and turn.
+
+    It has EA = 1e4 N, EI = 500 N m2, 1 kg/m, and starts at rest from (6, 0) to (0, 8) m without
+    gravity.  The loads at its first end rise in 0.5 s and fall between 2.25 and 2.75 s.
+
+    Parameters
+    ----------
+    n_elements : int, optional
+        Number of elements.
+
+    Notes
+    -----
+    Quantities: ``a``, ``middle`` and ``b`` of the cable [m].
+    """
+    scene = Scene((0.0, 0.0))
+    n = check_count("n_elements", n_elements, 1)
+    rod = scene.add_beam(
+        "thin", (6, 0), (0, 8), n, *cable(1e4, 500.0, 1.0), strain="biot", name="rod"
+    )
+    force, moment = (8.0, 0.0), -80.0
+    ends = 2.25, 2.75
+    scene.point_force(
+        rod.start,
+        Ramp(force, 0.5, smooth=True) + Ramp((-8.0, 0.0), ends[1], ends[0], smooth=True),
+    )
+    scene.point_moment(
+        rod.start, Ramp(moment, 0.5, smooth=True) + Ramp(-moment, ends[1], ends[0], smooth=True)
+    )
+    watched = {
+        "a": lambda run: run.position(rod.start),
+        "middle": lambda run: run.position(rod.at(0.5 * rod.length)),
+        "b": lambda run: run.position(rod.end),
+    }
+    return Mechanism(scene, {"rod": rod}, watched)
+
+
+def moving_supports(n_elements: int = 16) -> Mechanism:
+    """Return a slack cable of 2.2 m over 2 m, whose right end moves by (0.15, -0.15) m in 0.5 s.
+
+    The cable is that of `pendulum`, free of stress when straight; it starts in equilibrium.
+
+    Parameters
+    ----------
+    n_elements : int, optional
+        Number of elements.
+
+    Notes
+    -----
+    Quantities: ``middle`` of the cable [m]; ``pull``, the force that holds its right end [N].
+    """
+    scene = Scene((0.0, -G))
+    n = check_count("n_elements", n_elements, 1)
+    rope = scene.add_beam("thin", (0, 0), (2.2, 0), n, *CABLE, strain="biot", name="rope")
+    scene.pin(rope.start)
+    begin = 2.0, 0.0
+    scene.drive(rope.end, Ramp((0.15, -0.15), 0.5, smooth=True) + begin)
+    watched = {
+        "middle": lambda run: run.position(rope.at(0.5 * rope.length)),
+        "pull": lambda run: run.reaction(rope.end),
+    }
+    return Mechanism(scene, {"rope": rope}, watched, settles=True)
+
+
+def cable(
+    axial_stiffness: float, bending_stiffness: float, mass_per_length: float
+) -> tuple[AnySection, Material]:
+    """Return a square section and its material, of a stiffness [N, N m2] and a mass [kg/m]."""
+    side = math.sqrt(12.0 * bending_stiffness / axial_stiffness)
+    return Rectangle(side, side), Material(axial_stiffness / side**2, mass_per_length / side**2)
+
+
+def _off_chord(run: Trajectory, rod: Beam) -> Array:
+    """Return how far the middle of a rod is to the left of the line between its ends [m]."""
+    start, end, middle = (
+        run.position(each) for each in (rod.start, rod.end, rod.at(0.5 * rod.length))
+    )
+    way = end - start
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    off = middle - start
+    return np.asarray(way[:, 0] * off[:, 1] - way[:, 1] * off[:, 0])
