@@ -43,6 +43,7 @@ from ancfsparse.scene import (
     Sine,
     Table,
 )
+from ancfsparse.scene.curves import Arc, Helix
 from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
 from ancfsparse.solve import simulate, solve_static, stable_step
 from ancfsparse.system import State
@@ -58,6 +59,7 @@ __all__ = [
     "AccuracyFailure",
     "AncfError",
     "ApproximateModes",
+    "Arc",
     "Box",
     "CentralDifference",
     "Circle",
@@ -68,6 +70,7 @@ __all__ = [
     "Equilibrium",
     "EquilibriumFailure",
     "GeneralizedAlpha",
+    "Helix",
     "InputError",
     "Instability",
     "LoadFailure",

@@ -56,9 +56,15 @@ class Derivation:
         self.q = [self.tape.coordinate(i) for i in range(n)]
         self.a = [self.tape.acceleration(i) for i in range(n)]
         self.modes = ModeVectors(self.tape, element, self.q)
+        self.rest = None
+        if element.curved:
+            there = [self.tape.parameter(name) for name in element.reference]
+            self.rest = ModeVectors(self.tape, element, there)
         for f in element.fields:
             self.modes.of(f)
-        self.patches = Patches(self.tape, element, self.modes).all
+            if self.rest is not None:
+                self.rest.of(f)
+        self.patches = Patches(self.tape, element, self.modes, rest=self.rest).all
 
     def energy(self) -> list[Node]:
         """Half the sum of strain times stress."""
@@ -125,7 +131,8 @@ class Derivation:
         tape = self.tape
         discrete = DiscreteGradient(tape, dict(zip(self.q, self.a, strict=True)))
         outputs = []
-        for patch in Patches(tape, self.element, self.modes, squared=True).all:
+        patches = Patches(tape, self.element, self.modes, squared=True, rest=self.rest).all
+        for patch in patches:
             outputs += [(tape.mul(weight, discrete.mean(s)), s) for weight, s in patch.strains]
             outputs += [(tape.scale(HALF, weight), square) for weight, square in patch.squares]
         return discrete.gradient(outputs, self.q)
@@ -226,7 +233,7 @@ def derive(element: Element) -> Program:
             if tape.level[node] > PARAMETER:
                 derived.update(a for a in tape[node].args if tape.level[a] == PARAMETER)
     used = {tape[n].value for n in tape.reachable(derived) if tape[n].op == "parameter"}
-    known = [*PARAMETERS, *(each.name for each in element.own)]
+    known = [*PARAMETERS, *(each.name for each in element.own), *element.reference]
     if unknown := sorted(used.difference(known)):
         raise ValueError(f"{element.name} uses {unknown[0]}, which is not among its own parameters")
     names = [name for name in known if name in used]

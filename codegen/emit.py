@@ -262,7 +262,10 @@ def prepare(program: Program) -> str:
 def definition(element: Element) -> str:
     """Return a digest of what an element is, whatever its file and this generator look like."""
     e = element
+    parts: tuple[object, ...]
     parts = e.dim, e.node, e.section, e.fields, e.strains, e.projected, e.energy, e.inertia, e.own
+    if e.curved:
+        parts += ("curved",)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 

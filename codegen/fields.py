@@ -190,7 +190,9 @@ class Element:
     `node` lists the nodal vectors in the order of the coordinates; `section` those of them that
     turn with the section, which a clamp holds and a moment acts on.  `strains` defines symbols that
     terms may use, `projected` symbols for the projections of strains on linear functions of x;
-    `inertia` pairs a mass per length with the field whose square it multiplies.
+    `inertia` pairs a mass per length with the field whose square it multiplies.  A `curved` element
+    is free of strain in a shape of its own: its parameters include the coordinates of that shape,
+    and from every strain its value there is subtracted.
     """
 
     name: str
@@ -205,6 +207,7 @@ class Element:
     projected: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
     kernels: tuple[str, ...] = NAMES
     own: tuple[OwnParameter, ...] = ()
+    curved: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what the package could not number, clamp or load.
@@ -267,6 +270,11 @@ class Element:
     def n_coordinates(self) -> int:
         """Coordinates of both nodes."""
         return 2 * len(self.node_coordinates)
+
+    @property
+    def reference(self) -> tuple[str, ...]:
+        """Names of the parameters that are coordinates of both nodes in the shape of no strain."""
+        return tuple(f"reference_{k}" for k in range(self.n_coordinates)) if self.curved else ()
 
     def place(self, end: int, nodal: str, axis: int) -> int:
         """Find the number of a coordinate within the element."""

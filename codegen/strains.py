@@ -168,7 +168,7 @@ class Patches:
 
     With `carried`, vector strains are put, at Gauss points, as they change when seen from the field
     they turn with (`PointSampler.carried`).  With `squared`, those that have a square are put as
-    that.
+    that.  `rest` holds the mode vectors of the shape in which there is no strain, if it is curved.
     """
 
     def __init__(
@@ -179,6 +179,7 @@ class Patches:
         *,
         carried: bool = False,
         squared: bool = False,
+        rest: ModeVectors | None = None,
     ) -> None:
         self.tape = tape
         self.element = element
@@ -200,6 +201,17 @@ class Patches:
                     self._add_strain(term, strain)
         self.all = [self.exact, *(p for p, _ in self._points.values())]
         self.all += [p for p, _ in self._ends.values()]
+        if rest is not None:
+            self._subtract(Patches(tape, element, rest))
+
+    def _subtract(self, rest: "Patches") -> None:
+        """Subtract from every strain its value in another shape."""
+        for patch, other in zip(self.all, rest.all, strict=True):
+            pairs = zip(patch.strains, other.strains, strict=True)
+            patch.strains = [
+                (weight, self.tape.linear([(1, strain), (-1, there)]))
+                for (weight, strain), (_, there) in pairs
+            ]
 
     def _add_strain(self, term: Term, strain: sp.Expr) -> None:
         if isinstance(term.rule, Legendre):
@@ -240,7 +252,7 @@ class Patches:
     def _add(self, patch: Patch, weight: sp.Expr, strain: Scaled) -> None:
         """Append a strain, its constant factor moved into the weight."""
         factor, node = strain
-        coefficient, node = self.tape.split(node)
+        coefficient, node = (1, node) if self.element.curved else self.tape.split(node)
         if self.tape.constant_value(node) is None:
             total = weight * factor**2 * sp.Rational(coefficient) ** 2
             patch.strains.append((to_tape(self.tape, total, {}), node))

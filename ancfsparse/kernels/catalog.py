@@ -36,8 +36,17 @@ MODULES: dict[str, dict[int, str]] = {
 }
 """Names of the modules of every element, by the dimensions it has, with its options in them."""
 
+CURVED = {"thin": (2,), "thick": (2, 3)}
+"""Elements that have a form with a curved shape free of strain, and its dimensions.
+
+A cable in space has none: the direction of its curvature is that of a section which it lacks.
+"""
+
 PLANAR = tuple(element for element, names in MODULES.items() if 3 not in names)
 """Elements that have no spatial form."""
+
+REFERENCE = "reference_"
+"""What the parameters are called that are coordinates of a shape, followed by their numbers."""
 
 RIGID = "rigid"
 """Takes the place of the element's name for rigid bodies, which have no elements."""
@@ -147,6 +156,11 @@ class ElementKind:
     def axis(self) -> tuple[str, ...]:
         """The vectors of a node that the shape of the axis depends on."""
         return self.vectors[:2]
+
+    @property
+    def is_curved(self) -> bool:
+        """Whether its parameters include the coordinates in which it is free of strain."""
+        return f"{REFERENCE}0" in self.parameters
 
     @property
     def bends_alike(self) -> bool:
@@ -290,9 +304,10 @@ def _loaded(name: str, package: str, values: Mapping[str, float]) -> ElementKind
 def module_names() -> tuple[str, ...]:
     """Return every element module, references left out."""
     return tuple(
-        name.format_map(dict(zip(OPTIONS[element], values, strict=True)))
+        name.format_map(dict(zip(OPTIONS[element], values, strict=True))) + form
         for element, names in MODULES.items()
-        for name in names.values()
+        for dim, name in names.items()
+        for form in ("", "_curved")[: 1 + (dim in CURVED.get(element, ()))]
         for values in product(*OPTIONS[element].values())
     )
 
@@ -321,6 +336,11 @@ def element_kind(
     """
     name = _module_name(element, dim, options)
     return from_module(compiled(name, instruction_set))
+
+
+def curved_form(kind: ElementKind) -> ElementKind:
+    """Return the form of an element of `CURVED` that is free of strain in a curved shape."""
+    return from_module(compiled(f"{kind.name}_curved"))
 
 
 def _module_name(element: str, dim: int, options: Mapping[str, str]) -> str:

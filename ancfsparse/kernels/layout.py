@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.catalog import REFERENCE, ElementKind
 
 # Blocks from which tables are shared, if so many of them in a row are alike on average.
 MANY_BLOCKS, ALIKE = 256, 8
@@ -108,7 +108,7 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
     -------
     Layout
         The last block is filled up with copies of the last element whose parameters, except the
-        length, are zero.
+        length and a shape free of strain, are zero.
 
     Raises
     ------
@@ -133,7 +133,8 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
     n_blocks = -(-n // lanes)
     rest = n_blocks * lanes - n
     fill = np.repeat(base[n - 1 :], rest, axis=0)
-    fill[:, np.arange(base.shape[1]) != length] = 0.0
+    weights = [not name.startswith(("length", REFERENCE)) for name in kind.parameters]
+    fill[:, weights] = 0.0
     block_base = np.concatenate([base, fill])
     flat = block_base.reshape(n_blocks, lanes * base.shape[1])
     first, set_of = _distinct(flat)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ancfsparse.checks import check_choice, check_positive
 from ancfsparse.errors import InputError
@@ -179,7 +179,7 @@ def _rod(
     section: AnySection,
     material: Material,
     gravity: float,
-    **options: str,
+    **options: Any,
 ) -> Problem:
     if dim is None:
         dim = 3 if element == "thick" else 2

@@ -140,13 +140,19 @@ def strain(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = None
     Returns
     -------
     ndarray, shape (k, p)
-        Elongation per length of the reference shape, |r'| - 1 [-].
+        Elongation per length without stress, |r'| - 1 [-]; where that shape is curved, less the
+        value in it, which is not exactly zero inside elements.
     """
 
     def evaluate(points: Points, rates: Array) -> tuple[Array]:
         return (np.linalg.norm(points.r_x, axis=-1) - 1.0,)
 
-    return _evaluated(system, body, _where(body, s), q, q, evaluate)[0]
+    where = _where(body, s)
+    values = _evaluated(system, body, where, q, q, evaluate)[0]
+    if body.kind.is_curved:
+        rest = system.q_ref[None]
+        values = values - _evaluated(system, body, where, rest, rest, evaluate)[0]
+    return values
 
 
 def curvature(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = None) -> Array:

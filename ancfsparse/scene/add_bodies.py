@@ -7,12 +7,14 @@ from numpy.typing import ArrayLike
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.beams import Beam, BeamSpec
 from ancfsparse.scene.bodies import VelocityField
+from ancfsparse.scene.curves import Angle, Direction
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh, MeshSpec
+from ancfsparse.scene.paths import AnyCurve, specified_curve
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.shaped import Shape, beam_of
 from ancfsparse.scene.spec import specified
-from ancfsparse.scene.straight import straight_beam
 
 
 class Bodies(Records):
@@ -21,20 +23,25 @@ class Bodies(Records):
     def add_beam(
         self,
         element: str | ElementKind,
-        start: ArrayLike,
-        end: ArrayLike,
-        n_elements: int,
-        section: AnySection,
-        material: Material,
+        start: ArrayLike | None = None,
+        end: ArrayLike | None = None,
+        n_elements: int | None = None,
+        section: AnySection | None = None,
+        material: Material | None = None,
         *,
+        curve: AnyCurve | None = None,
+        rest: str = "curved",
+        length: float | None = None,
+        tension: float | None = None,
         strain: str = "green",
         curvature: str = "axis",
         section_strain: str = "consistent",
-        up: ArrayLike | None = None,
+        up: Direction = None,
+        twist: Angle = None,
         velocity: ArrayLike | VelocityField | None = None,
         name: str | None = None,
     ) -> Beam:
-        """Add a beam, straight and free of stress from `start` to `end`.
+        """Add a beam: straight and free of stress from `start` to `end`, or along a curve.
 
         Parameters
         ----------
@@ -44,7 +51,7 @@ class Bodies(Records):
             torsion); or the ``ELEMENT`` of a package that
             ``ancfsparse element`` has built from an energy of your own.
         start, end : array_like, shape (dim,)
-            Its two ends [m], apart from each other.
+            Its two ends [m], apart from each other; left out if there is a `curve`.
         n_elements : int
             Number of elements, at least 1.
         section : Rectangle, Circle or Section
@@ -52,6 +59,20 @@ class Bodies(Records):
             ``inertia_y`` equal to ``inertia_z``.
         material : Material
             What it is made of.
+        curve : Arc, Helix, array_like of shape (k, dim) or callable, optional
+            Its axis: a shape, points [m] through which a cubic spline runs (closed if the last is
+            the first), or a function that maps parameters (k,) from 0 to 1 to positions (k, dim)
+            [m].  It must be smooth; weld beams at corners.  Nodes stand at equal arc lengths.
+        rest : str, optional
+            Shape in which a beam along a curve, or with a twist, is free of stress: ``"curved"``,
+            that shape, or ``"straight"``: it is bent into it and springs back.  Free of stress
+            where it is curved can be ``"thin"`` in a planar scene and ``"thick"``.
+        length : float, optional
+            Length without stress [m].  A beam that is longer than the distance of its ends starts
+            as a catenary, which hangs in the gravity of the scene without stretching; a shorter
+            one, or one along a curve, is strained evenly.  The beam is straight without stress.
+        tension : float, optional
+            Axial force in the start [N], positive if it pulls, in place of `length`.
         strain : str, optional
             For ``"thin"``: ``"green"`` or ``"biot"``.
         curvature : str, optional
@@ -61,11 +82,16 @@ class Bodies(Records):
             ``r_x`` free at clamps.  Formulas are in docs/theory.md.
         section_strain : str, optional
             For ``"thick"``: ``"consistent"`` or ``"nodal"``.
-        up : array_like, shape (3,), optional
-            Rough direction of e_y, the height of the section, in a spatial scene.  The default
-            turns the section as in a planar scene: e_z as near to +z as possible,
-            e_y = e_z x e_x, so a beam along +x has e_y = +y and e_z = +z.  A beam along z
-            takes e_y = +y.
+        up : array_like of shape (3,) or callable, optional
+            Rough direction of e_y, the height of the section, in a spatial scene: one for the whole
+            beam, or a function that maps arc lengths (k,) [m] to directions (k, 3).  The default
+            turns the section at the start as in a planar scene: e_z as near to +z as possible,
+            e_y = e_z x e_x, so a beam along +x has e_y = +y and e_z = +z, and a beam along z takes
+            e_y = +y.  From there a curve carries the section along without turning it about e_x.
+        twist : float or callable, optional
+            Of a thick beam in space: angle by which the section is turned further about e_x [rad],
+            growing evenly from 0 at the start to this at the end; or a function that maps arc
+            lengths (k,) [m] to angles (k,).
         velocity : array_like of shape (dim,) or callable, optional
             Initial velocity [m/s]: one for all, or a function that maps reference positions
             (k, dim) [m] to velocities (k, dim).  The default is at rest.
@@ -85,22 +111,28 @@ class Bodies(Records):
         """
         label = self._label(name, "beam")
         given = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
-        beam = straight_beam(
-            label, self.dim, element, start, end, n_elements, section, material, given, up, velocity
+        shape = Shape(start, end, curve, rest, length, tension, up, twist)
+        beam = beam_of(
+            label, self.gravity, element, shape, n_elements, section, material, given, velocity
         )
         record = BeamSpec(
-            element,
-            beam.positions[0],
-            beam.positions[-1],
-            beam.n_elements,
-            section,
-            material,
-            strain,
-            curvature,
-            section_strain,
-            specified(up),
-            specified(velocity),
-            label,
+            element=element,
+            start=None if start is None else beam.positions[0],
+            end=None if end is None else beam.positions[-1],
+            n_elements=beam.n_elements,
+            section=beam.section,
+            material=beam.material,
+            strain=strain,
+            curvature=curvature,
+            section_strain=section_strain,
+            curve=specified_curve(curve),
+            rest=rest,
+            length=None if length is None else float(length),
+            tension=None if tension is None else float(tension),
+            up=specified(up),
+            twist=twist if twist is None or callable(twist) else float(twist),
+            velocity=specified(velocity),
+            name=label,
         )
         return self._take(beam, record)
 

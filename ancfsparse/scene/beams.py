@@ -1,10 +1,9 @@
-"""Straight beams, as handles that joints, loads and results are asked with."""
+"""Beams, as handles that joints, loads and results are asked with."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -12,8 +11,11 @@ import numpy as np
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.scene.bodies import ElasticBody, Node, Numbers, Vector, VelocityField
+from ancfsparse.scene.curves import Angle, Direction
 from ancfsparse.scene.material import Material
+from ancfsparse.scene.paths import AnyCurve
 from ancfsparse.scene.sections import AnySection
 from ancfsparse.scene.spec import Point, Spec
 
@@ -21,24 +23,36 @@ from ancfsparse.scene.spec import Point, Spec
 NODE_SNAP = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class BeamSpec(Spec):
     """The record of `Scene.add_beam`."""
 
     element: str | ElementKind
-    start: tuple[float, ...]
-    end: tuple[float, ...]
+    start: tuple[float, ...] | None = None
+    end: tuple[float, ...] | None = None
     n_elements: int
     section: AnySection
     material: Material
     strain: str = "green"
     curvature: str = "axis"
     section_strain: str = "consistent"
-    up: tuple[float, ...] | None = None
+    curve: AnyCurve | None = None
+    rest: str = "curved"
+    length: float | None = None
+    tension: float | None = None
+    up: Direction = None
+    twist: Angle = None
     velocity: tuple[float, ...] | VelocityField | None = None
     name: str | None = None
     method = "add_beam"
-    units: ClassVar = {"start": "m", "end": "m", "velocity": "m/s"}
+    units: ClassVar = {
+        "start": "m",
+        "end": "m",
+        "velocity": "m/s",
+        "length": "m",
+        "tension": "N",
+        "twist": "rad",
+    }
 
 
 def resettled(index: int, xi: float, n: int, to: int) -> tuple[int, float]:
@@ -72,18 +86,21 @@ def resettled(index: int, xi: float, n: int, to: int) -> tuple[int, float]:
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Beam(ElasticBody):
-    """A straight beam in a scene, as `Scene.add_beam` returns it.
+    """A beam in a scene, as `Scene.add_beam` returns it.
 
     Attributes
     ----------
     name, element, options, kind, section, material, positions, lengths, velocity
         As in `ElasticBody`; all elements are of one length.
-    axes : ndarray, shape (dim, dim)
+    arcs : ndarray, shape (n_nodes,)
+        Arc coordinates of the nodes: lengths from the start without stress [m], read-only.
+    frames : ndarray, shape (n_nodes or 1, dim, dim)
         Rows are the unit vectors e_x (along the beam), e_y and, in a spatial scene, e_z of the
-        section in the reference shape, read-only.
+        section at every node in the reference shape, or one for all, read-only.
     """
 
-    axes: Vector
+    arcs: Vector
+    frames: Vector
 
     def __repr__(self) -> str:
         """Say which beam this is."""
@@ -92,10 +109,29 @@ class Beam(ElasticBody):
             f"{'planar' if self.dim == 2 else 'spatial'}"
         )
 
-    @cached_property
+    @property
     def length(self) -> float:
-        """Length in the reference shape [m]."""
-        return float(np.linalg.norm(self.positions[-1] - self.positions[0]))
+        """Length without stress [m]."""
+        return float(self.arcs[-1])
+
+    @property
+    def _is_even(self) -> bool:
+        """Whether it is straight, with elements of one length."""
+        return len(self.frames) == 1
+
+    @property
+    def axes(self) -> Vector:
+        """Unit vectors of the section at the start, shape (dim, dim)."""
+        return np.asarray(self.frames[0])
+
+    def describe(self) -> dict[str, str]:
+        """Describe element, section, material and mesh, and what shapes do not show."""
+        parts = super().describe()
+        if self.kind.is_curved and not self.kind.package:
+            parts["element"] += " curved"
+        if not self._is_even:
+            parts["mesh"] += f", {self.length:.9g} m"
+        return parts
 
     @property
     def size(self) -> float:
@@ -113,11 +149,23 @@ class Beam(ElasticBody):
 
     def arc(self, point: Node) -> float:
         """Return the distance of a point from the start along the undeformed axis [m]."""
-        return (point.index + point.xi) / self.n_elements * self.length
+        if self._is_even:
+            return (point.index + point.xi) / self.n_elements * self.length
+        beyond = point.xi * self.lengths[point.index] if point.xi else 0.0
+        return float(self.arcs[point.index] + beyond)
+
+    def inside(self, element: int, xi: float) -> Vector:
+        """Return the position of a point inside an element in the reference shape, (dim,) [m]."""
+        if len(self.vectors) == 1 or self.kind.is_string:
+            return super().inside(element, xi)
+        tail, head = self.ends[element]
+        r, slopes = self.positions, self.vectors[:, 0]
+        weights = position_weights(xi, self.lengths[element])
+        return np.asarray(weights @ [r[tail], slopes[tail], r[head], slopes[head]])
 
     def axes_of(self, row: int) -> Vector:
-        """Return the unit vectors of the section, shape (dim, dim)."""
-        return self.axes
+        """Return the unit vectors of the section at a node, shape (dim, dim)."""
+        return np.asarray(self.frames[min(row, len(self.frames) - 1)])
 
     def say(self, point: Node) -> str:
         """Say where a point is."""
@@ -156,6 +204,9 @@ class Beam(ElasticBody):
         """
         distance = check_finite(f"arc coordinate s on {self.name}", s, "m")
         share = distance / self.length * self.n_elements
+        if not self._is_even:
+            i = int(np.clip(np.searchsorted(self.arcs, distance) - 1, 0, self.n_elements - 1))
+            share = i + (distance - float(self.arcs[i])) / float(self.lengths[i])
         if not -NODE_SNAP <= share <= self.n_elements + NODE_SNAP:
             raise InputError(
                 f"arc coordinate s = {distance:.6g} m lies outside {self.name}: "

@@ -183,6 +183,11 @@ class Body(ABC):
             )
         return Node(self, number, share)
 
+    def inside(self, element: int, xi: float) -> Vector:
+        """Return the position of a point inside an element in the reference shape, (dim,) [m]."""
+        tail, head = self.positions[self.row_nodes[self.ends[element]]]
+        return np.asarray((1.0 - xi) * tail + xi * head)
+
     @abstractmethod
     def describe(self) -> dict[str, str]:
         """Describe for the digest of a scene what decides how it moves, but for its shape."""
@@ -396,5 +401,4 @@ class Node:
             return np.asarray(nodes[self.index] + np.array(self.offsets) @ vectors)
         if self.is_node:
             return np.array(nodes[self.index])
-        tail, head = self.beam.row_nodes[self.beam.ends[self.index]]
-        return np.asarray((1.0 - self.xi) * nodes[tail] + self.xi * nodes[head])
+        return self.beam.inside(self.index, self.xi)

@@ -20,6 +20,7 @@ from ancfsparse.checks import check_choice
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.callbacks import is_compiled
+from ancfsparse.scene.curves import Arc, Helix
 from ancfsparse.scene.functions import Unsent
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.records import Records
@@ -36,7 +37,8 @@ UNITS = "SI: m, kg, s, N, Pa, Hz, rad; smooth in degrees"
 INLINE = 1000
 # Data that arguments are made of, by the name of the class.
 DATA = {each.__name__: each for each in (Rectangle, Circle, Section, Material)} | {
-    each.__name__: each for each in (Table, Ramp, Sine, Pulse, Sum, Box, Cylinder, Sphere, Rod)
+    each.__name__: each
+    for each in (Table, Ramp, Sine, Pulse, Sum, Box, Cylinder, Sphere, Rod, Arc, Helix)
 }
 
 AnyScene = TypeVar("AnyScene", bound=Records)

@@ -30,8 +30,8 @@ def straight_beam(
     label: str,
     dim: int,
     element: str | ElementKind,
-    start: ArrayLike,
-    end: ArrayLike,
+    start: ArrayLike | None,
+    end: ArrayLike | None,
     n_elements: int,
     section: AnySection,
     material: Material,
@@ -58,22 +58,11 @@ def straight_beam(
         The handle, not yet part of a scene.
     """
     element, chosen, kind = chosen_element(label, element, dim, options)
-    tail = check_vector(f"start of {label}", start, dim, "m")
-    head = check_vector(f"end of {label}", end, dim, "m")
     count = check_count(f"n_elements of {label}", n_elements)
     check_make(label, kind, section, material)
     fewer = Sentence("a smaller {n_elements}", n_elements=Parameter("n_elements"))
     check_room(f"{label}, {count} elements,", (16.0 * dim + 20.0) * count, fewer)
-    far = max(np.abs(tail).max(), np.abs(head).max())
-    if far > FARTHEST:
-        raise InputError(
-            f"{label} has an end beyond {FARTHEST:g} m: it runs from {place(tail)} to "
-            f"{place(head)}; give positions in metres"
-        )
-    if np.linalg.norm(head - tail) <= NO_LENGTH * far:
-        raise InputError(
-            f"{label} has zero length: start and end are both at {place(tail)}, move one of them"
-        )
+    tail, head = check_ends(label, start, end, dim)
     if up is not None and dim == 2:
         raise InputError(
             f"`up` of {label} has no meaning in a planar scene, where the height of the section "
@@ -84,9 +73,10 @@ def straight_beam(
     axes = section_axes(head - tail, upwards, label)
     rows = np.arange(count + 1, dtype=np.int32)
     ends = np.stack([rows[:-1], rows[1:]], axis=1)
-    for array in (positions, axes, rows, ends):
-        array.flags.writeable = False
     length = float(np.linalg.norm(positions[-1] - positions[0]))
+    arcs = rows / count * length
+    for array in (positions, axes, rows, ends, arcs):
+        array.flags.writeable = False
     field = None if velocity is None else velocity_field(label, velocity, positions)
     return Beam(
         name=label,
@@ -102,8 +92,37 @@ def straight_beam(
         ends=ends,
         vectors=axes[None],
         velocity=field,
-        axes=axes,
+        arcs=arcs,
+        frames=axes[None],
     )
+
+
+def check_ends(
+    label: str, start: ArrayLike | None, end: ArrayLike | None, dim: int
+) -> tuple[Vector, Vector]:
+    """Return the two ends of a beam, each (dim,) [m].
+
+    Raises
+    ------
+    InputError
+        If one is missing or no position, or both are one.
+    """
+    if start is None or end is None:
+        missing = "start" if start is None else "end"
+        raise InputError(f"{label} has no {missing}: give `start` and `end`, or a `curve`")
+    tail = check_vector(f"start of {label}", start, dim, "m")
+    head = check_vector(f"end of {label}", end, dim, "m")
+    far = max(np.abs(tail).max(), np.abs(head).max())
+    if far > FARTHEST:
+        raise InputError(
+            f"{label} has an end beyond {FARTHEST:g} m: it runs from {place(tail)} to "
+            f"{place(head)}; give positions in metres"
+        )
+    if np.linalg.norm(head - tail) <= NO_LENGTH * far:
+        raise InputError(
+            f"{label} has zero length: start and end are both at {place(tail)}, move one of them"
+        )
+    return tail, head
 
 
 def check_position(what: str, value: ArrayLike, dim: int) -> NDArray[np.float64]:

@@ -16,11 +16,15 @@ def _table() -> dict[str, tuple[str, Callable[[], Element]]]:
         table[f"string_{where}"] = ("string.py", partial(string, dim))
         for strain in ("green", "biot"):
             table[f"thin_{where}_{strain}"] = ("thin.py", partial(thin, dim, strain))
+    for strain in ("green", "biot"):
+        curved = partial(thin, 2, strain, curved=True)
+        table[f"thin_planar_{strain}_curved"] = ("thin.py", curved)
     for dim, where in ((3, "thick"), (2, "thick_planar")):
         for curvature in ("axis", "section"):
             for section_strain in ("consistent", "nodal"):
-                name = f"{where}_{curvature}_{section_strain}"
-                table[name] = ("thick.py", partial(thick, dim, curvature, section_strain))
+                name, options = f"{where}_{curvature}_{section_strain}", (curvature, section_strain)
+                table[name] = ("thick.py", partial(thick, dim, *options))
+                table[f"{name}_curved"] = ("thick.py", partial(thick, dim, *options, curved=True))
     by_quadrature = partial(thick, 3, "axis", "consistent", by_quadrature=True)
     table["thick_axis_consistent_gauss"] = ("thick.py", by_quadrature)
     return {name: (f"codegen/elements/{file}", make) for name, (file, make) in table.items()}

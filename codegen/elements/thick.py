@@ -33,7 +33,14 @@ inertia_z = parameter("inertia_z")
 eps_x, eps_y, eps_z, eps_l = sp.symbols("eps_x eps_y eps_z eps_l")
 
 
-def thick(dim: int, curvature: str, section_strain: str, *, by_quadrature: bool = False) -> Element:
+def thick(
+    dim: int,
+    curvature: str,
+    section_strain: str,
+    *,
+    by_quadrature: bool = False,
+    curved: bool = False,
+) -> Element:
     """U = W_l + W_s + W_t + W_b; in the plane r_z keeps only its component out of it.
 
     With curvature "axis" the two modes of shear leave bending free of it, and r_x turns with the
@@ -41,7 +48,8 @@ def thick(dim: int, curvature: str, section_strain: str, *, by_quadrature: bool 
     a wave within the element, would cost nothing.  There r_x is free to leave the section.
 
     `by_quadrature` integrates the same energy at as many Gauss points as each term needs to be
-    exact: slower, and there to be compared with.
+    exact: slower, and there to be compared with.  Of a `curved` one every strain is less that of
+    its reference.
     """
     axes, across = ((0, 1), (2,)) if dim == 2 else ((0, 1, 2), (0, 1, 2))
     r = interpolate("r", axes, "r", "r_x")
@@ -77,8 +85,11 @@ def thick(dim: int, curvature: str, section_strain: str, *, by_quadrature: bool 
     where = {2: "planar", 3: "spatial"}[dim]
     how = "by exact Gauss quadrature, reference only" if by_quadrature else "in closed form"
     return Element(
-        name=f"thick_{plane}{curvature}_{section_strain}{'_gauss' if by_quadrature else ''}",
-        title=f"thick beam, {where}, {curvature} curvature, {section_strain} section strain; {how}",
+        name=f"thick_{plane}{curvature}_{section_strain}"
+        + "_gauss" * by_quadrature
+        + "_curved" * curved,
+        title=f"thick beam, {where}, {curvature} curvature, {section_strain} section strain; {how}"
+        + "; curved where free of strain" * curved,
         dim=dim,
         node=(("r", axes), ("r_x", axes), ("r_y", axes), ("r_z", across)),
         section=section,
@@ -88,6 +99,7 @@ def thick(dim: int, curvature: str, section_strain: str, *, by_quadrature: bool 
         energy=tuple(term for term in energy if term.strain != 0),
         inertia=((mass_per_length, r), (inertia_y, r_y), (inertia_z, r_z)),
         kernels=("energy", "force") if by_quadrature else NAMES,
+        curved=curved,
     )
 
 

@@ -7,11 +7,13 @@ bending_stiffness = parameter("bending_stiffness")
 mass_per_length = parameter("mass_per_length")
 
 
-def thin(dim: int, strain: str) -> Element:
+def thin(dim: int, strain: str, *, curved: bool = False) -> Element:
     """U = 1/2 int EA eps^2 dx + 1/2 int EI kappa.kappa dx.
 
     green  eps = (r'.r' - 1)/2, exact;  kappa = r' x r'' / |r'|^3 at 3 Gauss points
     biot   eps = |r'| - 1 at 5 points;  kappa = r' x r'' / |r'|^2 at 3 Gauss points
+
+    Of a `curved` one, in the plane, both are less those of its reference.
     """
     axes = tuple(range(dim))
     r = interpolate("r", axes, "r", "r_x")
@@ -30,12 +32,14 @@ def thin(dim: int, strain: str) -> Element:
     where = {2: "planar", 3: "spatial"}[dim]
     rule = {"green": "in closed form", "biot": "at 5 Gauss points"}[strain]
     return Element(
-        name=f"thin_{where}_{strain}",
-        title=f"thin cable, {where}, {strain} strain; axial part {rule}, bending at 3 Gauss points",
+        name=f"thin_{where}_{strain}{'_curved' * curved}",
+        title=f"thin cable, {where}, {strain} strain; axial part {rule}, bending at 3 Gauss points"
+        + "; curved where free of strain" * curved,
         dim=dim,
         node=(("r", axes), ("r_x", axes)),
         section=("r_x",),
         fields=(r_x, r_xx),
         energy=(axial, Term(bending_stiffness, curvature, Gauss(3), r_x, square)),
         inertia=((mass_per_length, r),),
+        curved=curved,
     )

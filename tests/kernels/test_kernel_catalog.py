@@ -8,7 +8,14 @@ import pytest
 from ancfsparse import dispatch
 from ancfsparse.dispatch import available_instruction_sets, compiled, instruction_set
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import OPTIONS, REFERENCES, element_kind, from_module, module_names
+from ancfsparse.kernels.catalog import (
+    OPTIONS,
+    REFERENCES,
+    curved_form,
+    element_kind,
+    from_module,
+    module_names,
+)
 
 
 def test_every_choice_has_its_module():
@@ -18,12 +25,16 @@ def test_every_choice_has_its_module():
     assert element_kind("thick", 3).name == "thick_axis_consistent"
     planar = element_kind("thick", 2, curvature="section", section_strain="nodal")
     assert planar.name == "thick_planar_section_nodal"
+    assert curved_form(element_kind("thin", 2)).name == "thin_planar_green_curved"
+    assert curved_form(planar).is_curved
+    assert not planar.is_curved
 
 
 @pytest.mark.parametrize("name", [*module_names(), *REFERENCES])
 def test_modules_say_what_they_are(name):
     kind = from_module(compiled(name))
     assert kind.name == name
+    name = name.removesuffix("_curved")
     cables = {"l2t2": 8, "thin_planar": 8, "thin_spatial": 12}
     strings = {"string_planar": 4, "string_spatial": 6}
     assert kind.n_coordinates == (cables | strings).get(

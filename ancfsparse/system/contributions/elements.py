@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.catalog import REFERENCE, ElementKind
 from ancfsparse.kernels.layout import Layout, pack
 from ancfsparse.scene import ElasticBody
 from ancfsparse.system.contributions.interface import (
@@ -18,6 +18,7 @@ from ancfsparse.system.contributions.interface import (
     Vector,
     unknowns,
 )
+from ancfsparse.system.numbering import reference
 from ancfsparse.system.pattern import Pattern, Unknowns
 
 if TYPE_CHECKING:
@@ -98,9 +99,15 @@ def _damping(body: ElasticBody, kind: ElementKind, places: Places) -> dict[str, 
 
 
 def base_parameters(body: ElasticBody, kind: ElementKind, common: Mapping[str, float]) -> Vector:
-    """Return the base parameters of every element, (n_e, n_base), all but the length in common."""
-    lengths = body.lengths
+    """Return the base parameters of every element, (n_e, n_base).
+
+    Elements have lengths and, if curved, coordinates free of strain of their own.
+    """
     base = np.empty((body.n_elements, len(kind.parameters)))
     for k, name in enumerate(kind.parameters):
-        base[:, k] = lengths if name == "length" else common[name]
+        if not name.startswith(REFERENCE):
+            base[:, k] = body.lengths if name == "length" else common[name]
+    if kind.is_curved:
+        columns = [name.startswith(REFERENCE) for name in kind.parameters]
+        base[:, columns] = reference(body)[body.ends].reshape(body.n_elements, -1)
     return base
