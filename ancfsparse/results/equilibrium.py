@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Equilibrium:
-    """A state of rest under the loads at t = 0.
+    """A state of rest under the loads at a time.
 
     Parameters
     ----------
@@ -33,12 +33,15 @@ class Equilibrium:
         Multipliers of the constraints.
     stats : RunStats
         What the solution cost; its steps are load steps.
+    t : float
+        The time of loads and drives [s].
     """
 
     system: SolvedSystem
     q: Array
     lam: Array
     stats: RunStats
+    t: float = 0.0
 
     def __repr__(self) -> str:
         """Sum the solution up in one line."""
@@ -51,9 +54,9 @@ class Equilibrium:
 
     @property
     def state(self) -> State:
-        """The state of rest at t = 0 that ``simulate(..., start=equilibrium)`` starts from."""
+        """The state of rest at time t that ``simulate(..., start=equilibrium)`` starts from."""
         rest = np.zeros_like(self.q)
-        return self.system.state(0.0, self.q, rest, rest, self.lam)
+        return self.system.state(self.t, self.q, rest, rest, self.lam)
 
     @property
     def stable(self) -> bool:
@@ -136,7 +139,7 @@ class Equilibrium:
         """
         state = self.q[None, :]
         rest = np.zeros_like(state)
-        force = self.system.reaction(node, state, rest, rest, self.lam[None, :], np.zeros(1))
+        force = self.system.reaction(node, state, rest, rest, self.lam[None, :], np.array([self.t]))
         return np.asarray(force[0])
 
     def joint_force(self, joint: Joint, frame: str = "space") -> JointForce:

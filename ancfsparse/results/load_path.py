@@ -41,6 +41,8 @@ class LoadPath:
         Whether the path got to the multiple that was asked for.
     stats : RunStats
         What it cost.
+    t : float
+        The time of loads and drives [s].
     """
 
     system: SolvedSystem
@@ -51,6 +53,7 @@ class LoadPath:
     turns: NDArray[np.intp]
     complete: bool
     stats: RunStats
+    t: float = 0.0
 
     def __repr__(self) -> str:
         """Sum the path up in one line."""
@@ -96,7 +99,7 @@ class LoadPath:
         if not -len(self) <= point < len(self):
             raise InputError(f"point counts from 0 to {len(self) - 1}, got {point}")
         q, rest = self.q[int(point)], np.zeros(self.q.shape[1])
-        return self.system.state(0.0, q, rest, rest, self.lam[int(point)])
+        return self.system.state(self.t, q, rest, rest, self.lam[int(point)])
 
     def plot(self, node: Node, axis: int = -1, *, ax: Axes | None = None) -> Axes:
         """Draw the multiples of the loads over the displacement of a point.

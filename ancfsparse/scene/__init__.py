@@ -7,7 +7,13 @@ Nothing here computes a motion, and nothing here is left to be found wrong later
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import Body, ElasticBody, Node
 from ancfsparse.scene.joints import Clamp, Connect, Joint, Pin, Rod, check_node, check_point
-from ancfsparse.scene.loads import DistributedForce, Load, PointForce, PointMoment
+from ancfsparse.scene.loads import (
+    ChangingGravity,
+    DistributedForce,
+    Load,
+    PointForce,
+    PointMoment,
+)
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh
 from ancfsparse.scene.scene import Scene, check_scene
@@ -19,6 +25,7 @@ __all__ = [
     "AnySection",
     "Beam",
     "Body",
+    "ChangingGravity",
     "Circle",
     "Clamp",
     "Connect",

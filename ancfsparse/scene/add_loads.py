@@ -12,6 +12,8 @@ from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import ElasticBody, Node
 from ancfsparse.scene.joints import check_node, check_point, check_turns
 from ancfsparse.scene.loads import (
+    ChangingGravity,
+    ChangingGravitySpec,
     DistributedForce,
     DistributedForceSpec,
     PointForce,
@@ -154,3 +156,23 @@ class Loads(Records):
         load = DistributedForce(own, value, shape, check_flag("follow", follow))
         load.factors(np.array([0.0, beam.length]))
         return self._load(load, DistributedForceSpec(beam.reference, load.value, shape, follow))
+
+    def changing_gravity(self, value: ArrayLike | Callable[[float], ArrayLike]) -> ChangingGravity:
+        """Apply gravity that changes with time, in addition to the constant one of the scene.
+
+        In a frame that accelerates by a(t), such as a vehicle, a lift or a shaken table, it is
+        ``-a(t)``, and positions and velocities are those relative to the frame.
+
+        Parameters
+        ----------
+        value : array_like, shape (dim,), or callable
+            The acceleration [m/s2], or a function of t [s] that returns it, such as `Ramp`, `Sine`,
+            `Pulse` or `Table`.
+
+        Returns
+        -------
+        ChangingGravity
+            The load, on all masses; its work is that of a load.
+        """
+        load = ChangingGravity(self.dim, value)
+        return self._load(load, ChangingGravitySpec(load.value))

@@ -151,6 +151,15 @@ class DistributedForceSpec(LoadSpec):
 
 
 @dataclass(frozen=True, eq=False)
+class ChangingGravitySpec(Spec):
+    """The record of `Scene.changing_gravity`."""
+
+    value: Any
+    method = "changing_gravity"
+    units: ClassVar = {"value": "m/s2"}
+
+
+@dataclass(frozen=True, eq=False)
 class PointForce(Applied):
     """A force at a point, fixed in space or along the axes of the section.
 
@@ -270,9 +279,36 @@ class DistributedForce(Applied):
         return out
 
 
+@dataclass(frozen=True, eq=False)
+class ChangingGravity(Applied):
+    """A uniform acceleration of all masses, in addition to that of gravity.
+
+    Attributes
+    ----------
+    dim : int
+        Of the scene.
+    value : ndarray, shape (dim,), or callable
+        The acceleration [m/s2], or a function of t [s] that returns it.
+    """
+
+    dim: int
+    value: Value
+    unit = "m/s2"
+
+    @property
+    def what(self) -> str:
+        """Name of the load in messages."""
+        return "the changing gravity"
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of a value, (dim,)."""
+        return (self.dim,)
+
+
 def _components(body: Body, follow: bool) -> tuple[int, ...]:
     """Return the shape of a force: a cable in space has one axis alone."""
     return () if follow and body.dim == 3 and len(body.kind.vectors) <= 2 else (body.dim,)
 
 
-Load = PointForce | PointMoment | DistributedForce
+Load = PointForce | PointMoment | DistributedForce | ChangingGravity

@@ -62,6 +62,8 @@ class Balance:
         Called at every factorisation.
     kind : str, optional
         One of `solve.seed.SEEDS`.
+    t : float, optional
+        Time of the loads and drives [s].
 
     Attributes
     ----------
@@ -91,13 +93,14 @@ class Balance:
         stats: RunStats,
         on_factor: Callable[[], object] = lambda: None,
         kind: str = "exact",
+        t: float = 0.0,
     ) -> None:
         self.system, self.stats = system, stats
         self._on_factor = on_factor
-        self._amplitudes = system.loads.amplitudes(np.zeros(1))[0]
+        self._amplitudes = system.loads.amplitudes(np.array([t]))[0]
         self._grows = system.loads.growing
         self._dead = system.dead_load
-        self._set_drives()
+        self._set_drives(t)
         self._rest = np.zeros(system.n_all)
         loads = system.loads
         self.plain = not (loads.moment_place or loads.followers) and system.constraints.linear
@@ -129,7 +132,7 @@ class Balance:
         # Far above the rounding of forces, which only then need be looked at one by one.
         self._most_rounding = 64.0 * ROUNDING * EPSILON * self.size_of_forces(largest)
 
-    def _set_drives(self) -> None:
+    def _set_drives(self, t: float) -> None:
         """Let drives begin in the reference shape; with the loads they come to where they are."""
         system, prescribed = self.system, self.system.prescribed
         first, led = system.n_all - prescribed.n, system.n_multipliers - prescribed.n_equations
@@ -137,7 +140,7 @@ class Balance:
         self._driven, self._followed = np.zeros(prescribed.n), np.zeros(0)
         if not prescribed:
             return
-        now = prescribed.at(0.0)
+        now = prescribed.at(t)
         none, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
         args = (none, none, lam, self._dead, self._amplitudes)
         self._held = np.asarray(system.assembly.residual(system.q_ref, *args)[1])[led:]
@@ -216,7 +219,7 @@ class Balance:
     def stress_stiffness(self, q: Vector, out: Vector, work: Vector) -> Vector:
         """Return the part of the stiffness that the stress of the elements makes."""
         assembly = self.system.assembly
-        rest = np.zeros(self.system.n_multipliers), np.zeros(len(self._amplitudes))
+        rest = np.zeros(self.system.n_multipliers), self._amplitudes_at(0.0)
         values = np.asarray(assembly.matrix(0.0, 1.0, q, *rest, out=out))
         values -= assembly.material(0.0, 1.0, q, out=work)
         return values

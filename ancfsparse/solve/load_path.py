@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ancfsparse.checks import check_count, check_positive
+from ancfsparse.checks import check_count, check_finite, check_positive
 from ancfsparse.errors import EquilibriumFailure, InputError
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import RunStats
@@ -24,7 +24,7 @@ LEAST = 1e-6
 
 
 def load_path(
-    scene: Scene, *, to: float = 1.0, points: int = 500, tolerance: float = 1e-9
+    scene: Scene, *, to: float = 1.0, t: float = 0.0, points: int = 500, tolerance: float = 1e-9
 ) -> LoadPath:
     """Follow the equilibria of a scene from its stress-free shape past limit points.
 
@@ -38,6 +38,8 @@ def load_path(
         Beams, joints and loads, held by its joints against every rigid motion.
     to : float, optional
         Multiple of the loads at which the path ends [-], where it first gets there.
+    t : float, optional
+        Time at which functions of time are evaluated [s].
     points : int, optional
         Most points.
     tolerance : float, optional
@@ -76,6 +78,7 @@ def load_path(
             f"to is a multiple of the loads, at least {LEAST:g}, got {to:g}: smaller ones are lost "
             "in rounding"
         )
+    t = check_finite("t", t, "s")
     points = check_count("points", points)
     tolerance = check_positive("tolerance", tolerance)
     if not FINEST <= tolerance <= COARSEST:
@@ -89,7 +92,7 @@ def load_path(
     with memory_for(needed):
         system = System(scene)
         check_held(system)
-        balance = Balance(system, stats)
+        balance = Balance(system, stats, t=t)
         check_factor(needed, balance.seed)
         if not balance.loads:
             raise InputError("the scene has no loads, so there is no path to follow: add some")
@@ -117,4 +120,5 @@ def load_path(
         np.array(found.turns, dtype=int),
         found.arrived,
         stats,
+        t,
     )

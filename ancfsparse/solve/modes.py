@@ -15,7 +15,7 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
 from ancfsparse.scene import Scene
 from ancfsparse.solve.memory import NOTHING, check_factor, estimate, memory_for
-from ancfsparse.system import State, System
+from ancfsparse.system import State
 
 if TYPE_CHECKING:
     from ancfsparse.results.modes import Modes
@@ -91,13 +91,6 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     shapes = np.zeros((n, system.n_all))
     shapes[:, : system.n_free] = motions
     values[np.abs(values) <= rounding] = 0.0
-    masses = np.stack([shapes @ _accelerated(system, d) for d in range(system.dim)], axis=1) ** 2
+    forces = [system.assembly.inertia(system.uniform(d)) for d in range(system.dim)]
+    masses = np.stack([shapes @ force for force in forces], axis=1) ** 2
     return Modes(system, pencil.state, values, shapes, damping, rounding, masses)
-
-
-def _accelerated(system: System, axis: int) -> Vector:
-    """Return the forces that accelerate all points by 1 m/s2 along an axis, (n_all,) [N, N m]."""
-    uniform = np.zeros(system.n_all)
-    for places in system.places:
-        uniform[places[:, axis]] = 1.0
-    return np.asarray(system.assembly.inertia(uniform))

@@ -8,7 +8,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ancfsparse.checks import check_choice, check_count, check_flag, check_positive
+from ancfsparse.checks import (
+    check_choice,
+    check_count,
+    check_finite,
+    check_flag,
+    check_positive,
+)
 from ancfsparse.errors import (
     EquilibriumFailure,
     InputError,
@@ -37,12 +43,13 @@ MATRICES = 8
 def solve_static(
     scene: Scene,
     *,
+    t: float = 0.0,
     load_steps: int = 1,
     tolerance: float = 1e-9,
     seed: str = "auto",
     progress: bool = False,
 ) -> Equilibrium:
-    """Find the static equilibrium under gravity and the loads at t = 0.
+    """Find the static equilibrium under gravity, with loads and drives as they are at a time.
 
     The whole load is applied at once, or in ``load_steps``.  Where that fails, or leads to an
     unstable equilibrium, the load grows from zero in shorter steps, so that the equilibrium is
@@ -52,6 +59,9 @@ def solve_static(
     ----------
     scene : Scene
         Beams, joints and loads, held by its joints against every rigid motion.
+    t : float, optional
+        Time at which functions of time are evaluated [s].  Drives move from the reference shape to
+        where they are then.
     load_steps : int, optional
         Equal load steps to begin with, up to 100000.  More follow the path of the load more closely
         where there are several equilibria.
@@ -103,6 +113,7 @@ def solve_static(
             f"tolerance is the share of the loads that may stay unbalanced, from {FINEST:g} to "
             f"{COARSEST:g}, got {tolerance:g}: leave it out, or take 1e-12 for more digits"
         )
+    t = check_finite("t", t, "s")
     check_choice("seed", seed, SEEDS)
     check_flag("progress", progress)
     begin = time.perf_counter()
@@ -120,7 +131,7 @@ def solve_static(
     with memory_for(needed), progress_bar("factor", progress) as bar:
         system = System(scene)
         check_held(system)
-        balance = Balance(system, stats, bar.update, seed)
+        balance = Balance(system, stats, bar.update, seed, t)
         check_factor(needed, balance.seed)
         if isinstance(balance.seed, DeflatedSeed):
             stats.solver += ", on an incomplete seed with coarse modes"
@@ -128,7 +139,7 @@ def solve_static(
         try:
             found = find_equilibrium(balance, load_steps, tolerance)
         except EquilibriumFailure as failure:
-            exact = _exact_instead(balance, needed, seed, bar.update)
+            exact = _exact_instead(balance, needed, seed, bar.update, t)
             if exact is None:
                 raise
             try:
@@ -141,7 +152,7 @@ def solve_static(
     stats.sweeps, stats.products = balance.seed.inner
     if found.negative and balance.conservative:
         warnings.warn(UnstableEquilibrium(found.negative), stacklevel=2)
-    return Equilibrium(system, found.state.q, found.state.lam, stats)
+    return Equilibrium(system, found.state.q, found.state.lam, stats, t)
 
 
 def check_held(system: System) -> None:
@@ -164,14 +175,14 @@ def check_held(system: System) -> None:
 
 
 def _exact_instead(
-    balance: Balance, needed: Memory, kind: str, on_factor: Callable[[], object]
+    balance: Balance, needed: Memory, kind: str, on_factor: Callable[[], object], t: float
 ) -> Balance | None:
     """Return the same equations on an exact seed, where one was not asked against and it fits."""
     from ancfsparse.solve.balance import Balance
 
     if kind != "auto" or isinstance(balance.seed, SparseSeed):
         return None
-    exact = Balance(balance.system, balance.stats, on_factor)
+    exact = Balance(balance.system, balance.stats, on_factor, t=t)
     try:
         check_factor(replace(needed, factor=0.0, exact=0.0), exact.seed)
     except InputError:

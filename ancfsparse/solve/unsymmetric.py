@@ -41,7 +41,7 @@ class Unsymmetric:
 
     def __init__(self, system: System) -> None:
         self._system, n = system, system.n_free
-        pairs = zip(system.contributions, system.assembly.contributions, strict=True)
+        pairs = zip(system.contributions, system.parts, strict=True)
         chosen = [(each, made) for each, made in pairs if not each.conservative]
         self._entries: sp.csc_array | None = None
         if not chosen:

@@ -12,6 +12,7 @@ from ancfsparse.errors import LoadFailure
 from ancfsparse.kernels.hermite import integral_weights, position_weights
 from ancfsparse.scene import (
     Body,
+    ChangingGravity,
     DistributedForce,
     ElasticBody,
     Node,
@@ -66,6 +67,8 @@ class Loads:
         Places of r_x, r_y and r_z where a moment follows them.
     followers : list of Follower
         Forces that follow sections.
+    gravity_column : list of (dim,) int
+        Amplitudes of gravity that changes [m/s2].
     sources : list of Source or Clock
         Where the amplitudes come from, in order.
     """
@@ -78,6 +81,7 @@ class Loads:
     moment_column: list[list[int]] = field(default_factory=list)
     moment_axes: list[NDArray[np.int32] | None] = field(default_factory=list)
     followers: list[Follower] = field(default_factory=list)
+    gravity_column: list[list[int]] = field(default_factory=list)
     sources: list[Source | Clock] = field(default_factory=list)
 
     @property
@@ -146,6 +150,10 @@ def loads_of(scene: Scene, system: Places) -> Loads:
             out.moment_place.append(system.frame(load.node))
             out.moment_column.append(list(range(first, first + width)))
             out.moment_axes.append(_axes(load, system) if load.follow else None)
+            out.sources.append(Source(load))
+            continue
+        if isinstance(load, ChangingGravity):
+            out.gravity_column.append(list(range(first, first + scene.dim)))
             out.sources.append(Source(load))
             continue
         if load.follow:

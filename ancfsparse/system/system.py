@@ -21,6 +21,7 @@ from ancfsparse.system.state import Layout, State, check_state, meanings
 from ancfsparse.system.vectors import weighed
 
 if TYPE_CHECKING:
+    from ancfsparse.system.contributions.interface import Compiled
     from ancfsparse.system.equations import Assembly
     from ancfsparse.system.joint_forces import States
 
@@ -68,6 +69,8 @@ class System:
         Whether any force depends on velocities.
     contributions : list of Contribution
         What adds to the equations of motion.
+    parts : list of Compiled
+        Their compiled parts.
     assembly : compiled object
         ``residual``, ``matrix``, ``force``, ``inertia``, ``strain_energy``.
     """
@@ -99,12 +102,11 @@ class System:
         cliques = [table for each in self.contributions for table in each.cliques()]
         self.pattern = build(self.n_free + self.n_multipliers, cliques)
         del cliques
+        self.parts: list[Compiled] = []
+        for each in self.contributions:
+            self.parts.append(each.compile(self.pattern))
         self.assembly: Assembly = compiled("assembly").Assembly(
-            self.n_free,
-            self.n_all,
-            self.loads.n_amplitudes,
-            self.pattern.indptr,
-            [each.compile(self.pattern) for each in self.contributions],
+            self.n_free, self.n_all, self.loads.n_amplitudes, self.pattern.indptr, self.parts
         )
         self.damped = self.assembly.damped
         self.capsule = self.assembly.capsule
@@ -340,12 +342,17 @@ class System:
         values = self.assembly.matrix(0.0, 1.0, q, np.zeros(self.n_multipliers), amplitudes)
         return np.asarray(values[self.pattern.indptr[: self.n_free]])
 
+    def uniform(self, direction: int) -> Vector:
+        """Return the motion in which all points move by 1 along an axis of space, (n_all,)."""
+        uniform = np.zeros(self.n_all)
+        for places in self.vectors("r"):
+            uniform[places[:, direction]] = 1.0
+        return uniform
+
     @property
     def mass(self) -> float:
         """Mass of the scene [kg]."""
-        uniform = np.zeros(self.n_all)
-        for places in self.vectors("r"):
-            uniform[places[:, 0]] = 1.0
+        uniform = self.uniform(0)
         return float(uniform @ self.assembly.inertia(uniform))
 
     @property

@@ -76,6 +76,7 @@ def everything(fine=1):
     scene.point_force(net.at(1, 0.125), ancf.Table([0.0, 1.0], np.ones((2, 3)), outside="hold"))
     scene.point_moment(rod.node(2 * fine), (0.0, 0.0, 0.25))
     scene.distributed_force(net, ancf.Sine((0.0, 0.0, 1.0), 3.0))
+    scene.changing_gravity(ancf.Sine(amplitude=(0.1,) * scene.dim, frequency=0.5))
     scene.add_mass(rod.node(3 * fine), 0.5, inertia=(1e-3, 2e-3, 2.5e-3))
     scene.add_mass(rope.at(0.1), 0.25)
     scene.spring(rod.node(fine), (0.0, -1.0, 0.0), stiffness=100.0, damping=0.5)

@@ -30,5 +30,7 @@ def contributions_of(system: System) -> list[Contribution]:
     """Return what adds to the equations of a numbered scene, in the order in which it is added."""
     own = [name for name, is_needed in NAMES.items() if is_needed(system)]
     names = dict.fromkeys([*own, *(each.contribution for each in system.scene.attached)])
+    if system.loads.gravity_column:
+        names["changing_gravity"] = None  # acts on the masses of all others
     modules = (import_module(f"{__name__}.{name}") for name in names)
     return [part for module in modules for part in module.of(system)]
