@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from ancfsparse.solve.complex_modes import complex_modes
     from ancfsparse.solve.load_path import load_path
     from ancfsparse.solve.modes import modes
+    from ancfsparse.sweeps import grid, latin_hypercube, sweep
 
 __all__ = [
     "HHT",
@@ -98,20 +99,31 @@ __all__ = [
     "UnstableEquilibrium",
     "buckling",
     "complex_modes",
+    "grid",
+    "latin_hypercube",
     "load",
     "load_path",
     "modes",
     "simulate",
     "solve_static",
     "stable_step",
+    "sweep",
 ]
 
 
-_ON_DEMAND = ("buckling", "complex_modes", "load_path", "modes")
+_ON_DEMAND = {
+    "buckling": "solve.buckling",
+    "complex_modes": "solve.complex_modes",
+    "grid": "sweeps",
+    "latin_hypercube": "sweeps",
+    "load_path": "solve.load_path",
+    "modes": "solve.modes",
+    "sweep": "sweeps",
+}
 
 
 def __getattr__(name: str) -> object:
     """Load what motions do not need where it is asked for."""
     if name not in _ON_DEMAND:
         raise AttributeError(f"module 'ancfsparse' has no attribute {name!r}")
-    return getattr(import_module(f"ancfsparse.solve.{name}"), name)
+    return getattr(import_module(f"ancfsparse.{_ON_DEMAND[name]}"), name)

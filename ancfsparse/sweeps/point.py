@@ -1,0 +1,97 @@
+"""One point of a sweep: build a scene, run it, evaluate the quantities."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.errors import AncfError, InputError
+from ancfsparse.scene import Scene
+from ancfsparse.solve import simulate
+from ancfsparse.sweeps.samples import Point
+from ancfsparse.words import shown
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is done at every point.
+
+    Attributes
+    ----------
+    build : callable
+        Parameters by name to a scene, or to a scene and handles of it.
+    quantities : mapping of str to callable
+        From a run, and those handles, to a number.
+    t_end : float
+        Time at the end [s].
+    options : mapping
+        Other arguments of `simulate`.
+    """
+
+    build: Callable[..., Any]
+    quantities: Mapping[str, Callable[..., float]]
+    t_end: float
+    options: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Row:
+    """What came out at one point.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        The quantities; NaN where the point failed.
+    reason : str
+        Why it failed; empty if it did not.
+    seconds : float
+        Time that it took [s].
+    """
+
+    values: dict[str, float] = field(default_factory=dict)
+    reason: str = ""
+    seconds: float = math.nan
+
+
+def evaluate(task: Task, point: Point) -> Row:
+    """Run one point.
+
+    Whatever the functions of the caller raise belongs to this point alone, and becomes its reason.
+    """
+    begin = time.perf_counter()
+    values = dict.fromkeys(task.quantities, math.nan)
+    reason = ""
+    try:
+        built = task.build(**point)
+        scene, *handles = built if isinstance(built, tuple) else (built,)
+        if not isinstance(scene, Scene):
+            raise InputError(
+                "the function that builds the scene must return it, or a tuple that begins with "
+                f"it, got {shown(built)}"
+            )
+        run = simulate(scene, task.t_end, **task.options)
+        values = {
+            name: _number(name, quantity(run, *handles))
+            for name, quantity in task.quantities.items()
+        }
+    except AncfError as error:
+        reason = str(error)
+    except Exception as error:  # of a function of the caller
+        reason = f"{type(error).__name__}: {error}"
+    return Row(values, reason, time.perf_counter() - begin)
+
+
+def evaluate_all(task: Task, points: list[Point]) -> list[Row]:
+    """Run several points one after another."""
+    return [evaluate(task, point) for point in points]
+
+
+def _number(name: str, value: Any) -> float:
+    if np.ndim(value) or not np.isreal(value):
+        raise InputError(f"quantity {name} must be one number, got {shown(value)}")
+    return float(value)

@@ -1,0 +1,145 @@
+"""Points of a sweep: grids and random samples of named parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.checks import check_count
+from ancfsparse.errors import InputError
+from ancfsparse.words import shown
+
+Point = dict[str, Any]
+"""A value for every parameter, by name."""
+
+# What a file of results can keep exactly.
+KINDS = (bool, int, float, str)
+
+
+def grid(**values: Iterable[Any]) -> list[Point]:
+    """Combine all values of all parameters.
+
+    Parameters
+    ----------
+    **values : iterable
+        The values of each parameter, in its own unit; the last parameter varies fastest.
+
+    Returns
+    -------
+    list of dict
+        Points for `sweep`.
+
+    Examples
+    --------
+    >>> grid(length=[1.0, 2.0], n_elements=[4, 8])[1]
+    {'length': 1.0, 'n_elements': 8}
+    """
+    columns = {}
+    for name, each in values.items():
+        if isinstance(each, str) or not isinstance(each, Iterable):
+            raise InputError(
+                f"the values of {name} must be a list, got {shown(each)}: try [{each}]"
+            )
+        columns[name] = list(each)
+        if not columns[name]:
+            raise InputError(f"{name} has no values: give at least one")
+    if not columns:
+        raise InputError("a grid needs parameters: try grid(length=[1.0, 2.0])")
+    return [dict(zip(columns, each, strict=True)) for each in product(*columns.values())]
+
+
+def latin_hypercube(n: int, seed: int = 0, **ranges: tuple[float, float]) -> list[Point]:
+    """Draw points that fill ranges evenly, one in each of n strips of every parameter.
+
+    Parameters
+    ----------
+    n : int
+        Number of points.
+    seed : int, optional
+        Of the random numbers; equal seeds give equal points.
+    **ranges : (float, float)
+        Smallest and largest value of each parameter, in its own unit.
+
+    Returns
+    -------
+    list of dict
+        Points for `sweep`.
+
+    Raises
+    ------
+    InputError
+        If a range is not two finite numbers in ascending order.
+
+    Notes
+    -----
+    McKay, Beckman and Conover (1979), as in `scipy.stats.qmc.LatinHypercube`.
+    """
+    from scipy.stats.qmc import LatinHypercube
+
+    count = check_count("n", n)
+    if not ranges:
+        raise InputError("a sample needs parameters: try latin_hypercube(10, length=(1.0, 2.0))")
+    for name, each in ranges.items():
+        try:
+            low, high = (float(x) for x in each)
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                f"the range of {name} must be two numbers, got {shown(each)}"
+            ) from error
+        if not (np.isfinite([low, high]).all() and low < high):
+            raise InputError(
+                f"the range of {name} must be two finite numbers in ascending order, "
+                f"got {shown(each)}"
+            )
+    unit = LatinHypercube(len(ranges), rng=np.random.default_rng(seed)).random(count)
+    low, high = np.array(list(ranges.values()), dtype=float).T
+    return [dict(zip(ranges, row, strict=True)) for row in (low + unit * (high - low)).tolist()]
+
+
+def checked_points(points: Any) -> list[Point]:
+    """Return points as dictionaries of plain values, all with the same names.
+
+    Parameters
+    ----------
+    points : sequence of mapping, or pandas.DataFrame
+        What was given.
+
+    Raises
+    ------
+    InputError
+        If there is none, if names differ, or if a value cannot be kept in a file.
+    """
+    rows = points.to_dict("records") if hasattr(points, "to_dict") else points
+    if isinstance(rows, Mapping) or not isinstance(rows, Iterable):
+        raise InputError(
+            f"points of a sweep must be a list of dictionaries, got {shown(points)}: try "
+            "ancf.grid(length=[1.0, 2.0])"
+        )
+    out: list[Point] = []
+    for k, row in enumerate(rows):
+        if not isinstance(row, Mapping) or not all(isinstance(name, str) for name in row):
+            raise InputError(f"point {k} of the sweep must be a dictionary, got {shown(row)}")
+        point = {name: _plain(k, name, value) for name, value in row.items()}
+        if out and set(point) != set(out[0]):
+            other = sorted(set(point) ^ set(out[0]))
+            raise InputError(
+                f"point {k} of the sweep has other parameters than the first: {other[0]!r} is in "
+                "one of them alone"
+            )
+        out.append(point)
+    if not out:
+        raise InputError("the sweep has no points")
+    return out
+
+
+def _plain(k: int, name: str, value: Any) -> bool | int | float | str:
+    plain = value.item() if isinstance(value, np.generic) else value
+    if not isinstance(plain, KINDS):
+        raise InputError(
+            f"{name} of point {k} must be a number or a text, got {shown(value)}: build vectors "
+            "and materials from numbers in the function that builds the scene"
+        )
+    return plain

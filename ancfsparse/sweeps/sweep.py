@@ -1,0 +1,147 @@
+"""Sweeps over parameters: many independent runs, in parallel, into one table."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ancfsparse.checks import check_choice, check_count, check_positive
+from ancfsparse.errors import InputError
+from ancfsparse.machine import processors
+from ancfsparse.solve import simulate
+from ancfsparse.solve.progress import progress_bar
+from ancfsparse.sweeps.ledger import Ledger, key
+from ancfsparse.sweeps.point import Row, Task, evaluate
+from ancfsparse.sweeps.samples import Point, checked_points
+from ancfsparse.sweeps.workers import connected, run_on
+from ancfsparse.words import shown
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+# Columns beside parameters and quantities.
+MORE = ("reason", "seconds")
+# Arguments of `simulate` that a sweep gives itself.
+FIXED = ("scene", "t_end", "output", "progress")
+
+
+def sweep(
+    build: Callable[..., Any],
+    points: Any,
+    quantities: Mapping[str, Callable[..., float]],
+    t_end: float,
+    *,
+    file: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    cluster: Any = None,
+    progress: bool = False,
+    **options: Any,
+) -> pd.DataFrame:
+    """Run a scene for many values of its parameters.
+
+    Parameters
+    ----------
+    build : callable
+        Takes the parameters of a point by name and returns a scene, or a tuple of a scene and
+        handles of it, such as ``(scene, rod)``.
+    points : list of dict, or pandas.DataFrame
+        The points, as `grid` and `latin_hypercube` return them: numbers and texts by name.
+    quantities : dict of str to callable
+        What is kept of each run: functions of the run and the handles that return one number, such
+        as ``{"tip": lambda run, rod: run.position(rod.end)[-1, 1]}``.
+    t_end : float
+        Time at the end of every run [s].
+    file : path, optional
+        A file that every finished point is written to at once.  A sweep with a file that exists
+        goes on with the points that it lacks.
+    workers : int, optional
+        Processes on this machine, by default one for each processor; 1 runs all points in this
+        process.  Scripts need ``if __name__ == "__main__":`` around a sweep on several.
+    cluster : str or distributed.Client, optional
+        Address of a cluster of Dask, or a client of it, to run on instead.
+    progress : bool, optional
+        Whether to draw a progress bar.
+    **options
+        All other arguments of `simulate`, such as ``dt``; ``threads`` is 1 by default.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each point in their order: parameters, quantities, ``reason`` and ``seconds``.
+        Where a point failed, its quantities are NaN and ``reason`` says why; else it is empty.
+        The numbers do not depend on the number of workers.
+
+    Raises
+    ------
+    InputError
+        If an argument is invalid, a package is missing, no cluster answers, or the file is of
+        another sweep or cannot be written.
+    """
+    try:
+        import pandas as pd
+    except ModuleNotFoundError as error:
+        raise InputError("a sweep needs pandas: pip install 'ancfsparse[sweep]'") from error
+    task = _checked(build, quantities, t_end, options)
+    every = checked_points(points)
+    for name in (*quantities, *MORE):
+        if name in every[0]:
+            raise InputError(f"{name!r} is a parameter and another column too: rename it")
+    count = processors() if workers is None else check_count("workers", workers)
+    ledger = Ledger(task, None if file is None else Path(file))
+    left = list({key(point): point for point in every if point not in ledger}.values())
+    with ledger.writing(), progress_bar("point", progress, len(every)) as bar:
+        bar.update(len(every) - len(left))
+        for point, row in _rows(task, left, count, cluster):
+            ledger.add(point, row)
+            bar.update()
+    return pd.DataFrame([_line(point, ledger[point]) for point in every])
+
+
+def _checked(
+    build: Callable[..., Any],
+    quantities: Mapping[str, Callable[..., float]],
+    t_end: float,
+    options: Mapping[str, Any],
+) -> Task:
+    if not callable(build):
+        raise InputError(
+            f"build must be a function that returns a scene for a point, got {shown(build)}"
+        )
+    if not isinstance(quantities, Mapping) or not quantities:
+        raise InputError(
+            "quantities must be a dictionary of functions of a run, such as "
+            f"{{'energy': lambda run: run.energy.total[-1]}}, got {shown(quantities)}"
+        )
+    for name, quantity in quantities.items():
+        if not isinstance(name, str) or not callable(quantity) or name in MORE:
+            raise InputError(
+                f"quantity {shown(name)} must be a function with a name that is not "
+                f"{' or '.join(MORE)}, got {shown(quantity)}"
+            )
+    allowed = inspect.signature(simulate).parameters
+    for name in options:
+        check_choice("argument of a sweep", name, [each for each in allowed if each not in FIXED])
+    return Task(build, quantities, check_positive("t_end", t_end, "s"), {"threads": 1, **options})
+
+
+def _rows(
+    task: Task, points: list[Point], workers: int, cluster: Any
+) -> Iterator[tuple[Point, Row]]:
+    """Yield the rows of all points, in any order; the first is run here and measures the time."""
+    if not points:
+        return
+    row = evaluate(task, points[0])
+    yield points[0], row
+    if cluster is None and workers == 1:
+        for point in points[1:]:
+            yield point, evaluate(task, point)
+    elif points[1:]:
+        with connected(workers, cluster) as client:
+            yield from run_on(client, task, points[1:], row.seconds)
+
+
+def _line(point: Point, row: Row) -> dict[str, Any]:
+    return {**point, **row.values, "reason": row.reason, "seconds": row.seconds}

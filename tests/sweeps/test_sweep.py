@@ -1,0 +1,233 @@
+"""Sweeps: points, tables, failures, files, workers."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+
+pd = pytest.importorskip("pandas")
+
+
+def pendulum(length, n_elements=4):
+    scene = ancf.Scene()
+    material = ancf.Material(youngs_modulus=1e7, density=1000.0)
+    rod = scene.add_beam(
+        "thin", (0, 0), (length, 0), n_elements, ancf.Rectangle(0.02, 0.02), material
+    )
+    scene.pin(rod.start)
+    return scene, rod
+
+
+def tip(run, rod):
+    return run.position(rod.end)[-1, 1]
+
+
+def fragile(length):
+    if length > 1.5:
+        raise ZeroDivisionError("no such rod")
+    return pendulum(length)
+
+
+def deadly(length):
+    if length > 1.5:
+        os._exit(1)
+    return pendulum(length)
+
+
+QUANTITIES = {"tip": tip, "energy": lambda run, rod: run.energy.total[-1]}
+LENGTHS = [1.0, 1.2, 1.4, 1.6, 1.8, 2.0]
+
+
+def test_a_grid_varies_its_last_parameter_fastest():
+    points = ancf.grid(length=[1.0, 2.0], n_elements=range(2))
+    assert points == [
+        {"length": 1.0, "n_elements": 0},
+        {"length": 1.0, "n_elements": 1},
+        {"length": 2.0, "n_elements": 0},
+        {"length": 2.0, "n_elements": 1},
+    ]
+
+
+def test_a_latin_hypercube_has_one_point_in_every_strip():
+    points = ancf.latin_hypercube(20, seed=3, length=(1.0, 3.0), width=(0.1, 0.2))
+    assert points == ancf.latin_hypercube(20, seed=3, length=(1.0, 3.0), width=(0.1, 0.2))
+    for name, low, high in (("length", 1.0, 3.0), ("width", 0.1, 0.2)):
+        strips = np.floor([20 * (each[name] - low) / (high - low) for each in points])
+        assert sorted(strips) == list(range(20))
+
+
+def test_a_table_has_the_numbers_of_single_runs():
+    table = ancf.sweep(pendulum, ancf.grid(length=LENGTHS[:3]), QUANTITIES, 0.1, workers=1, dt=1e-3)
+    assert list(table.columns) == ["length", "tip", "energy", "reason", "seconds"]
+    for length, found in zip(table["length"], table["tip"], strict=True):
+        scene, rod = pendulum(length)
+        assert found == tip(ancf.simulate(scene, 0.1, dt=1e-3), rod)
+    assert (table["reason"] == "").all()
+
+
+def test_two_workers_give_the_same_table_bit_for_bit():
+    pytest.importorskip("dask.distributed")
+    points = ancf.grid(length=LENGTHS, n_elements=[3, 4])
+    alone, beside = (
+        ancf.sweep(pendulum, points, QUANTITIES, 0.1, workers=workers, dt=1e-3)
+        for workers in (1, 2)
+    )
+    pd.testing.assert_frame_equal(alone.drop(columns="seconds"), beside.drop(columns="seconds"))
+
+
+def test_points_that_fail_are_rows_with_a_reason():
+    points = ancf.grid(length=LENGTHS)
+    table = ancf.sweep(fragile, points, QUANTITIES, 0.1, workers=1, dt=1e-3)
+    assert list(np.isnan(table["tip"])) == [False] * 3 + [True] * 3
+    assert list(table["reason"][3:]) == ["ZeroDivisionError: no such rod"] * 3
+    table = ancf.sweep(
+        pendulum, ancf.grid(length=[1.0, -1.0, 0.0]), QUANTITIES, 0.1, workers=1, dt=1e-3
+    )
+    assert "zero length" in table["reason"][2]
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_point_that_kills_its_worker_fails_alone():
+    pytest.importorskip("dask.distributed")
+    points = ancf.grid(length=LENGTHS)
+    table = ancf.sweep(deadly, points, QUANTITIES, 0.1, workers=2, dt=1e-3)
+    assert list(table["reason"] == "") == [True] * 3 + [False] * 3
+    assert table["reason"][4] == "the process of its worker ended"
+
+
+def test_a_sweep_goes_on_from_its_file(tmp_path):
+    file, points, calls = tmp_path / "sweep.jsonl", ancf.grid(length=LENGTHS), []
+
+    def counted(length):
+        calls.append(length)
+        return pendulum(length)
+
+    options = {"file": file, "workers": 1, "dt": 1e-3}
+    whole = ancf.sweep(counted, points, QUANTITIES, 0.1, **options)
+    lines = file.read_bytes().splitlines(keepends=True)
+    assert len(lines) == 7
+    file.write_bytes(b"".join(lines[:4]) + lines[4][:20])  # interrupted while it wrote
+    calls.clear()
+    again = ancf.sweep(counted, points, QUANTITIES, 0.1, **options)
+    assert calls == LENGTHS[3:]
+    pd.testing.assert_frame_equal(again.drop(columns="seconds"), whole.drop(columns="seconds"))
+    calls.clear()
+    ancf.sweep(counted, points, QUANTITIES, 0.1, **options)
+    assert calls == []
+
+
+def test_a_file_of_another_sweep_is_refused(tmp_path):
+    file, points = tmp_path / "sweep.jsonl", ancf.grid(length=[1.0])
+    ancf.sweep(pendulum, points, QUANTITIES, 0.1, file=file, workers=1, dt=1e-3)
+    with pytest.raises(ancf.InputError, match="whose t_end was"):
+        ancf.sweep(pendulum, points, QUANTITIES, 0.2, file=file, workers=1, dt=1e-3)
+    file.write_text(file.read_text() + '{"point": 3}\n')
+    with pytest.raises(ancf.InputError, match="is damaged"):
+        ancf.sweep(pendulum, points, QUANTITIES, 0.1, file=file, workers=1, dt=1e-3)
+    file.write_text("length,tip\n1,2\n")
+    with pytest.raises(ancf.InputError, match="damaged or no file of a sweep"):
+        ancf.sweep(pendulum, points, QUANTITIES, 0.1, file=file, workers=1, dt=1e-3)
+    file.write_text(json.dumps([1]) + "\n")
+    with pytest.raises(ancf.InputError, match="no file of a sweep"):
+        ancf.sweep(pendulum, points, QUANTITIES, 0.1, file=file, workers=1, dt=1e-3)
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path):
+    points = ancf.grid(length=[1.0])
+    with pytest.raises(ancf.InputError, match="cannot be written"):
+        ancf.sweep(pendulum, points, QUANTITIES, 0.1, file=tmp_path / "no" / "file", workers=1)
+
+
+SCRIPT = """
+    import sys
+    import ancfsparse as ancf
+
+    def build(length):
+        scene = ancf.Scene()
+        material = ancf.Material(youngs_modulus=1e7, density=1000.0)
+        section = ancf.Rectangle(0.02, 0.02)
+        rod = scene.add_beam("thin", (0, 0), (length, 0), 20, section, material)
+        scene.pin(rod.start)
+        return scene, rod
+
+    if __name__ == "__main__":
+        points = ancf.grid(length=[1.0 + 0.01 * k for k in range(200)])
+        quantities = {"tip": lambda run, rod: run.position(rod.end)[-1, 1]}
+        table = ancf.sweep(build, points, quantities, 1.0, file=sys.argv[1], workers=2, dt=1e-3)
+        table.drop(columns="seconds").to_json(sys.argv[2], double_precision=15)
+"""
+
+
+@pytest.mark.slow
+def test_a_sweep_that_was_killed_gives_the_same_table(tmp_path):
+    pytest.importorskip("dask.distributed")
+    script, file = tmp_path / "script.py", tmp_path / "sweep.jsonl"
+    script.write_text(textwrap.dedent(SCRIPT))
+    whole, again = tmp_path / "whole.json", tmp_path / "again.json"
+    subprocess.run([sys.executable, script, tmp_path / "other.jsonl", whole], check=True)
+    process = subprocess.Popen([sys.executable, script, file, again], start_new_session=True)
+    while process.poll() is None:
+        if file.exists() and file.read_bytes().count(b"\n") > 40:
+            os.killpg(process.pid, signal.SIGKILL)
+        time.sleep(0.01)
+    process.wait()
+    done = file.read_bytes().count(b"\n") - 1
+    assert 40 <= done < 200
+    subprocess.run([sys.executable, script, file, again], check=True)
+    assert again.read_text() == whole.read_text()
+    assert file.read_bytes().count(b"\n") == 201
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"points": []}, "the sweep has no points"),
+        ({"points": {"length": 1.0}}, "must be a list of dictionaries"),
+        ({"points": [{"length": 1.0}, {"width": 1.0}]}, "point 1 of the sweep has other param"),
+        ({"points": [{"length": (1.0, 2.0)}]}, "length of point 0 must be a number or a text"),
+        ({"points": [{"tip": 1.0}]}, "'tip' is a parameter and another column too"),
+        ({"quantities": {}}, "quantities must be a dictionary of functions"),
+        ({"quantities": {"tip": 3}}, "quantity 'tip' must be a function"),
+        ({"build": 3}, "build must be a function"),
+        ({"t_end": -1.0}, "t_end must be positive"),
+        ({"workers": 0}, "workers must be"),
+        ({"dtt": 1.0}, "did you mean 'dt'"),
+    ],
+)
+def test_bad_arguments_are_named(changes, words):
+    given = {"build": pendulum, "points": ancf.grid(length=[1.0]), "quantities": QUANTITIES}
+    given |= {"t_end": 0.1, "workers": 1, "dt": 1e-3} | changes
+    with pytest.raises(ancf.InputError, match=words):
+        ancf.sweep(**given)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: ancf.grid(), "a grid needs parameters"),
+        (lambda: ancf.grid(length=1.0), "the values of length must be a list"),
+        (lambda: ancf.grid(length=[]), "length has no values"),
+        (lambda: ancf.latin_hypercube(3), "a sample needs parameters"),
+        (lambda: ancf.latin_hypercube(3, length=1.0), "the range of length must be two numbers"),
+        (lambda: ancf.latin_hypercube(3, length=(2.0, 1.0)), "in ascending order"),
+    ],
+)
+def test_impossible_points_are_refused(call, words):
+    with pytest.raises(ancf.InputError, match=words):
+        call()
+
+
+def test_a_cluster_that_is_not_there_is_named():
+    pytest.importorskip("dask.distributed")
+    points = ancf.grid(length=[1.0, 2.0])
+    with pytest.raises(ancf.InputError, match="no cluster answers at"):
+        ancf.sweep(pendulum, points, QUANTITIES, 0.1, cluster="tcp://127.0.0.1:9", dt=1e-3)
