@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from numpy.typing import ArrayLike
 
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.beams import Beam, BeamSpec
 from ancfsparse.scene.bodies import VelocityField
-from ancfsparse.scene.curves import Angle, Direction
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh, MeshSpec
-from ancfsparse.scene.paths import AnyCurve, specified_curve
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.sections import AnySection
 from ancfsparse.scene.shaped import Shape, beam_of
 from ancfsparse.scene.spec import specified
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.curves import Angle, Direction
+    from ancfsparse.scene.paths import AnyCurve
 
 
 class Bodies(Records):
@@ -125,7 +129,7 @@ class Bodies(Records):
             strain=strain,
             curvature=curvature,
             section_strain=section_strain,
-            curve=specified_curve(curve),
+            curve=None if curve is None else _specified_curve(curve),
             rest=rest,
             length=None if length is None else float(length),
             tension=None if tension is None else float(tension),
@@ -225,3 +229,9 @@ class Bodies(Records):
             label,
         )
         return self._take(mesh, record)
+
+
+def _specified_curve(curve: AnyCurve) -> AnyCurve:
+    from ancfsparse.scene.paths import specified_curve
+
+    return specified_curve(curve)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -13,11 +13,13 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.scene.bodies import ElasticBody, Node, Numbers, Vector, VelocityField
-from ancfsparse.scene.curves import Angle, Direction
 from ancfsparse.scene.material import Material
-from ancfsparse.scene.paths import AnyCurve
 from ancfsparse.scene.sections import AnySection
 from ancfsparse.scene.spec import Point, Spec
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.curves import Angle, Direction
+    from ancfsparse.scene.paths import AnyCurve
 
 # A point closer to a node than this share of an element is that node: rounding, not a place.
 NODE_SNAP = 1e-9

@@ -61,9 +61,9 @@ def path_of(what: str, curve: AnyCurve, dim: int) -> Path:
     return _Smooth(what, *_spline(what, curve, dim))
 
 
-def specified_curve(curve: AnyCurve | None) -> AnyCurve | None:
+def specified_curve(curve: AnyCurve) -> AnyCurve:
     """Return a curve as data: points as an array that cannot be written to."""
-    if curve is None or isinstance(curve, Arc | Helix) or callable(curve):
+    if isinstance(curve, Arc | Helix) or callable(curve):
         return curve
     points = np.array(curve, dtype=float)
     points.flags.writeable = False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,14 +15,14 @@ from ancfsparse.kernels.catalog import CURVED, OPTIONS, ElementKind, curved_form
 from ancfsparse.machine import check_room
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import VelocityField
-from ancfsparse.scene.catenary import Catenary
-from ancfsparse.scene.curves import Angle, Direction, Line, Path
 from ancfsparse.scene.elements import check_make, chosen_element
-from ancfsparse.scene.frames_along import frames_along
 from ancfsparse.scene.material import Material
-from ancfsparse.scene.paths import AnyCurve, path_of
 from ancfsparse.scene.sections import AnySection
 from ancfsparse.scene.straight import FARTHEST, check_ends, place, straight_beam, velocity_field
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.curves import Angle, Direction, Path
+    from ancfsparse.scene.paths import AnyCurve
 
 Vector = NDArray[np.float64]
 
@@ -113,6 +114,8 @@ def _shaped(
     velocity: ArrayLike | VelocityField | None,
 ) -> Beam:
     """Check the arguments of a beam that is not straight, or not free of stress."""
+    from ancfsparse.scene.frames_along import frames_along
+
     dim = len(gravity)
     name, chosen, kind = chosen_element(label, element, dim, options)
     count = check_count(f"n_elements of {label}", n_elements)
@@ -226,6 +229,10 @@ def _strained(
     shape: Shape,
 ) -> tuple[Path, float, float]:
     """Return where a beam lies, its length without stress [m], and its stretch there [-]."""
+    from ancfsparse.scene.catenary import Catenary
+    from ancfsparse.scene.curves import Line
+    from ancfsparse.scene.paths import path_of
+
     dim = len(gravity)
     path: Path
     if shape.curve is not None:
