@@ -88,6 +88,7 @@ def test_a_c_function_of_another_signature_is_refused():
         scene.spring(beam.end, (2, 0), stiffness=wrong)
 
 
+@pytest.mark.usefixtures("no_cloudpickle")
 def test_scenes_with_functions_can_be_sent():
     scene, beam = scene_of()
     scene.spring(beam.end, (2, 0), stiffness=lambda e: e)

@@ -49,6 +49,7 @@ def test_a_trajectory_comes_back_from_another_process(tmp_path, to_file):
     np.testing.assert_array_equal(again.position(beam.end), again.position(twin.end))
 
 
+@pytest.mark.usefixtures("no_cloudpickle")
 def test_functions_that_cannot_be_sent_are_missed_only_where_they_are_needed():
     spin = swing(velocity=lambda x: x @ [[0, 1], [-1, 0]], force=lambda t: (t, 0.0))
     twin, again = pickle.loads(pickle.dumps(spin))
