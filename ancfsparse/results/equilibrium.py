@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from ancfsparse.results.joints import JointForce
     from ancfsparse.results.sections import SectionForce, Where
+    from ancfsparse.scene.joints.winch import Winch
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -151,6 +152,12 @@ class Equilibrium:
         rest = np.zeros_like(state)
         states = States(state, rest, rest, self.lam[None, :], np.zeros(1))
         return joint_force(self.system, joint, states, frame).at(0)
+
+    def tension(self, winch: Winch) -> float:
+        """Give the tension of the rope of a winch [N], see `Trajectory.tension`."""
+        from ancfsparse.results.joints import tension
+
+        return float(tension(self.system, winch, self.lam[None, :])[0])
 
     def strain(self, body: ElasticBody, s: Where = None) -> Array:
         """Give the strain of the axis, |r'| - 1, shape (p,) [-]; see `Trajectory.strain`."""

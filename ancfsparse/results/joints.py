@@ -56,3 +56,18 @@ def joint_force(system: SolvedSystem, joint: object, states: States, frame: str)
         )
     turned = moment if moment.ndim == 1 else np.einsum("kij,kj->ki", axes, moment)
     return JointForce(np.einsum("kij,kj->ki", axes, force), turned)
+
+
+def tension(system: SolvedSystem, winch: object, lam: Array) -> Array:
+    """Return the tension of the rope of a winch, (k,) [N], from multipliers (k, m)."""
+    from ancfsparse.scene.joints.winch import Winch
+
+    if not isinstance(winch, Winch):
+        raise InputError(
+            f"tension needs a winch that scene.winch(...) returned, got {shown(winch)}: of other "
+            "joints ask for joint_force"
+        )
+    rows = system.rows_of(winch)
+    if not rows:
+        raise InputError("the winch is none of the scene that moved: take one of its handles")
+    return lam[:, rows[0]]

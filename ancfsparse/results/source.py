@@ -87,6 +87,10 @@ class SolvedSystem(Protocol):
         """Give the force of the joints at a node on the beam, (k, dim) [N]."""
         ...
 
+    def rows_of(self, joint: Joint) -> list[int]:
+        """Give the multipliers of the equations of a joint."""
+        ...
+
     def joint_force(self, joint: Joint, states: States) -> tuple[Array, Array, Array]:
         """Give force (k, dim) [N], moment (k,) or (k, 3) [N m] and axes (k, dim, dim)."""
         ...

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ancfsparse.results.joints import JointForce
     from ancfsparse.results.rigid import BodyMotion
     from ancfsparse.results.sections import SectionForce, Where
+    from ancfsparse.scene.joints.winch import Winch
     from ancfsparse.scene.rigid import RigidBody
 
 
@@ -255,6 +256,18 @@ class Trajectory(Outputs):
 
         states = States(*(np.asarray(each) for each in (self.q, self.v, self.a, self.lam, self.t)))
         return joint_force(self.system, joint, states, frame)
+
+    def tension(self, winch: Winch) -> Array:
+        """Give the tension of the rope of a winch over time, shape (k,) [N], negative in pressure.
+
+        Parameters
+        ----------
+        winch : Winch
+            One of the scene, as ``scene.winch`` returned it.
+        """
+        from ancfsparse.results.joints import tension
+
+        return tension(self.system, winch, np.asarray(self.lam))
 
     def strain(self, body: ElasticBody, s: Where = None) -> Array:
         """Give the strain of the axis over time.

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from ancfsparse.checks import check_choice
+from numpy.typing import ArrayLike
+
+from ancfsparse.checks import check_choice, check_finite, check_positive
 from ancfsparse.errors import InputError, SingularSceneError
+from ancfsparse.scene.bodies import Node, Vector
 from ancfsparse.scene.course import course_of
-from ancfsparse.scene.joints import Joint
+from ancfsparse.scene.joints import SAME_PLACE, Joint, check_end
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.spec import At, OfJoint, Spec, text
+from ancfsparse.scene.straight import check_position
+from ancfsparse.words import shown
 
 if TYPE_CHECKING:
     from ancfsparse.scene.joints.driven import Driven
+    from ancfsparse.scene.joints.gear import Gear
+    from ancfsparse.scene.joints.winch import Winch
     from ancfsparse.scene.signal import Signal
 
 
@@ -32,6 +39,39 @@ class DrivenSpec(Spec):
     def describe(self, at: At, made: Any) -> str:
         """Describe everything that its equation follows from."""
         return f"drive of {made.of} ({at(self.joint)}) along {text(self.value, at)}"
+
+
+@dataclass(frozen=True, eq=False)
+class GearSpec(Spec):
+    """The record of `Scene.gear`."""
+
+    one: OfJoint
+    other: OfJoint
+    ratio: float
+    of_one: str | None = None
+    of_other: str | None = None
+    method = "gear"
+
+
+@dataclass(frozen=True, eq=False)
+class WinchSpec(Spec):
+    """The record of `Scene.winch`."""
+
+    points: tuple[Any, ...]
+    length: Callable[[float], float] | None = None
+    rate: Callable[[float], float] | None = None
+    second_rate: Callable[[float], float] | None = None
+    drum: OfJoint | None = None
+    radius: float | None = None
+    method = "winch"
+    units: ClassVar = {"radius": "m"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equation follows from."""
+        points = "; ".join(text(each, at) for each in self.points)
+        length = "" if self.length is None else f", length {text(self.length, at)}"
+        drum = "" if self.drum is None else f", drum {at(self.drum)} {self.radius:.9g}"
+        return f"winch ({points}){length}{drum}"
 
 
 class Couplings(Records):
@@ -94,6 +134,138 @@ class Couplings(Records):
         course = course_of(subject, 0, value, rate, second_rate, UNITS[freedom])
         record = DrivenSpec(reference, value, rate, second_rate, of)
         return self._add_partial(Driven(joint, freedom, course), record)
+
+    def gear(
+        self,
+        one: Joint,
+        other: Joint,
+        ratio: float,
+        *,
+        of_one: str | None = None,
+        of_other: str | None = None,
+    ) -> Gear:
+        """Couple two joints: the first turns, or slides, `ratio` times as far as the second.
+
+        A rack and its pinion are a prismatic joint and a hinge, a screw is a cylindrical joint with
+        itself.  The energy is kept.
+
+        Parameters
+        ----------
+        one, other : Joint
+            As `drive_joint` takes them; of one joint two freedoms.
+        ratio : float
+            Angle or displacement of the first over that of the second [1, rad/m or m/rad], from the
+            reference shape on; two gears that mesh outside turn against each other: negative.
+        of_one, of_other : str, optional
+            ``"angle"`` or ``"displacement"``, where a joint has both.
+
+        Returns
+        -------
+        Gear
+            The gear.
+
+        Raises
+        ------
+        InputError
+            If a joint has no such freedom, or the ratio is zero or not finite.
+        """
+        from ancfsparse.scene.joints.gear import Gear
+
+        references = self._joint("a gear", one), self._joint("a gear", other)
+        of = freedom_of("a gear", one, of_one), freedom_of("a gear", other, of_other)
+        if one is other and of[0] == of[1]:
+            raise InputError(f"a gear needs two freedoms, got the {of[0]} of the {one.label} twice")
+        by = check_finite("ratio of a gear", ratio)
+        if by == 0.0:
+            raise InputError("ratio of a gear must not be zero: the first joint would be locked")
+        return self._add_partial(
+            Gear(one, other, of, by), GearSpec(*references, by, of_one, of_other)
+        )
+
+    def winch(
+        self,
+        points: Sequence[Node | ArrayLike],
+        *,
+        length: Callable[[float], float] | None = None,
+        rate: Callable[[float], float] | None = None,
+        second_rate: Callable[[float], float] | None = None,
+        drum: Joint | None = None,
+        radius: float | None = None,
+    ) -> Winch:
+        """Lead a massless rope without friction over points, and keep or prescribe its length.
+
+        `Trajectory.tension` is its tension, the same in all parts; the rope pushes as well as it
+        pulls.
+
+        Parameters
+        ----------
+        points : sequence of Node or array_like of shape (dim,)
+            Two or more, such as ``[(0, 3), hook.origin]``; one is a point of a beam or a body.
+        length : callable, optional
+            The length of the rope as a function of t [m], given as `drive` takes positions.  By
+            default it stays.
+        rate, second_rate : callable, optional
+            Its derivatives, as `drive` takes them.
+        drum : Joint, optional
+            A hinge whose angle winds the rope up, instead of a length that is prescribed; a
+            negative one lets it out.
+        radius : float, optional
+            Of the drum [m].
+
+        Returns
+        -------
+        Winch
+            The winch.
+
+        Raises
+        ------
+        InputError
+            If a point is none, two consecutive ones coincide, or an argument is missing.
+        """
+        from ancfsparse.scene.joints.winch import Winch, length_of
+
+        ends = self._points_of_winch(points)
+        apart = length_of(ends)
+        size = max(each.beam.size for each in ends if isinstance(each, Node))
+        if min(apart) <= SAME_PLACE * size:
+            k = apart.index(min(apart))
+            raise InputError(
+                f"points {k} and {k + 1} of a winch coincide, so its rope has no direction there: "
+                "leave one of them out"
+            )
+        if (drum is None) != (radius is None):
+            raise InputError("a winch needs drum and radius together, a hinge and its radius [m]")
+        if drum is not None and length is not None:
+            raise InputError("a winch has a drum or a prescribed length, not both: drive the drum")
+        if length is None and (rate is not None or second_rate is not None):
+            raise InputError("a winch has a rate and no length that changes: give length=l(t) too")
+        course, wound, by = None, None, 0.0
+        if length is not None:
+            course = course_of("the length of the winch", 0, length, rate, second_rate)
+        if drum is not None:
+            wound, by = (
+                self._joint("a winch", drum),
+                check_positive("radius of a drum", radius, "m"),
+            )
+            freedom_of("a winch", drum, "angle")
+        places = tuple(
+            each.reference if isinstance(each, Node) else tuple(each.tolist()) for each in ends
+        )
+        record = WinchSpec(places, length, rate, second_rate, wound, radius)
+        return self._add_partial(Winch(ends, sum(apart), course, drum, by), record)
+
+    def _points_of_winch(self, points: object) -> tuple[Node | Vector, ...]:
+        if not isinstance(points, list | tuple) or len(points) < 2:
+            raise InputError(f"a winch needs a list of two points or more, got {shown(points)}")
+        out: list[Node | Vector] = []
+        for k, each in enumerate(points):
+            if isinstance(each, Node):
+                out.append(self._mine("a winch", check_end("a winch", each)))
+            else:
+                out.append(check_position(f"point {k} of a winch", each, self.dim))
+        if not any(isinstance(each, Node) for each in out):
+            raise InputError("a winch needs a point of a beam or a body among its points")
+        return tuple(out)
 
 
 def freedom_of(what: str, joint: Joint, of: str | None) -> str:

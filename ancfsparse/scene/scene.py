@@ -16,6 +16,7 @@ from ancfsparse.scene.add_loads import Loads
 from ancfsparse.scene.add_mechanisms import Mechanisms
 from ancfsparse.scene.digest import digest
 from ancfsparse.scene.forces import Forces
+from ancfsparse.scene.joint_springs import JointSprings
 from ancfsparse.scene.masses import Masses
 from ancfsparse.scene.rigid_bodies import RigidBodies
 from ancfsparse.scene.spec import equal
@@ -32,6 +33,7 @@ class Scene(
     Loads,
     Masses,
     Springs,
+    JointSprings,
     Forces,
 ):
     """Beams, rigid bodies, joints, loads and what is attached, in one gravity field.

@@ -256,7 +256,8 @@ def _ways(
 
 def _explicit(system: System) -> list[Explicit]:
     """Return the explicit integrators that take a scene, by ascending order."""
-    if system.prescribed.n_equations or any(system.constraints.mass):
+    constraints = system.constraints
+    if system.prescribed.n_equations or any(constraints.mass) or constraints.measures:
         return []
     if not system.n_multipliers and not system.damped:
         return [CentralDifference(), RungeKuttaNystrom(4), RungeKuttaNystrom(8)]

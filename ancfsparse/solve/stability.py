@@ -89,6 +89,13 @@ def check_free(system: System, integrator: Explicit) -> None:
             "multipliers: drive a node by numbering, as_constraint=False, or take an implicit "
             "integrator such as GeneralizedAlpha(0.9)"
         )
+    if system.constraints.measures:
+        raise InputError(
+            "{integrator!r} cannot hold gears and winches: take an implicit integrator such as "
+            "{implicit}",
+            integrator=integrator,
+            implicit=IMPLICIT,
+        )
     rigid = [body.name for body in system.scene.bodies if not body.n_elements]
     if rigid:
         raise InputError(

@@ -205,7 +205,7 @@ def starting_state(
             v = v + change
     scale, damping = integrator.scale * dt**2, integrator.damping_scale * dt
     if seed.factor(
-        system.assembly.matrix(1.0, scale, system.q0, lam, amplitudes, damping_factor=damping)
+        system.assembly.matrix(1.0, scale, system.q0, lam, amplitudes, damping_factor=damping, v=v)
     ):
         # A stress that the mass does not carry: only a definite matrix makes a filter.
         seed.factor(system.assembly.material(1.0, scale, system.q0, damping_factor=damping))
@@ -263,7 +263,11 @@ def lasting(system: System, seed: Seed, scale: float) -> Vector:
     if not system.damped or not system.v0.any():
         return system.v0
     lam, amplitudes = np.zeros(system.n_multipliers), start_load(system)
-    seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, amplitudes, damping_factor=scale))
+    seed.factor(
+        system.assembly.matrix(
+            1.0, 0.0, system.q0, lam, amplitudes, damping_factor=scale, v=system.v0
+        )
+    )
     v = left = system.v0
     for _ in range(3):
         left = left - resolved(system, seed, left, (0.0, scale))

@@ -326,6 +326,12 @@ class System:
 
         return reaction(self, node, q, v, a, lam, t)
 
+    def rows_of(self, joint: Joint) -> list[int]:
+        """Return the equations of a joint, in their order."""
+        from ancfsparse.system.joint_forces import rows_of
+
+        return rows_of(self, joint)
+
     def joint_force(self, joint: Joint, states: States) -> tuple[Vector, Vector, Vector]:
         """Return force (k, dim) [N], moment [N m] and axes of a joint, see `joint_forces`."""
         from ancfsparse.system.joint_forces import joint_force

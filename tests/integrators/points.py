@@ -138,7 +138,9 @@ class Point:
         r = self.mass * a + self.force(q) - dead_load + self.gradient(q).T @ lam
         return r, np.array([(q @ q / self.radius - self.radius) / 2.0] if self.radius else [])
 
-    def matrix(self, mass_factor, stiffness_factor, q, lam, amplitudes, *, damping_factor=0.0):
+    def matrix(
+        self, mass_factor, stiffness_factor, q, lam, amplitudes, *, damping_factor=0.0, v=None
+    ):
         e = (q @ q / self.length**2 - 1.0) / 2.0
         k = self.stiffness * e / self.length * np.eye(2)
         if self.radius:

@@ -15,7 +15,7 @@ OF_FORCES = {"angle": "N m", "displacement": "N"}
 
 
 def measure(builder: Builder, joint: Joint, of: str) -> Measure:
-    """Return a freedom of a joint, zero where both sides are as in the reference shape.
+    """Return a freedom of a joint.
 
     Parameters
     ----------
@@ -24,10 +24,19 @@ def measure(builder: Builder, joint: Joint, of: str) -> Measure:
     joint : Joint
         One that has the freedom.
     of : str
-        ``"angle"``, by which the first side is turned against the second one about the axis; or
+        ``"angle"``, by which the first side is turned against the second one about the axis since
+        the reference shape; or
         ``"displacement"`` of its point along the axis, from that of the second one.
     """
     return _angle(builder, joint) if of == "angle" else _displacement(builder, joint)
+
+
+def at_reference(joint: Joint, of: str) -> float:
+    """Return a freedom of a joint in the reference shape [rad or m]."""
+    a, b = joint.sides
+    if of == "angle" or b is None or joint.axis is None:
+        return 0.0
+    return float((a.position - b.position) @ joint.axis)
 
 
 def distance(builder: Builder, one: Node | Vector, other: Node | Vector) -> Measure:

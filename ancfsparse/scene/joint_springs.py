@@ -1,0 +1,256 @@
+"""Springs, dampers, stops and friction in joints."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ancfsparse.checks import check_finite
+from ancfsparse.errors import InputError, with_unit
+from ancfsparse.scene.add_couplings import freedom_of
+from ancfsparse.scene.attached import Attached
+from ancfsparse.scene.joints import Joint
+from ancfsparse.scene.records import Records
+from ancfsparse.scene.spec import OfJoint, Spec
+
+# What acts, in the order of ``Law`` in _joint_springs.pyx.
+LAWS = SPRING, STOP, FRICTION = range(3)
+
+
+@dataclass(frozen=True, eq=False)
+class JointSpringSpec(Spec):
+    """The record of `Scene.joint_spring`."""
+
+    joint: OfJoint
+    stiffness: float = 0.0
+    damping: float = 0.0
+    rest: float = 0.0
+    of: str | None = None
+    method = "joint_spring"
+
+
+@dataclass(frozen=True, eq=False)
+class JointStopSpec(Spec):
+    """The record of `Scene.joint_stop`."""
+
+    joint: OfJoint
+    low: float
+    high: float
+    stiffness: float
+    damping: float = 0.0
+    of: str | None = None
+    method = "joint_stop"
+
+
+@dataclass(frozen=True, eq=False)
+class JointFrictionSpec(Spec):
+    """The record of `Scene.joint_friction`."""
+
+    joint: OfJoint
+    size: float
+    slip: float
+    of: str | None = None
+    method = "joint_friction"
+
+
+@dataclass(frozen=True, eq=False)
+class JointSpring(Attached):
+    """What acts along a freedom of a joint: an angle [rad] or a displacement [m].
+
+    Attributes
+    ----------
+    joint : Joint
+        The joint.
+    of : str
+        ``"angle"`` or ``"displacement"``.
+    law : int
+        One of `LAWS`.
+    low, high : float
+        Between these it does not push [rad or m].
+    stiffness : float
+        [N m/rad or N/m].
+    damping : float
+        Of a spring the moment or force over the rate [N m s/rad or N s/m]; of a stop what its push
+        grows by with the rate [s/rad or s/m]; of friction its size [N m or N].
+    slip : float
+        Of friction the rate at which it has 0.71 of its size [rad/s or m/s].
+    """
+
+    joint: Joint
+    of: str
+    law: int
+    low: float = 0.0
+    high: float = 0.0
+    stiffness: float = 0.0
+    damping: float = 0.0
+    slip: float = 1.0
+    contribution = "joint_springs"
+
+    @property
+    def what(self) -> str:
+        """Name in messages."""
+        kind = ("spring", "stop", "friction")[self.law]
+        return f"the {kind} at the {self.of} of the {self.joint.label}"
+
+
+class JointSprings(Records):
+    """What acts in the joints of a scene."""
+
+    def joint_spring(
+        self,
+        joint: Joint,
+        *,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        rest: float = 0.0,
+        of: str | None = None,
+    ) -> JointSpring:
+        """Put a spring and a damper into a joint: about a hinge, or along a slide.
+
+        Parameters
+        ----------
+        joint : Joint
+            As `drive_joint` takes it.
+        stiffness : float, optional
+            Moment over angle [N m/rad], or force over displacement [N/m].
+        damping : float, optional
+            Moment over angular velocity [N m s/rad], or force over velocity [N s/m].
+        rest : float, optional
+            The angle [rad] or displacement [m] without force, as `drive_joint` counts them.  A
+            spring about a hinge counts at most half a turn to either side of it.
+        of : str, optional
+            ``"angle"`` or ``"displacement"``, where the joint has both.
+
+        Returns
+        -------
+        JointSpring
+            The spring.
+
+        Raises
+        ------
+        InputError
+            If a number is negative or not finite, or the joint has no such freedom.
+        """
+        reference, freedom, units = self._freedom("a spring", joint, of)
+        what = f"of the spring at the {freedom} of the {joint.label}"
+        k = _not_negative(f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}")
+        c = _not_negative(f"damping {what}", damping, f"{units[0]} s/{units[1]}")
+        at = check_finite(f"rest {what}", rest, units[1])
+        if k == 0.0 and c == 0.0:
+            raise InputError(
+                f"the spring at the {freedom} of the {joint.label} does nothing: give it a "
+                "stiffness or a damping"
+            )
+        made = JointSpring(joint, freedom, SPRING, at, at, k, c)
+        return self._attach(made, JointSpringSpec(reference, k, c, at, of))
+
+    def joint_stop(
+        self,
+        joint: Joint,
+        low: float,
+        high: float,
+        *,
+        stiffness: float,
+        damping: float = 0.0,
+        of: str | None = None,
+    ) -> JointSpring:
+        """Stop a joint softly at both ends of a range.
+
+        Out of the range, by e, it pushes back with ``stiffness * (e + damping * |e| * rate)``.
+
+        Parameters
+        ----------
+        joint : Joint
+            As `drive_joint` takes it.
+        low, high : float
+            The ends of the range [rad or m]; of angles less than a turn apart.
+        stiffness : float
+            [N m/rad or N/m].
+        damping : float, optional
+            What the push grows by with the rate [s/rad or s/m].
+        of : str, optional
+            ``"angle"`` or ``"displacement"``, where the joint has both.
+
+        Returns
+        -------
+        JointSpring
+            The stop.
+
+        Raises
+        ------
+        InputError
+            If a number is out of range, or the joint has no such freedom.
+        """
+        reference, freedom, units = self._freedom("a stop", joint, of)
+        what = f"of the stop at the {freedom} of the {joint.label}"
+        begin, end = (
+            check_finite(f"{n} {what}", x, units[1]) for n, x in (("low", low), ("high", high))
+        )
+        if not begin < end or (freedom == "angle" and end - begin >= 2.0 * math.pi):
+            turn = ", less than a turn apart" if freedom == "angle" else ""
+            raise InputError(
+                f"the range {what} must have low below high{turn}, got {begin:.6g} and {end:.6g} "
+                f"{units[1]}"
+            )
+        k = _not_negative(f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}")
+        c = _not_negative(f"damping {what}", damping, f"s/{units[1]}")
+        if k == 0.0:
+            raise InputError(f"stiffness {what} must be positive, got 0: it would stop nothing")
+        made = JointSpring(joint, freedom, STOP, begin, end, k, c)
+        return self._attach(made, JointStopSpec(reference, begin, end, k, c, of))
+
+    def joint_friction(
+        self, joint: Joint, size: float, *, slip: float, of: str | None = None
+    ) -> JointSpring:
+        """Let a joint rub: Coulomb's friction of a given size, smooth about rest.
+
+        It acts against the rate with ``size * rate / sqrt(rate^2 + slip^2)``, so below the rate
+        `slip` it lets the joint creep instead of holding it.
+
+        Parameters
+        ----------
+        joint : Joint
+            As `drive_joint` takes it.
+        size : float
+            Moment [N m] or force [N] of a joint that slips.
+        slip : float
+            The rate at which it has 0.71 of that [rad/s or m/s]: small beside those of the motion.
+        of : str, optional
+            ``"angle"`` or ``"displacement"``, where the joint has both.
+
+        Returns
+        -------
+        JointSpring
+            The friction.
+
+        Raises
+        ------
+        InputError
+            If a number is not positive, or the joint has no such freedom.
+        """
+        reference, freedom, units = self._freedom("friction", joint, of)
+        what = f"of the friction at the {freedom} of the {joint.label}"
+        force = _not_negative(f"size {what}", size, units[0])
+        rate = _not_negative(f"slip {what}", slip, f"{units[1]}/s")
+        for name, value in (("size", force), ("slip", rate)):
+            if value == 0.0:
+                raise InputError(f"{name} {what} must be positive, got 0")
+        made = JointSpring(joint, freedom, FRICTION, damping=force, slip=rate)
+        return self._attach(made, JointFrictionSpec(reference, force, rate, of))
+
+    def _freedom(
+        self, what: str, joint: Joint, of: str | None
+    ) -> tuple[OfJoint, str, tuple[str, str]]:
+        """Return a joint's reference, which freedom is taken, and units of force and of it."""
+        from ancfsparse.scene.joints.freedoms import OF_FORCES, UNITS
+
+        reference = self._joint(what, joint)
+        freedom = freedom_of(what, joint, of)
+        return reference, freedom, (OF_FORCES[freedom], UNITS[freedom])
+
+
+def _not_negative(what: str, value: object, unit: str) -> float:
+    number = check_finite(what, value, unit)
+    if number < 0.0:
+        raise InputError(f"{what} must not be negative, got {with_unit(number, unit)}")
+    return number
