@@ -6,21 +6,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.checks import check_choice, check_finite, check_positive
+from ancfsparse.checks import check_choice, check_finite, check_positive, check_vector
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.scene.bodies import Node, Vector
 from ancfsparse.scene.course import course_of
 from ancfsparse.scene.joints import SAME_PLACE, Joint, check_end
 from ancfsparse.scene.records import Records
-from ancfsparse.scene.spec import At, OfJoint, Spec, text
+from ancfsparse.scene.spec import At, OfJoint, Point, Spec, Whole, specified, text
 from ancfsparse.scene.straight import check_position
 from ancfsparse.words import shown
 
 if TYPE_CHECKING:
+    from ancfsparse.scene.beams import Beam
     from ancfsparse.scene.joints.driven import Driven
     from ancfsparse.scene.joints.gear import Gear
+    from ancfsparse.scene.joints.slide import Slide
     from ancfsparse.scene.joints.winch import Winch
     from ancfsparse.scene.signal import Signal
 
@@ -39,6 +42,16 @@ class DrivenSpec(Spec):
     def describe(self, at: At, made: Any) -> str:
         """Describe everything that its equation follows from."""
         return f"drive of {made.of} ({at(self.joint)}) along {text(self.value, at)}"
+
+
+@dataclass(frozen=True, eq=False)
+class SlideSpec(Spec):
+    """The record of `Scene.slide`."""
+
+    point: Point
+    along: Whole
+    lateral: tuple[float, ...] | None = None
+    method = "slide"
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +147,60 @@ class Couplings(Records):
         course = course_of(subject, 0, value, rate, second_rate, UNITS[freedom])
         record = DrivenSpec(reference, value, rate, second_rate, of)
         return self._add_partial(Driven(joint, freedom, course), record)
+
+    def slide(self, point: Node, along: Beam, *, lateral: ArrayLike | None = None) -> Slide:
+        """Let a point slide along a beam without friction, from element to element.
+
+        Parameters
+        ----------
+        point : Node
+            The point, such as ``carriage.origin``, of another body or beam; on the axis of the
+            beam at the start.
+        along : Beam
+            The beam, with an axis that has slopes.  A point that comes to its end ends the run,
+            with an error that keeps the states before.
+        lateral : array_like, shape (3,), optional
+            In space a direction that the axis does not turn to, such as the horizontal one across a
+            rope; by default the axis of the first section that is nearest to it.
+
+        Returns
+        -------
+        Slide
+            The joint; `Trajectory.joint_force` is the force of the beam on the point.
+
+        Raises
+        ------
+        InputError
+            If the point is not on the beam, or of it.
+        """
+        from ancfsparse.scene.beams import Beam
+        from ancfsparse.scene.joints.slide import Slide
+
+        node = self._mine("a slide", check_end("a slide", point))
+        if not isinstance(along, Beam):
+            raise InputError(f"a slide needs a beam to slide along, got {shown(along)}")
+        self._own("a slide", along)
+        if node.beam is along:
+            raise InputError(f"{node!r} is a point of {along.name} and cannot slide along itself")
+        if along.kind.is_string:
+            raise InputError(
+                f"{along.name} is made of strings, whose axis has corners at the nodes, and a "
+                "slide needs a smooth one: take element='thin'"
+            )
+        axes = np.asarray(along.axes_of(0))
+        across = axes[0]
+        if lateral is None and self.dim == 3:
+            across = axes[1:][np.argmin(np.abs(axes[1:] @ self.gravity))]
+        elif lateral is not None:
+            across = check_vector("lateral of a slide", lateral, self.dim)
+            length = float(np.linalg.norm(across))
+            if length == 0.0 or np.linalg.norm(np.cross(across, axes[0])) < 1e-3 * length:
+                raise InputError(
+                    f"lateral of a slide must be across {along.name}, got {shown(lateral)}"
+                )
+            across = across / length
+        record = SlideSpec(node.reference, Whole(along.name), specified(lateral))
+        return self._add_partial(Slide(node, along, across), record)
 
     def gear(
         self,

@@ -163,7 +163,8 @@ class Balance:
         # Which entries there may be, also where those of this state cancel.
         self._gradients = phi_q = self._jacobian(self.system.q_ref)
         phi_q.data[:] = 1.0
-        springs = sp.coo_array(sp.tril(phi_q.T @ phi_q))
+        reach = self.system.constraints.reach(self.system.q_ref)[:, :n]
+        springs = sp.coo_array(sp.tril(reach.T @ reach))
         self._keys = np.unique(np.concatenate([own, springs.coords[1] * n + springs.coords[0]]))
         self._own = np.searchsorted(self._keys, own)
         self._indices = (self._keys % n).astype(np.int32)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import scipy.sparse as sp
 
     from ancfsparse.scene.joints.measures import Measure
+    from ancfsparse.scene.joints.tracks import Offset
 
 
 OF_TERMS = ("i", "j", "coefficient", "about")
@@ -50,7 +51,8 @@ class Constraints:
     source : list of (int, int)
         Which body or joint states each equation, by its ``id``, and the number of it among those.
     measures : list of (int, float, Measure)
-        Terms that are not quadratic: equation, factor [1 or m] and an angle or a length of a joint.
+        Terms that are not quadratic: equation, factor [1 or m] and an angle or a length of a joint,
+        or how far a point is off its track.
     """
 
     row: list[int] = field(default_factory=list)
@@ -63,7 +65,7 @@ class Constraints:
     mass: list[float] = field(default_factory=list)
     labels: list[str] = field(default_factory=list)
     source: list[tuple[int, int]] = field(default_factory=list)
-    measures: list[tuple[int, float, Measure]] = field(default_factory=list)
+    measures: list[tuple[int, float, Measure | Offset]] = field(default_factory=list)
 
     def add(
         self,
@@ -73,7 +75,7 @@ class Constraints:
         about: Sequence[float] = (),
         size: float = 0.0,
         mass: float = 0.0,
-        measures: Sequence[tuple[float, Measure]] = (),
+        measures: Sequence[tuple[float, Measure | Offset]] = (),
         source: tuple[int, int] = (0, 0),
     ) -> None:
         """Add the equation ``offset + sum of terms = 0``, the offset from terms of a size [m]."""
@@ -153,11 +155,27 @@ class Constraints:
         rows, columns = [row, row[~linear]], [i, j[~linear]]
         values = [by_i, (c * (q[i] - a))[~linear]]
         for k, factor, measure in self.measures:
-            rows.append(np.full(len(measure.place), k))
-            columns.append(measure.place.astype(np.int64))
-            values.append(factor * measure.gradients(q[None])[0])
+            at, gradient = measure.entries(q)
+            rows.append(np.full(len(at), k))
+            columns.append(at.astype(np.int64))
+            values.append(factor * gradient)
         places = (np.concatenate(rows), np.concatenate(columns))
         return sp.csr_array((np.concatenate(values), places), shape=(len(self.offset), len(q)))
+
+    def reach(self, q: NDArray[np.float64]) -> sp.csr_array:
+        """Return a one for every coordinate that gradients may have, (m or more, n_all).
+
+        A point on a track has a row for each element that it may come to.
+        """
+        import scipy.sparse as sp
+
+        parts = [self.jacobian(q)]
+        parts[0].data[:] = 1.0
+        for places in (each.reach() for _, _, each in self.measures if each.is_track):
+            start = np.arange(len(places) + 1) * places.shape[1]
+            ones = np.ones(places.size)
+            parts.append(sp.csr_array((ones, places.ravel(), start), shape=(len(places), len(q))))
+        return parts[0] if len(parts) == 1 else sp.csr_array(sp.vstack(parts))
 
     def curvature(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return (phi_q v)_q v, shape (m,) [m/s2]: what phi_q a must cancel."""

@@ -15,6 +15,7 @@ from ancfsparse.scene import Node, Scene
 from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints import LINEAR, Joint, Led
 from ancfsparse.scene.joints.measures import Measure
+from ancfsparse.scene.joints.tracks import Offset
 from ancfsparse.system.lowering import Lowering
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ class Recorder:
         size: float = 0.0,
         led: Led | None = None,
         mass: float = 0.0,
-        measures: Sequence[tuple[float, Measure]] = (),
+        measures: Sequence[tuple[float, Measure | Offset]] = (),
     ) -> None:
         """Note an equation."""
         kept = list(terms)
@@ -175,7 +176,7 @@ def _of_multipliers(record: Recorder, q: Vector, lam: Vector) -> Vector:
                 out[:, i] -= c * (q[:, j] - origin) * push
                 out[:, j] -= c * (q[:, i] - origin) * push
         for factor, measure in measures:
-            out[:, measure.place] -= factor * push[:, None] * measure.gradients(q)
+            measure.push(out, q, -factor * push)
     return out
 
 

@@ -17,6 +17,7 @@ from ancfsparse.system.vectors import weighed
 
 if TYPE_CHECKING:
     from ancfsparse.scene.joints.measures import Measure
+    from ancfsparse.scene.joints.tracks import Offset
 
 Places = NDArray[np.int32]
 
@@ -103,7 +104,7 @@ class Lowering:
         size: float = 0.0,
         led: Led | None = None,
         mass: float = 0.0,
-        measures: Sequence[tuple[float, Measure]] = (),
+        measures: Sequence[tuple[float, Measure | Offset]] = (),
     ) -> None:
         """Hold an equation by a multiplier."""
         self._led.append(led)

@@ -61,6 +61,8 @@ def everything(fine=1):
     bolt = scene.add_body(ancf.Cylinder(0.1, 0.5), mass=1.0, position=(2, 6, 1))
     pivot = scene.cylindrical(bolt.origin, slide.origin, axis=(0, 0, 1))
     scene.weld(scene.add_body(ancf.Sphere(0.1), mass=0.2, position=(2, 6, 1)).origin, bolt.origin)
+    bead = scene.add_body(ancf.Sphere(0.1), mass=0.1, position=(0.5, 0, 0))
+    scene.slide(bead.origin, rod, lateral=(0, 1, 0))
     hinge = scene.revolute(leaf.at((0, 0.1, 0)), slide.at((-1, 0.1, 0)), axis=(0, 0, 1))
     scene.gear(hinge, pivot, -0.5, of_other="angle")
     scene.winch([lid.at((0.1, 0, 0)), (0.5, 8.0, 0.0), slide.origin], drum=hinge, radius=0.05)

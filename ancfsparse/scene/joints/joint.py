@@ -17,6 +17,7 @@ from ancfsparse.words import shown
 
 if TYPE_CHECKING:
     from ancfsparse.scene.joints.measures import Measure
+    from ancfsparse.scene.joints.tracks import Offset
 
 Vector = NDArray[np.float64]
 # Numbers that a builder has given to coordinates.
@@ -84,7 +85,7 @@ class Builder(Protocol):
         size: float = 0.0,
         led: Led | None = None,
         mass: float = 0.0,
-        measures: Sequence[tuple[float, Measure]] = (),
+        measures: Sequence[tuple[float, Measure | Offset]] = (),
     ) -> None:
         """Hold ``offset + sum of c (q_i - about) (q_j - about) = 0`` by a multiplier.
 

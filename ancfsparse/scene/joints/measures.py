@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,7 @@ class Measure:
     place: Integers
     weight: Vector
     constant: Vector
+    is_track: ClassVar[bool] = False
 
     @classmethod
     def of(cls, kind: int, vectors: Sequence[Sum]) -> Measure:
@@ -90,6 +91,18 @@ class Measure:
         a, b, c = vectors[:, :3], vectors[:, 3:6], vectors[:, 6:]
         by_vectors = np.concatenate([h_x * b + h_y * c, h_x * a, h_y * a], axis=1)
         return np.asarray(by_vectors @ self.weight.T)
+
+    def entries(self, q: Vector) -> tuple[Integers, Vector]:
+        """Return the coordinates that it depends on in a state, and its derivatives by them."""
+        return self.place, self.gradients(q[None])[0]
+
+    def reach(self) -> Integers:
+        """Return which coordinates meet in it, a row, (1, m)."""
+        return self.place[None]
+
+    def push(self, out: Vector, q: Vector, factor: Vector) -> None:
+        """Add its gradients in states q (k, n_all), times a factor of each (k,), to `out`."""
+        out[:, self.place] += factor[:, None] * self.gradients(q)
 
     def bending(self, q: Vector, v: Vector) -> float:
         """Return ``v . h_qq . v`` in a state (n_all,) [rad/s2 or m/s2]."""

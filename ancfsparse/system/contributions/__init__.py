@@ -18,7 +18,8 @@ NAMES: dict[str, Callable[[Any], bool]] = {
     "moments": lambda system: bool(system.loads.moment_place),
     "followers": lambda system: bool(system.loads.followers),
     "constraints": lambda system: system.n_multipliers > 0,
-    "couplings": lambda system: bool(system.constraints.measures),
+    "couplings": lambda system: any(not m.is_track for *_, m in system.constraints.measures),
+    "tracks": lambda system: any(m.is_track for *_, m in system.constraints.measures),
 }
 """Modules of this folder, and which systems need them; what is attached to a scene names its own.
 

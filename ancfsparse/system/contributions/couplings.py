@@ -23,7 +23,9 @@ class Couplings(Contribution):
 
     def __init__(self, system: System) -> None:
         self._system = system
-        self._n_free, self._terms = system.n_free, system.constraints.measures
+        terms = system.constraints.measures
+        self._n_free = system.n_free
+        self._terms = [(k, c, each) for k, c, each in terms if isinstance(each, Measure)]
 
     def cliques(self) -> list[Unknowns]:
         """Return the equation and the coordinates of each measure, (1, 1 + m)."""
