@@ -165,7 +165,7 @@ class ImplicitRuns:
         last, wanted = self._runs[-1][0], 2.0 if len(self._runs) == 1 else self._wanted()
         by = 2 if len(self._runs) == 1 else self._following(last, wanted)
         pattern, steps = divided(self._pattern, by), by * self._base
-        left = min(ITERATION_SHARE * self._local / by**3, self._left(steps))
+        left = min(ITERATION_SHARE * self._local / by**3, ITERATIONS_SHARE * self._accuracy / steps)
         stepper = self._stepper(pattern=pattern, left=left)
         try:
             self._take(by, stepper.run())
@@ -173,14 +173,15 @@ class ImplicitRuns:
             self._restart(stop, stepper)
         self.steps = stepper.stats.steps
 
-    def _left(self, steps: int) -> float:
-        """Return what the iteration of one of so many steps may leave [m].
+    def _kept(self, error: float) -> float:
+        """Return what the iteration of a step may leave, over the square of the step [m/s^2].
 
-        Elastic forces bound what it does.  A rigid body keeps the velocity that it has put in, so
-        what all steps have left grows with the square of their number.
+        Elastic forces bound what it does.  A rigid body keeps the velocity that it gets, 2 l / h
+        where l is left; if every step leaves k h^2 in one direction, it moves by k t^2.
         """
-        rigid = len(self._system.scene.beams) < len(self._system.scene.bodies)
-        return ITERATIONS_SHARE * self._accuracy / steps ** (2 if rigid else 1)
+        if len(self._system.scene.beams) == len(self._system.scene.bodies):
+            return math.inf
+        return ITERATIONS_SHARE * error / float(self._t[-1] - self._t[0]) ** 2
 
     def _first(self, budget: float, others: float) -> None:
         stepper = self._stepper(budget=budget)
@@ -211,6 +212,7 @@ class ImplicitRuns:
 
     def _stepper(self, **options: object) -> Stepper:
         local = self._local
+        error = self._accuracy if "pattern" in options else self._aim
         stepper = Stepper(
             self._system,
             self._integrator,
@@ -222,6 +224,7 @@ class ImplicitRuns:
             self._threads,
             breaks=self._breaks,
             watch=self._watch,
+            kept=self._kept(error),
             **options,  # type: ignore[arg-type]
         )
         self.running = stepper.stats

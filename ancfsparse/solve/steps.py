@@ -20,6 +20,7 @@ from ancfsparse.seeds import Seed
 from ancfsparse.solve.advice import for_accuracy
 from ancfsparse.solve.breaks import Breaks
 from ancfsparse.solve.drives import inputs_at
+from ancfsparse.solve.effort import Effort
 from ancfsparse.solve.passage import Passage
 from ancfsparse.solve.price import Price
 from ancfsparse.solve.setup import CAUSES, count, events, prepare, stopped
@@ -43,9 +44,8 @@ SAFETY = 0.7
 OPENING, MOST_LEVELS = 64, 2
 # Steps that are given are taken in so many parts at least, so that there is something to hand on.
 PARTS = 8
-# Steps that cost more than so many residuals with their corrections are made shorter, and do not
-# grow again for so many; they are looked at after so many.
-HARD, HOLD, LOOK = 5.5, 128, 16
+# Steps from one look at their cost to the next.
+LOOK = 16
 # Share of a step's error that the iteration may leave.
 ITERATION_SHARE = 0.03
 SHORTEST = 1e-10  # a step, over the length of the run
@@ -84,6 +84,8 @@ class Stepper:
         Steps to take, with no regard to their error.
     left : float, optional
         Error that the iteration of a step may leave [m]; by default a small share of its own.
+    kept : float, optional
+        The same over the square of the step [m/s^2], where it must fall with it.
     budget : float, optional
         Cost, as `Price` models it, at which the run ends with `OverBudget`.
 
@@ -110,6 +112,7 @@ class Stepper:
         watch: Callable[[States], None] | None = None,
         pattern: Pattern | None = None,
         left: float | None = None,
+        kept: float = math.inf,
         budget: float = math.inf,
     ) -> None:
         begin = time.perf_counter()
@@ -123,8 +126,9 @@ class Stepper:
             system, self.dt, integrator, solver, "default", max_energy_gain, threads
         )
         self.price = Price.of(system, integrator, self.seed)
-        self.left = ITERATION_SHARE * local_error if left is None else left
-        self.iteration.set_tolerance(self.criterion.at(self.dt, self.left))
+        self._left = ITERATION_SHARE * local_error if left is None else left
+        self._kept = kept
+        self._bound(self.dt)
         error = abs(integrator.velocity_constant)  # the position's is the same, 1/12 + shift^2 / 4
         limit, easy = local_error, SAFETY * local_error / RATIO**3
         if pattern is not None:
@@ -134,8 +138,7 @@ class Stepper:
         self.states = States.empty(t, system.n_all, system.n_multipliers)
         self.states.begin(q, system.v0, a, lam)
         self._passage = Passage(system, integrator, self.march, self.seed)
-        # Steps and cost when steps were last found hard or not; until when they must not grow.
-        self._mark, self._hold = (0, 0.0), 0
+        self._effort = Effort(self.price, RATIO)
         self.stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
         chunk = max(1, min(CHUNK, COORDINATES // system.n_all))
         widths = (*(system.n_all,) * 3, system.n_multipliers)
@@ -199,7 +202,8 @@ class Stepper:
             else:
                 wanted, cruise = n - LANDING, self.dt
             now, outcome = self._advance(now, min(wanted, LOOK), n, upto, begin, end)
-            if outcome in (Outcome.CONVERGED, Outcome.MAY_GROW) and n > LANDING and self._hard():
+            fine = outcome in (Outcome.CONVERGED, Outcome.MAY_GROW)
+            if fine and n > LANDING and self._hard():
                 self._change(self.dt / RATIO, now)
                 continue
             if outcome == Outcome.CONVERGED:
@@ -301,7 +305,7 @@ class Stepper:
 
     def _grown(self) -> float:
         """Return the step after easy ones: longer, unless such steps were hard to solve."""
-        if self.stats.steps < self._hold:
+        if not self._effort.may_grow(self.stats.steps):
             return self.dt
         levels = 1
         if self.stats.rejected_steps == 0 and self.stats.steps < OPENING:
@@ -309,17 +313,9 @@ class Stepper:
         return self.dt * RATIO**levels
 
     def _hard(self) -> bool:
-        """Whether the last steps cost so much that more and shorter ones cost no more."""
+        """Whether the last steps cost so much that more and shorter ones may cost less."""
         self._count()
-        spent, steps = self.price.of_run(self.stats), self.stats.steps
-        if steps - self._mark[0] < PATIENCE:
-            return False
-        each = (spent - self._mark[1]) / (steps - self._mark[0])
-        self._mark = (steps, spent)
-        if each < HARD * (self.price.residual + self.price.solve):
-            return False
-        self._hold = steps + HOLD
-        return True
+        return self._effort.too_large(self.stats)
 
     def _levels(self) -> int:
         """Return by how many roots of two the step may change for the error of the last one."""
@@ -340,9 +336,14 @@ class Stepper:
 
     def _go_on(self, dt: float) -> None:
         """Take up steps of a length after the factor was used for something else."""
-        self.iteration.set_tolerance(self.criterion.at(dt, self.left))
+        self._bound(dt)
         self.iteration.mark_stale()
         self.dt = dt
+
+    def _bound(self, dt: float) -> None:
+        """Set what the iteration of a step of this length may leave."""
+        left = min(self._left, self._kept * dt**2)
+        self.iteration.set_tolerance(self.criterion.at(dt, left))
 
 
 def divided(pattern: Pattern, by: int) -> Pattern:
