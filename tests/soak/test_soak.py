@@ -141,11 +141,16 @@ def test_a_hidden_scale_is_found(monkeypatch):
 def test_what_rounding_decides_is_told_from_what_units_decide():
     # Seeds from finite differences with a dense inverse make much of rounding.
     assert units.run(4, 472).finds == []
+    # A motion enlarges it 1e9 times, and a factor within units decides how much there is of it.
+    assert units.run(301, 614).outcome == "rounding decides"
 
     def run(place, iterations, ended="finished"):
         return units.Attempt(ended, np.full((1, 3), place), iterations)
 
     steady, shaky = [run(0.0, 100), run(1e-9, 101)], [run(0.0, 100), run(2e-5, 130)]
+    assert not units.rounding_matters(steady, 1.0)
+    assert units.rounding_matters(shaky, 1.0)
+    assert units.rounding_matters([run(0.0, 100), run(0.0, 0, "ended")], 1.0)
     for place, iterations in ((1e-5, 100), (0.0, 115)):
         assert not units.rounding_decides(steady, run(place, iterations), 1.0)
         assert units.rounding_decides(shaky, run(place, iterations), 1.0)

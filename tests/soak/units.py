@@ -3,6 +3,10 @@
 Where a decision hangs on rounding, the scene differs from itself in units that are SI but for
 rounding, too: within 1e-14.  If only rounding decides, the run in other units is one more draw of
 the same kind, and no further from those than they are from each other.
+
+Powers of two change no rounding, so every unit is one with a factor from 1 to 2.  How large a number
+is beside the power of two below it matters to rounding, so where units within 1e-14 of SI show that
+a motion enlarges it, runs with such factors count, too.
 """
 
 from dataclasses import dataclass
@@ -22,6 +26,7 @@ OTHERS = {
 NEARBY = [
     Units(*(1.0 + np.random.default_rng(k).integers(-50, 51, 3) * 2.0**-52)) for k in range(19)
 ]
+FACTORS = [Units(*np.random.default_rng(k).uniform(1.0, 2.0, 3)) for k in range(19)]
 # Largest difference of positions over the length of the scene, and of counts over themselves.
 SAME, AS_MANY = 1e-6, 0.05
 
@@ -56,6 +61,8 @@ def run(seed, index):
     if not finds:
         return Report("same" if one.ended == "finished" else one.ended, [], tried)
     alike = [one, *(attempt_in(nearby) for nearby in NEARBY)]
+    if rounding_matters(alike, size) and not rounding_decides(alike, two, size):
+        alike += [attempt_in(factors) for factors in FACTORS]
     if rounding_decides(alike, two, size):
         return Report("rounding decides", [], tried)
     return Report("differ", finds, tried)
@@ -91,6 +98,11 @@ def compare(one, two, size, name):
 def allowed(run):
     """Give the difference of counts that is none."""
     return max(3, AS_MANY * run.iterations)
+
+
+def rounding_matters(alike, size):
+    """Whether runs that only rounding separates differ."""
+    return any(compare(alike[0], other, size, "") for other in alike[1:])
 
 
 def rounding_decides(alike, two, size):
