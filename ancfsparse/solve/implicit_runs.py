@@ -250,6 +250,8 @@ class ImplicitRuns:
             left = self._content(near, mixed, earlier, before, by)
             self._power = BELIEVED if regular and left.lost < RESOLVED else UNRESOLVED
             share = max(1.0 / ((by / first) ** self._power - 1.0), LEAST_LEFT)
+            if left.lost > 1.0:  # they may be as far from the motion as from each other
+                share = 1.0
             self._mixed_error = near * share if regular else near
             plain += HALF * near * share
         if self.content.lost > 1.0:
