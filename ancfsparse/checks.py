@@ -14,6 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.errors import InputError, Parameter, with_unit
 from ancfsparse.words import LARGEST, shown, suggest
 
+# Largest length, mass, time ..., whose cube, and that of its inverse, are still numbers.
+MODERATE = 1e100
+
 
 def _invalid(what: str, needed: str, given: str) -> InputError:
     text = "{what} must be {needed}, got {given}"
@@ -170,6 +173,33 @@ def check_integer(what: str, value: object) -> int:
         return operator.index(value)  # type: ignore[arg-type]
     except TypeError:
         raise _invalid(what, "an integer", shown(value)) from None
+
+
+def check_moderate(what: str, value: object, unit: str) -> float:
+    """Return `value` as a positive float whose cube is in the range of floating-point numbers.
+
+    Parameters
+    ----------
+    what, value, unit
+        As `check_positive` takes them.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    InputError
+        If `value` is no positive number, or beyond `MODERATE` or its inverse.
+    """
+    number = check_positive(what, value, unit)
+    if not 1.0 / MODERATE <= number <= MODERATE:
+        raise InputError(
+            f"{what} must lie between {1.0 / MODERATE:g} and {MODERATE:g} {unit}, whose cubes are "
+            f"in the range of floating-point numbers, got {number:g} {unit}"
+        )
+    return number
 
 
 def check_count(what: str, value: object, lowest: int = 1) -> int:

@@ -182,10 +182,10 @@ def part_of(system: SolvedSystem, body: ElasticBody) -> Part:
 
 def outline_of(system: SolvedSystem, of: Body | None = None) -> Outline:
     """Return the outline of a system, or of one of its bodies."""
-    bodies = system.scene.bodies if of is None else [of]
+    bodies = system.bodies if of is None else (of,)
     supports = []
     used: dict[str, list[Node]] = {}
-    for joint in system.scene.joints:
+    for joint in system.joints:
         for node in joint.nodes:
             used.setdefault(node.beam.name, []).append(node)
         node, mark = joint.nodes[0], joint.mark

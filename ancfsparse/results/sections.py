@@ -131,7 +131,8 @@ def section_force(
 
 def axial_forces(system: SolvedSystem, q: Array, v: Array) -> list[Array]:
     """Return the axial force in the middle of every element of every body, each (k, n_e) [N]."""
-    return [section_force(system, q, v, body).N for body in system.scene.beams]
+    beams = (body for body in system.bodies if isinstance(body, ElasticBody))
+    return [section_force(system, q, v, body).N for body in beams]
 
 
 def strain(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = None) -> Array:
@@ -218,8 +219,10 @@ def _of_point(body: ElasticBody, point: object) -> tuple[int, float]:
 def _along(beam: ElasticBody, s: object, forward: Array) -> _Where:
     """Find the elements at arc coordinates."""
     arcs = np.atleast_1d(check_reals(f"s on {beam.name}", s, "arc coordinates in m"))
-    if arcs.ndim != 1:
-        raise InputError(f"s on {beam.name} must be a list of arc coordinates, got {shown(s)}")
+    if arcs.ndim != 1 or not len(arcs):
+        raise InputError(
+            f"s on {beam.name} must be a list of one or more arc coordinates, got {shown(s)}"
+        )
     nodes = np.concatenate([[0.0], np.cumsum(beam.lengths)])
     slack = NODE_SNAP * beam.lengths.min()
     outside = ~((arcs >= -slack) & (arcs <= nodes[-1] + slack))

@@ -30,6 +30,16 @@ class SolvedSystem(Protocol):
         ...
 
     @property
+    def bodies(self) -> tuple[Body, ...]:
+        """What the scene had when this was made; later it may have more."""
+        ...
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """The same of its joints."""
+        ...
+
+    @property
     def q_ref(self) -> Array:
         """Coordinates of the reference shape, (n,) [m, 1]."""
         ...

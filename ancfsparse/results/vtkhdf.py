@@ -26,6 +26,7 @@ from ancfsparse.results.source import Array
 from ancfsparse.results.wires import edges_of, wire
 
 VERSION = 2, 2
+MOST_PIECES = 1000  # of an element: more show nothing more
 KINDS = "Vertices", "Lines", "Polygons", "Strips"
 
 Forces = Callable[[Array, Array], list[Array]]
@@ -64,6 +65,8 @@ def write_vtk(
     if not target.absolute().parent.is_dir():
         raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
     pieces = check_count("per_element", per_element)
+    if pieces > MOST_PIECES:
+        raise InputError(f"per_element must be at most {MOST_PIECES}, got {pieces}")
     check_flag("progress", progress)
     sizes = _sizes(outline, pieces)
     n_cells, n_points = len(sizes), int(sizes.sum())

@@ -139,7 +139,7 @@ class RigidBody(Body):
             If a coordinate is not finite, or the point is off the line of a rod.
         """
         what = f"the point of {self.name}"
-        if np.ndim(point) == 0 and self.n_vectors == 1:
+        if self.n_vectors == 1 and not np.iterable(point):
             point = check_finite(what, point, "m") * np.eye(self.dim)[0]
         given = check_position(what, point, self.dim)
         if given[self.n_vectors :].any():

@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.checks import check_finite, check_positive, check_reals, check_vector
+from ancfsparse.checks import (
+    check_finite,
+    check_moderate,
+    check_positive,
+    check_reals,
+    check_vector,
+)
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import RIGID, rigid_kind
 from ancfsparse.scene.bodies import Vector
@@ -125,7 +131,7 @@ class RigidBodies(Records):
         weight = _mass(label, shape, mass, density)
         where = np.zeros(dim) if shape is None else shape.centre[:dim]
         if centre is not None:
-            where = check_vector(f"centre of {label}", centre, dim, "m")
+            where = check_position(f"centre of {label}", centre, dim)
         second = _second_moments(label, dim, shape, weight, inertia)
         n_vectors = 1 if shape is not None and shape.is_line else dim
         if where[n_vectors:].any():
@@ -184,14 +190,14 @@ def _mass(label: str, shape: Shape | None, mass: float | None, density: float | 
         given = "neither" if mass is None else "both"
         raise InputError(f"{label} needs its mass or its density, got {given}")
     if density is None:
-        return check_positive(f"mass of {label}", mass, "kg")
+        return check_moderate(f"mass of {label}", mass, "kg")
     if shape is None or shape.volume == 0.0:
         raise InputError(
             f"{label} has a density and no volume: give its mass"
             + (", or a Box, Cylinder or Sphere as its shape" if shape is None else "")
         )
     value = check_positive(f"density of {label}", density, "kg/m3") * shape.volume
-    return check_positive(f"mass of {label}", value, "kg")
+    return check_moderate(f"mass of {label}", value, "kg")
 
 
 def _second_moments(
@@ -206,7 +212,7 @@ def _second_moments(
         return np.asarray(mass * shape.spread[:dim, :dim])
     if dim == 2:
         # In the plane any division of the moment between the two vectors is the same rotation.
-        return 0.5 * check_positive(what, inertia, "kg m2") * np.eye(2)
+        return 0.5 * check_moderate(what, inertia, "kg m2") * np.eye(2)
     moments = check_reals(what, inertia, "3 principal moments or a 3 x 3 tensor")
     if moments.shape not in ((3,), (3, 3)) or not np.isfinite(moments).all():
         raise InputError(
@@ -214,7 +220,7 @@ def _second_moments(
             f"{shown(inertia)}"
         )
     tensor = np.diag(moments) if moments.ndim == 1 else moments
-    largest = float(np.abs(tensor).max())
+    largest = check_moderate(f"largest moment of the {what}", np.abs(tensor).max(), "kg m2")
     if np.abs(tensor - tensor.T).max() > ROUNDING * largest:
         raise InputError(f"{what} must be symmetric, got {shown(inertia)}")
     principal = np.linalg.eigvalsh(tensor)

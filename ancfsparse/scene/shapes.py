@@ -9,12 +9,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_choice, check_positive, keep
-from ancfsparse.errors import InputError
+from ancfsparse.checks import check_choice, check_moderate, keep
 
 Vector = NDArray[np.float64]
-
-LARGEST = 1e100  # length [m] whose cube, and that of its inverse, are still numbers
 
 
 @dataclass(frozen=True)
@@ -35,7 +32,7 @@ class Box:
     def __post_init__(self) -> None:
         """Check the edges."""
         for name in ("length", "height", "width"):
-            keep(self, **{name: _check_length(f"{name} of a box", getattr(self, name))})
+            keep(self, **{name: check_moderate(f"{name} of a box", getattr(self, name), "m")})
 
     @property
     def volume(self) -> float:
@@ -78,7 +75,7 @@ class Cylinder:
     def __post_init__(self) -> None:
         """Check the numbers."""
         for name in ("radius", "length"):
-            keep(self, **{name: _check_length(f"{name} of a cylinder", getattr(self, name))})
+            keep(self, **{name: check_moderate(f"{name} of a cylinder", getattr(self, name), "m")})
         check_choice("axis of a cylinder", self.axis, ("x", "y", "z"))
 
     @property
@@ -121,7 +118,7 @@ class Sphere:
 
     def __post_init__(self) -> None:
         """Check the radius."""
-        keep(self, radius=_check_length("radius of a sphere", self.radius))
+        keep(self, radius=check_moderate("radius of a sphere", self.radius, "m"))
 
     @property
     def volume(self) -> float:
@@ -162,7 +159,7 @@ class Rod:
 
     def __post_init__(self) -> None:
         """Check the length."""
-        keep(self, length=_check_length("length of a rod", self.length))
+        keep(self, length=check_moderate("length of a rod", self.length, "m"))
 
     @property
     def volume(self) -> float:
@@ -183,17 +180,6 @@ class Rod:
     def reach(self) -> Vector:
         """Half the extent along each axis, (3,) [m]."""
         return np.array([0.5 * self.length, 0.0, 0.0])
-
-
-def _check_length(what: str, value: object) -> float:
-    """Return a length [m] whose cube is in the range of floating-point numbers."""
-    length = check_positive(what, value, "m")
-    if not 1.0 / LARGEST <= length <= LARGEST:
-        raise InputError(
-            f"{what} must lie between {1.0 / LARGEST:g} and {LARGEST:g} m, whose cubes are in the "
-            f"range of floating-point numbers, got {length:g} m"
-        )
-    return length
 
 
 Shape = Box | Cylinder | Sphere | Rod

@@ -20,7 +20,7 @@ from ancfsparse.checks import (
     check_choice,
     check_finite,
     check_flag,
-    check_positive,
+    check_moderate,
     check_reals,
     keep,
 )
@@ -229,7 +229,7 @@ class Sine(Shaped):
         keep(
             self,
             amplitude=checked_value("amplitude of a sine", self.amplitude),
-            frequency=check_positive("frequency of a sine", self.frequency, "Hz"),
+            frequency=check_moderate("frequency of a sine", self.frequency, "Hz"),
             phase=check_finite("phase of a sine", self.phase, "rad"),
         )
 
@@ -304,4 +304,5 @@ def _interval(what: str, start: object, end: object) -> tuple[float, float]:
         raise InputError(
             f"{what} must end after it starts, got start = {begin:.6g} s and end = {stop:.6g} s"
         )
+    check_moderate(f"duration of {what}", stop - begin, "s")
     return begin, stop

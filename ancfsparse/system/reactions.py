@@ -42,7 +42,7 @@ def reaction(
     places = system.rows(check_node("a reaction", node))[0, system.kind_of(node.beam).columns("r")]
     rows = {i for i, j in zip(system.constraints.i, system.constraints.j, strict=True)}
     if np.all(places < system.n_free) and rows.isdisjoint(places.tolist()):
-        connected = any(joint.joins and node in joint.nodes for joint in system.scene.joints)
+        connected = any(joint.joins and node in joint.nodes for joint in system.joints)
         raise InputError(
             f"{node!r} is held by connections alone, and forces inside connections are not "
             "given: ask for the reaction at a pin, a clamp or a rod"

@@ -63,6 +63,8 @@ class System:
         The equations with multipliers.
     prescribed : Prescribed
         What the last coordinates and the last equations follow over time.
+    bodies, joints : tuple
+        What the scene had of both, which may get more of them later.
     description : dict of str to str
         What the scene was when this was made, as `Scene.digest` describes it.
     damped : bool
@@ -84,7 +86,8 @@ class System:
             )
         self.scene, self.description = scene, scene.digest()
         self.dim = scene.dim
-        self.kinds = [body.kind for body in scene.bodies]
+        self.bodies, self.joints = tuple(scene.bodies), tuple(scene.joints)
+        self.kinds = [body.kind for body in self.bodies]
         if start is not None:
             check_state(scene, start)
         numbering = number(scene, self.kinds, start)
@@ -94,7 +97,7 @@ class System:
         self.q_ref, self.places = numbering.q_ref, numbering.places
         self.t0 = 0.0 if start is None else float(start.t)
         self.q0, self.v0 = numbering.q, numbering.v
-        self._index = {id(beam): k for k, beam in enumerate(scene.bodies)}
+        self._index = {id(beam): k for k, beam in enumerate(self.bodies)}
         self.constraints, self.prescribed = numbering.constraints, numbering.prescribed
         self.n_multipliers = len(self.constraints.offset)
         self.loads = loads_of(scene, self)
@@ -228,7 +231,7 @@ class System:
 
     def describe(self, place: int) -> str:
         """Say which beam, node and coordinate a place in q is."""
-        for beam, kind, places in zip(self.scene.bodies, self.kinds, self.places, strict=True):
+        for beam, kind, places in zip(self.bodies, self.kinds, self.places, strict=True):
             found = np.argwhere(places == place)
             if len(found):
                 row, coordinate = found[0]

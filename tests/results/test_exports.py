@@ -152,6 +152,7 @@ def test_columns_of_points(swing, tmp_path):
         (lambda run, rod: run.to_vtk("a.vtk"), "a VTKHDF file is a .vtkhdf, got 'a.vtk'"),
         (lambda run, rod: run.to_vtk("no/a.vtkhdf"), "there is no folder no"),
         (lambda run, rod: run.to_vtk("a.vtkhdf", per_element=0), "per_element must be an integer"),
+        (lambda run, rod: run.to_vtk("a.vtkhdf", per_element=2**62), "per_element must be at most"),
         (
             lambda run, rod: run.to_csv("a.csv", rod.end),
             r"points must be a list such as \[rod.end\]",

@@ -209,3 +209,15 @@ def test_a_run_of_chosen_points_cannot_be_drawn():
     with pytest.raises(InputError, match="the run did not keep this"):
         run.plot()
     assert len(run.plot("position", rod.end).lines) == 2
+
+
+def test_what_is_added_to_the_scene_after_a_run_is_not_in_its_pictures(tmp_path):
+    scene = ancf.Scene((0.0, -9.81))
+    section, material = ancf.Circle(0.01), ancf.Material(1e8, 1e3)
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, section, material)
+    scene.clamp(rod.start)
+    run, rest = ancf.simulate(scene, 2e-3, 1e-3), ancf.solve_static(scene)
+    scene.add_beam("thin", (2, 0), (3, 0), 2, section, material)
+    scene.pin(scene.add_body(ancf.Sphere(0.1), mass=1.0, position=(2, 0)).origin)
+    assert len(run.plot().lines) == len(rest.plot().lines) > 0
+    assert run.to_vtk(tmp_path / "run.vtkhdf", progress=False).exists()

@@ -218,7 +218,8 @@ def test_states_in_a_file_are_read_in_blocks(tmp_path, monkeypatch):
         (3.0, r"s = 3 m lies outside beam 0: it runs from 0 to 2 m"),
         ([0.5, np.nan], "s = nan m lies outside beam 0"),
         ("tip", "s on beam 0 must be arc coordinates in m, got 'tip'"),
-        ([[0.1]], "must be a list of arc coordinates"),
+        ([[0.1]], "must be a list of one or more arc coordinates"),
+        ([], "must be a list of one or more arc coordinates"),
     ],
 )
 def test_places_are_checked(s, message):

@@ -77,6 +77,12 @@ def test_a_body_is_copied_and_pickled():
         (dict(inertia=(1, 1, 1), density=1.0), "has a density and no volume"),
         (dict(shape=ancf.Rod(1.0), density=1.0), "has a density and no volume"),
         (dict(inertia=(1, 1, 1), mass=-1.0), "mass of body 0 .*positive.* -1 kg"),
+        (dict(inertia=(1, 1, 1), mass=5e-324), r"mass of body 0 must lie between 1e-100 and .* kg"),
+        (
+            dict(inertia=(1e308, 1e308, 1e308), mass=1.0),
+            "largest moment of the inertia .* must lie",
+        ),
+        (dict(inertia=(1, 1, 1), mass=1.0, centre=(1e300, 0, 0)), "centre of body 0 lies beyond"),
         (dict(shape="box", mass=1.0), "must be a Box, Cylinder, Sphere or Rod, got 'box'"),
         (dict(mass=1.0), "needs a shape or its inertia about its centre, got neither"),
         (dict(shape=ancf.Rod(1.0), mass=1.0, centre=(0, 1, 0)), "off the line of its rod"),
@@ -118,6 +124,8 @@ def test_bad_points():
     for far in (rod, ball):
         with pytest.raises(ancf.InputError, match=r"the point of .* lies beyond 1e\+150 m"):
             far.at((1e300, 0.0, 0.0))
+        with pytest.raises(ancf.InputError, match="the point of"):
+            far.at([[1, 2], [3]])
     with pytest.raises(ancf.InputError, match="ball is no rod and has no end"):
         _ = ball.end
     with pytest.raises(ancf.InputError, match="of another scene"):

@@ -137,6 +137,20 @@ def test_files_know_signals_by_their_values(tmp_path):
             load(tmp_path / "run.h5", pendulum(other)[0])
 
 
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: ancf.Ramp(1.0, 5e-324),
+        lambda: ancf.Ramp(1.0, 1e308, -1e308),
+        lambda: ancf.Pulse(1.0, 0.0, 1e-200),
+        lambda: ancf.Sine(1.0, 1e308),
+    ],
+)
+def test_rates_of_signals_stay_in_the_range_of_numbers(make):
+    with pytest.raises(InputError, match=r"lie between 1e-100 and 1e\+100|positive|finite"):
+        make()
+
+
 def test_a_signal_must_fit_the_load():
     with pytest.raises(InputError, match="a function of time, at t = 0 s, has 3 components"):
         pendulum(ancf.Sine((1.0, 0.0, 0.0), 1.0))

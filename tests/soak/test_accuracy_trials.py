@@ -14,7 +14,7 @@ from tests.soak import accuracy
         # Waves along a thick chain that two runs of second order did not resolve: 2.1 times too
         # large, after an extrapolation that had moved the motions further apart.
         (201, 333),
-        # Fast waves of the mesh that two motions did not resolve, in what extrapolations leave: 2.4.
+        # Fast waves that three motions did not resolve, in what extrapolations left: 2.4.
         (303, 464),
     ],
 )

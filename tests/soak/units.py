@@ -4,9 +4,9 @@ Where a decision hangs on rounding, the scene differs from itself in units that 
 rounding, too: within 1e-14.  If only rounding decides, the run in other units is one more draw of
 the same kind, and no further from those than they are from each other.
 
-Powers of two change no rounding, so every unit is one with a factor from 1 to 2.  How large a number
-is beside the power of two below it matters to rounding, so where units within 1e-14 of SI show that
-a motion enlarges it, runs with such factors count, too.
+Powers of two change no rounding, so every unit is one with a factor from 1 to 2.  How large a
+number is beside the power of two below it matters to rounding.  So where units within 1e-14 of SI
+show that a motion enlarges it, runs with such factors count, too.
 """
 
 from dataclasses import dataclass

@@ -100,6 +100,12 @@ VALUES = {
     "no folder": lambda: Path("nowhere/run.h5"),
     "a node elsewhere": lambda: elsewhere().end,
     "a beam elsewhere": lambda: elsewhere(),
+    "a body": lambda: body_elsewhere(),
+    "a point of a body": lambda: body_elsewhere().origin,
+    "a shape": lambda: ancf.Sphere(0.1),
+    "a function of time": lambda: ancf.Sine(1.0, 2.0),
+    "a scene": ancf.Scene,
+    "a rotation": lambda: np.eye(3),
 }
 
 
@@ -108,3 +114,9 @@ def elsewhere():
     return ancf.Scene().add_beam(
         "l2t2", (0, 0), (1, 0), 2, ancf.Circle(0.01), ancf.Material(1e8, 1e3)
     )
+
+
+def body_elsewhere():
+    """Give a rigid body of another scene."""
+    scene = ancf.Scene((0.0, 0.0, 0.0))
+    return scene.add_body(ancf.Sphere(0.1), mass=1.0, position=(0, 0, 0))

@@ -248,6 +248,8 @@ def test_what_is_asked_for_is_checked():
     scene = _free()
     with pytest.raises(InputError, match="at most 20 in this scene, got 21"):
         ancf.modes(scene, 21)
+    with pytest.raises(InputError, match="memory are free"):
+        ancf.modes(scene, np.uint64(2**64 - 1))
     with pytest.raises(InputError, match="n must"):
         ancf.modes(scene, 0)
     last = ancf.simulate(scene, 0.01, 0.01).last
