@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.checks import check_vector
+from ancfsparse.checks import check_choice, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Node, Vector
 from ancfsparse.scene.joints import SAME_PLACE, check_end, check_other_body, check_turns
@@ -92,6 +92,7 @@ class PrismaticSpec(BetweenSpec):
 class WeldSpec(BetweenSpec):
     """The record of `Scene.weld`."""
 
+    stretch: str = "free"
     method = "weld"
 
 
@@ -200,16 +201,20 @@ class Mechanisms(Records):
         needed = (along, *normals(along))
         return self._between(Prismatic, PrismaticSpec, ends, (along,), (needed, needed))
 
-    def weld(self, a: Node, b: Node | None = None) -> Weld:
+    def weld(self, a: Node, b: Node | None = None, *, stretch: str = "free") -> Weld:
         """Join two points without relative rotation.
 
-        At a beam it holds the section and leaves it free to stretch, as a clamp does; at a cable in
-        space it holds the direction of the axis.
+        At a beam it holds the section, as a clamp does; at a cable in space the direction of the
+        axis.
 
         Parameters
         ----------
         a, b
             As in `revolute`.
+        stretch : str, optional
+            ``"free"`` leaves beams free to stretch there; ``"fixed"`` holds their slope r_x too: to
+            its reference length at a body or the ground, to the same stretch as that of another
+            beam.  Two cables in space whose axes are in line can be welded by ``"fixed"`` alone.
 
         Returns
         -------
@@ -222,14 +227,22 @@ class Mechanisms(Records):
         ends = self._ends("a weld", a, b)
         beams = [check_turns("a weld", node) for node in ends if node and node.beam.n_elements]
         cables = [each for each in beams if not spans(each, each.beam.axes_of(0)[-1])]
-        if self.dim == 3 and len(cables) == 2:
+        check_choice("stretch of a weld", stretch, ("free", "fixed"))
+        if self.dim == 3 and len(cables) == 2 and not self._in_line(cables, stretch):
             raise InputError(
                 f"{a!r} and {b!r} cannot be welded: the coordinates of cables in space do not "
-                "include rotation about their axes; take element='thick', or weld both to a rigid "
-                "body"
+                "include rotation about their axes; take element='thick', weld both to a rigid "
+                "body, or in line stretch='fixed'"
             )
-        joint = Weld(*ends)
-        return self._add(joint, WeldSpec(a.reference, None if b is None else b.reference))
+        joint = Weld(*ends, stretch=stretch)
+        return self._add(joint, WeldSpec(a.reference, None if b is None else b.reference, stretch))
+
+    @staticmethod
+    def _in_line(cables: list[Node], stretch: str) -> bool:
+        """Whether two cables have one tangent, which one slope is then."""
+        from ancfsparse.scene.joints.frames import frame_at, spans
+
+        return stretch == "fixed" and spans(cables[0], frame_at(cables[1])[0])
 
     def _check_spatial(self, name: str, instead: str) -> None:
         if self.dim == 2:

@@ -326,3 +326,43 @@ def test_a_welded_frame_bends_as_formulas_say(element):
     down = (fy * a**3 / 3 - fx * h * a**2 / 2) / bending
     expected = (fx * h**3 / 3 / bending - turn * h + fx * a / stretching, down)
     np.testing.assert_allclose(found, expected, rtol=0.01)
+
+
+def test_two_cables_in_line_in_space_are_welded_to_one():
+    def hanging(split):
+        scene = ancf.Scene((0.0, -1.0, -G))
+        section, material = ancf.Circle(0.02), ancf.Material(1e8, 1e3)
+        way = np.array([0.6, 0.0, 0.8])
+        if not split:
+            rod = scene.add_beam("thin", (0, 0, 0), 2.0 * way, 8, section, material)
+            scene.clamp(rod.start)
+            return scene, rod.node(4), rod.end
+        one = scene.add_beam("thin", (0, 0, 0), way, 4, section, material)
+        two = scene.add_beam("thin", way, 2.0 * way, 4, section, material)
+        scene.clamp(one.start)
+        scene.weld(one.end, two.start, stretch="fixed")
+        return scene, one.end, two.end
+
+    (whole, *nodes), (parts, *others) = hanging(False), hanging(True)
+    rest, welded = (ancf.solve_static(each, tolerance=1e-12) for each in (whole, parts))
+    for node, other in zip(nodes, others, strict=True):
+        np.testing.assert_allclose(welded.position(other), rest.position(node), atol=1e-8)
+
+
+def test_a_weld_with_fixed_stretch_is_a_clamp_with_fixed_stretch():
+    found = []
+    for join in ("clamp", "weld"):
+        scene = ancf.Scene((0.0, -G))
+        section, material = ancf.Circle(0.02), ancf.Material(1e6, 1e3)
+        rod = scene.add_beam("thin", (0, 0), (0.8, 0.6), 4, section, material)
+        getattr(scene, join)(rod.start, stretch="fixed")
+        found.append(ancf.solve_static(scene, tolerance=1e-12).position(rod.end))
+    np.testing.assert_allclose(*found, atol=1e-9)
+
+
+def test_strings_have_no_angle_to_drive():
+    scene = ancf.Scene((0.0, -G))
+    material = ancf.Material(1e7, 1e3)
+    line = scene.add_beam("string", (0, 0), (1, 0), 4, ancf.Circle(0.02), material)
+    with pytest.raises(ancf.InputError, match="has none: take a revolute"):
+        scene.drive_joint(scene.pin(line.start), 0.0)

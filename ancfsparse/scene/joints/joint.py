@@ -195,8 +195,9 @@ class Joint(ABC):
 
 
 def in_the_plane(joint: Joint) -> tuple[str, ...]:
-    """Return the freedoms of a joint of points: an angle in the plane."""
-    return ("angle",) if joint.nodes[0].beam.dim == 2 else ()
+    """Return the freedoms of a joint of points: an angle in the plane, where both have slopes."""
+    flat = all(node.beam.dim == 2 and not node.beam.kind.is_string for node in joint.nodes)
+    return ("angle",) if flat else ()
 
 
 def check_point(what: str, node: object) -> Node:

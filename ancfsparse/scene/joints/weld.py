@@ -17,9 +17,15 @@ from ancfsparse.scene.joints.joint import Builder, Mark, Vector
 class Weld(Between):
     """Two points coincide, without relative rotation.
 
-    At beams it holds what a clamp with free stretch holds, to a wall that may move.
+    At beams it holds what a clamp holds, to a wall that may move.
+
+    Attributes
+    ----------
+    stretch : str
+        ``"free"`` or ``"fixed"``, of beams.
     """
 
+    stretch: str = "free"
     name = "weld"
 
     @property
@@ -43,7 +49,7 @@ class Weld(Between):
     def _hold(self, builder: Builder, held: Node, wall: Node | None) -> None:
         """Hold the directions of a node of a beam to a wall, which may move."""
         kind, frame = builder.kind(held), frame_at(held)
-        if kind.is_cable:
+        if kind.is_cable and self.stretch == "free":
             tangent = frame[0] / np.linalg.norm(frame[0])
             for k, normal in enumerate(normals(tangent)):
                 label = f"{self.label}, direction {k + 1}"
@@ -52,7 +58,7 @@ class Weld(Between):
             return
         row = builder.rows(held)[0]
         for name, vector in zip(("r_x", "r_y", "r_z"), frame, strict=False):
-            if name in kind.section:
+            if name in kind.section or (name == "r_x" and self.stretch == "fixed"):
                 own = Sum.of([row[kind.columns(name)]], [1.0])
                 beside = self._beside(builder, wall, vector)
                 same(builder, f"{self.label}, {name}", own, beside, self.size, self.size)
