@@ -222,3 +222,29 @@ def test_bad_arguments_of_driven_joints():
         ancf.simulate(crank(0.1)[0], 1.0, 0.01)
     with pytest.raises(ancf.InputError, match="by 3 rad/s: give the body a velocity"):
         ancf.simulate(crank(lambda t: 3.0 * t)[0], 1.0, 0.01)
+
+
+def test_a_double_pendulum_with_a_driven_crank_moves_as_in_exudyn():
+    # Exudyn 1.13.6: two RigidBody2D, RevoluteJoint2D, CoordinateConstraint with offsetUserFunction
+    # on the rotation, generalised-alpha with 0.95 and steps of 1e-4 s, whose error is below 1e-5 m.
+    def turn(t):
+        return 10.0 * (t - np.sin(2.0 * np.pi * t) / (2.0 * np.pi))
+
+    found = []
+    for dt in (1e-3, 5e-4):
+        scene = ancf.Scene((0.0, -9.81))
+        rod = scene.add_body(ancf.Rod(1.0), mass=1.0, position=(0, 0))
+        arm = scene.add_body(ancf.Rod(1.5), mass=2.0, position=(1, 0))
+        drive = scene.drive_joint(scene.pin(rod.origin), turn)
+        hinge = scene.connect(rod.end, arm.origin)
+        run = ancf.simulate(scene, 0.5, dt, integrator=ancf.GeneralizedAlpha(0.95), tolerance=1e-12)
+        k = [len(run.t) // 2, -1]
+        values = run.position(arm.end), run.joint_force(hinge).force, run.joint_force(drive).moment
+        found.append([each[k] for each in values])
+    place, force, moment = ((4.0 * b - a) / 3.0 for a, b in zip(*found, strict=True))
+    known = [[1.55515921, -0.38022575], [-0.35608483, 0.39780847]]
+    np.testing.assert_allclose(place, known, atol=1.5e-5)
+    # Of the arm on the crank.
+    known = [[111.083169, -53.8674718], [3.28008816, -83.3314451]]
+    np.testing.assert_allclose(force, known, atol=0.01)
+    np.testing.assert_allclose(moment, [144.682023, 21.8839791], atol=5e-3)
