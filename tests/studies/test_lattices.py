@@ -9,7 +9,7 @@ from ancfsparse.cli import main
 from ancfsparse.studies.lattices.findings import findings, targets
 from ancfsparse.studies.lattices.jobs import OTHERS, RUNS, Job, jobs_of
 from ancfsparse.studies.lattices.report import as_text, chart
-from ancfsparse.studies.lattices.run import Row, in_process, pairs, run
+from ancfsparse.studies.lattices.run import Row, _again_in_turn, in_process, pairs, run
 
 
 def row(size, seed, seconds, case="lattice", threads=1, jitter=0.0, **more):
@@ -37,8 +37,8 @@ def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     with (tmp_path / "lattices.csv").open(encoding="utf-8") as file:
         table = list(csv.DictReader(file))
     scenes = 1 + 2 * len(RUNS) + len(OTHERS)
-    assert len(table) == 2 * scenes + 2  # the last two on two threads
-    assert [line["threads"] for line in table[-3:]] == ["1", "2", "2"]
+    assert len(table) == 2 * scenes + 3  # the last three on two threads
+    assert [line["threads"] for line in table[-4:]] == ["1", "2", "2", "2"]
     assert {line["elements"] for line in table if line["case"] == "octet"} == {"36"}
     assert not any(line["note"] for line in table)
     assert all(float(line["microseconds"]) > 0 for line in table)
@@ -47,10 +47,11 @@ def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     exact = [line for line in table if line["seed"] == "exact"]
     assert all(1.0 <= float(line["fill"]) < 3.0 for line in exact)
     record = json.loads((tmp_path / "lattices.json").read_text())
-    assert len(record["findings"]) == scenes + 2 + 2  # who wins by what; gains of two threads
+    assert len(record["findings"]) == scenes + 2 + 3  # who wins by what; gains of two threads
     assert [each["what"] for each in record["targets"]] == [
         "soft lattice, at rest, 0.001 s, 3: gain of 2 threads",
         "steel lattice, at rest, 0.004 s, 3: gain of 2 threads",
+        "steel lattice, at rest, 0.01 s, 3: gain of 2 threads",
     ]
     assert "| net, at rest, 0.0005 s | 3 nodes a side | exact | 12 |" in page.read_text(
         encoding="utf-8"
@@ -109,6 +110,21 @@ def test_all_that_is_asked_for_is_listed():
     exact = [job for job in jobs if job.seed == "exact"]
     assert max(job.size for job in exact if job.case == "lattice") == 22
     assert {job.seed for job in jobs if job.threads == 2 or job.case == "statics"} == {"incomplete"}
+
+
+def test_runs_on_one_and_two_threads_are_compared_by_the_fastest_in_turn(monkeypatch):
+    rows = [row(10, "incomplete", 3.0), row(10, "exact", 5.0)]
+    rows.append(row(10, "incomplete", 2.0, threads=2))
+    seconds, ran = iter([4.0, 1.5, 2.5, 1.0]), []
+
+    def answer(job):
+        ran.append(job.threads)
+        return {"seconds": next(seconds)}
+
+    monkeypatch.setattr("ancfsparse.studies.lattices.run.in_process", answer)
+    _again_in_turn(rows)
+    assert ran == [1, 2, 1, 2]
+    assert [each.record["seconds"] for each in rows] == [2.5, 5.0, 1.0]
 
 
 def test_the_chart_can_be_read(readable):

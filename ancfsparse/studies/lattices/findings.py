@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from ancfsparse.studies.common.target import Target
-from ancfsparse.studies.lattices.run import Row, pairs
+from ancfsparse.studies.lattices.run import Row, pairs, threaded
 
 GIGABYTE = 1e9
 # The steps of 1 ms of soft lattices that fall from rest, and of nets, to which most targets apply.
@@ -50,7 +50,7 @@ def targets(rows: Sequence[Row]) -> list[Target]:
         large = [row.microseconds for row in of_title if 22 <= row.job.size <= 46]
         if title.startswith("steel lattice, at rest") and large:
             found.append(Target(f"{title}: us per element, 22 to 46", max(large), 6.0, True))
-    for one, more in _threaded(rows):
+    for one, more in threaded(rows):
         name = f"{one.job.title}, {one.job.size}: gain of {more.job.threads} threads"
         found.append(Target(name, one.record["seconds"] / more.record["seconds"], 1.5))
     for row in rows:
@@ -127,18 +127,3 @@ def incomplete_rows(rows: Sequence[Row]) -> dict[str, list[Row]]:
         if not row.note and (job.seed, job.threads) == ("incomplete", 1) and job.case != "statics":
             found.setdefault(job.title, []).append(row)
     return found
-
-
-def _threaded(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
-    """Return pairs of rows of the same run on one and on more threads."""
-
-    def key(row: Row) -> tuple[object, ...]:
-        job = row.job
-        return job.case, job.size, job.stiff, job.motion, job.dt, job.jitter, job.rods, job.seed
-
-    ones = {key(row): row for row in rows if row.job.threads == 1 and not row.note}
-    return [
-        (ones[key(row)], row)
-        for row in rows
-        if row.job.threads > 1 and not row.note and key(row) in ones
-    ]

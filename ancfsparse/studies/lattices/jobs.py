@@ -172,7 +172,7 @@ def jobs_of(
             if as_large <= min(largest, LARGEST_OCTET):
                 add("octet", cells, run, as_large <= largest_exact)
     if threads > 1:
-        for run in (RUNS[0], RUNS[3]):
+        for run in (RUNS[0], *RUNS[3:]):
             stiff, motion, dt, *_ = run
             job = ("lattice", largest, stiff, motion, dt, steps, "incomplete")
             found.append(Job(*job, threads=threads))
