@@ -20,6 +20,10 @@ setup: .venv/.installed ## Install what is missing: system packages, .venv, the 
 	@PYTHON="$(PYTHON)" tools/setup.sh
 	@touch $@
 
+.venv/.all_sets: .venv/.installed
+	@PYTHON="$(PYTHON)" tools/setup.sh all-sets
+	@touch $@
+
 .venv/.peers: .venv/.installed
 	@PYTHON="$(PYTHON)" tools/setup.sh peers
 	@touch $@
@@ -30,7 +34,7 @@ peers: .venv/.peers ## Install what the studies run beside ours: Exudyn, SUNDIAL
 demo: setup ## Reproduce the paper's table 1 and figures 1 and 2
 	$(ONE_THREAD) $(BIN)/ancfsparse table1 $(ARGS)
 
-test: setup ## Run the tests, e.g. ARGS="-m 'not slow'"
+test: .venv/.all_sets ## Run the tests, e.g. ARGS="-m 'not slow'"
 	$(BIN)/python -m pytest $(ARGS)
 
 soak: setup ## Look for what breaks, e.g. ARGS="--seed 3 --seconds 120"
@@ -52,7 +56,7 @@ codegen-check: setup ## Prove that generated/ is what `make codegen` writes
 bench-paper: .venv/.peers ## Time the paper's pendulum beside Exudyn, one thread
 	$(ONE_THREAD) $(BIN)/ancfsparse bench-paper $(ARGS)
 
-bench-kernels: setup ## Time every element kernel on every instruction set
+bench-kernels: .venv/.all_sets ## Time every element kernel on every instruction set
 	$(ONE_THREAD) $(BIN)/ancfsparse bench-kernels $(ARGS)
 
 bench-time: .venv/.peers ## Measure seconds against the error of the steps, beside peers

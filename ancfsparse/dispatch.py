@@ -3,40 +3,28 @@
 import os
 from functools import cache
 from importlib import import_module
-from pathlib import Path
+from importlib.util import find_spec
 from types import ModuleType
 
 from ancfsparse.errors import InputError
+from ancfsparse.instruction_sets import REQUIRED_FLAGS, cpu_flags, runnable
 from ancfsparse.openmp import brief_waits
 
 ENVIRONMENT_VARIABLE = "ANCFSPARSE_INSTRUCTION_SET"
-
-_V3 = frozenset("avx avx2 bmi1 bmi2 f16c fma movbe".split())
-REQUIRED_FLAGS = {
-    "x86_64": frozenset[str](),
-    "x86_64_v3": _V3,
-    "x86_64_v4": _V3 | frozenset("avx512f avx512bw avx512cd avx512dq avx512vl".split()),
-}
-"""Processor flags each set needs, as Linux names them, from narrow to wide."""
+FOR_EVERY_MACHINE = "for every machine with `pip install -Csetup-args=-Dinstruction_sets=all .`"
 
 
-def _cpu_flags() -> frozenset[str]:
-    """Return the flags of this processor; none where the system does not tell."""
-    try:
-        text = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="ignore")
-    except OSError:
-        return frozenset()
-    for line in text.splitlines():
-        if line.startswith("flags"):
-            return frozenset(line.partition(":")[2].split())
-    return frozenset()
+@cache
+def built_instruction_sets() -> tuple[str, ...]:
+    """Return the instruction sets this installation was compiled for, from narrow to wide."""
+    return tuple(name for name in REQUIRED_FLAGS if find_spec(_module("assembly", name)))
 
 
 @cache
 def available_instruction_sets() -> tuple[str, ...]:
-    """Return the instruction sets this machine can run, from narrow to wide."""
-    flags = _cpu_flags()
-    return tuple(name for name, needed in REQUIRED_FLAGS.items() if needed <= flags)
+    """Return the sets of this installation that this machine can run, from narrow to wide."""
+    can_run = runnable(cpu_flags())
+    return tuple(name for name in built_instruction_sets() if name in can_run)
 
 
 def instruction_set() -> str:
@@ -45,19 +33,26 @@ def instruction_set() -> str:
     Raises
     ------
     InputError
-        If the variable names an unknown set or one this machine cannot run.
+        If the variable names an unknown set, one this machine cannot run or one this installation
+        does not have; or if it has none that this machine can run.
     """
     wanted = os.environ.get(ENVIRONMENT_VARIABLE)
     if not wanted:
+        if not available_instruction_sets():
+            raise InputError(_unusable(built_instruction_sets()))
         return available_instruction_sets()[-1]
     if wanted not in REQUIRED_FLAGS:
         names = ", ".join(REQUIRED_FLAGS)
         raise InputError(f"{ENVIRONMENT_VARIABLE}={wanted!r} is not one of {names}.")
-    if wanted not in available_instruction_sets():
-        missing = ", ".join(sorted(REQUIRED_FLAGS[wanted] - _cpu_flags()))
+    if wanted not in runnable(cpu_flags()):
         raise InputError(
             f"{ENVIRONMENT_VARIABLE}={wanted!r} asks for instructions this machine lacks "
-            f"({missing}); it can run {', '.join(available_instruction_sets())}."
+            f"({_missing(wanted)}); it can run {', '.join(runnable(cpu_flags()))}."
+        )
+    if wanted not in built_instruction_sets():
+        raise InputError(
+            f"{ENVIRONMENT_VARIABLE}={wanted!r} asks for a set this installation was not compiled "
+            f"for; it has {', '.join(built_instruction_sets())}. Build it {FOR_EVERY_MACHINE}."
         )
     return wanted
 
@@ -72,7 +67,25 @@ def compiled(name: str, instruction_set_name: str | None = None) -> ModuleType:
     instruction_set_name : str, optional
         One of `available_instruction_sets`; by default the one in use.
     """
-    return _loaded(f"ancfsparse.compiled.{name}_{instruction_set_name or instruction_set()}")
+    return _loaded(_module(name, instruction_set_name or instruction_set()))
+
+
+def _module(name: str, instruction_set_name: str) -> str:
+    return f"ancfsparse.compiled.{name}_{instruction_set_name}"
+
+
+def _unusable(built: tuple[str, ...]) -> str:
+    """Return why none of the sets of this installation will do."""
+    if not built:
+        return "ancfsparse has no compiled modules here: build them with `make setup`"
+    return (
+        f"ancfsparse was compiled for {', '.join(built)} only, and this machine lacks "
+        f"{_missing(built[0])}: build it again on this machine, or {FOR_EVERY_MACHINE}"
+    )
+
+
+def _missing(instruction_set_name: str) -> str:
+    return ", ".join(sorted(REQUIRED_FLAGS[instruction_set_name] - cpu_flags()))
 
 
 @cache

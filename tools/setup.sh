@@ -2,12 +2,15 @@
 # Install what is missing to build and run ancfsparse: system packages (apt), .venv, the package itself.
 # Usage: tools/setup.sh           PYTHON=python3.12 tools/setup.sh chooses another interpreter
 #        tools/setup.sh peers     the programs too that the studies run beside ours
+#        tools/setup.sh all-sets  compiled for every instruction set; otherwise for this machine's widest alone
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 venv=.venv
 packages=(libsuitesparse-dev libopenblas-dev) # without OpenBLAS, CHOLMOD runs on reference BLAS
 extras=dev
+sets=native
+if [ "${1:-}" = all-sets ] || [ -e "$venv/.all_sets" ]; then sets=all; fi
 if [ "${1:-}" = peers ]; then
   packages+=(libsundials-dev)
   extras=dev,peers
@@ -112,5 +115,5 @@ print(*project["build-system"]["requires"], *project["project"]["dependencies"],
 PYTHON
 pip install -r "$venv/requirements.txt"
 say "building ancfsparse"
-pip install --no-build-isolation -e ".[$extras]"
+pip install --no-build-isolation -Csetup-args=-Dinstruction_sets="$sets" -e ".[$extras]"
 say "done"

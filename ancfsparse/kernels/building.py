@@ -13,8 +13,9 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from ancfsparse.dispatch import REQUIRED_FLAGS, instruction_set
+from ancfsparse.dispatch import instruction_set
 from ancfsparse.errors import InputError
+from ancfsparse.instruction_sets import REQUIRED_FLAGS
 
 HEADERS = Path(__file__).parent
 PACKAGE = HEADERS.parent

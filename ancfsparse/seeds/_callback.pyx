@@ -43,10 +43,10 @@ cdef ptrdiff_t factor(void *context, const double *values) noexcept with gil:
 cdef void solve(void *context, const double *r, double *x) noexcept with gil:
     cdef Callback self = <Callback>context
     cdef ptrdiff_t n = self.interface.n
-    out = np.asarray(<double[:n]>x)
+    cdef double[:] out = <double[:n]>x
     try:
         if self.error is None:
-            out[:] = self.seed.solve(np.asarray(<double[:n]>r))
+            np.asarray(out)[:] = self.seed.solve(np.asarray(<double[:n]>r))
             return
     except BaseException as error:
         self.error = error

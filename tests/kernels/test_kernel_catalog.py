@@ -8,6 +8,7 @@ import pytest
 from ancfsparse import dispatch
 from ancfsparse.dispatch import available_instruction_sets, compiled, instruction_set
 from ancfsparse.errors import InputError
+from ancfsparse.instruction_sets import REQUIRED_FLAGS
 from ancfsparse.kernels.catalog import (
     OPTIONS,
     REFERENCES,
@@ -16,6 +17,7 @@ from ancfsparse.kernels.catalog import (
     from_module,
     module_names,
 )
+from tests.instruction_sets import require
 
 
 def test_every_choice_has_its_module():
@@ -74,6 +76,7 @@ def test_default_options_come_first():
 
 
 def test_environment_chooses_the_instruction_set(monkeypatch):
+    require("x86_64")
     monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, "x86_64")
     assert instruction_set() == "x86_64"
     assert element_kind("l2t2", 2).lanes == 2
@@ -88,11 +91,39 @@ def test_unknown_instruction_set_is_refused(monkeypatch):
 
 
 def test_instruction_set_the_machine_lacks_is_refused(monkeypatch):
-    monkeypatch.setattr(dispatch, "_cpu_flags", lambda: frozenset({"sse2"}))
+    elsewhere(monkeypatch, {"sse2"}, REQUIRED_FLAGS)
     monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, "x86_64_v3")
-    available_instruction_sets.cache_clear()
-    try:
-        with pytest.raises(InputError, match=r"this machine lacks .*avx2.*it can run x86_64"):
-            instruction_set()
-    finally:
-        available_instruction_sets.cache_clear()
+    with pytest.raises(InputError, match=r"this machine lacks .*avx2.*it can run x86_64"):
+        instruction_set()
+
+
+def test_a_build_for_a_newer_machine_is_refused(monkeypatch):
+    monkeypatch.delenv(dispatch.ENVIRONMENT_VARIABLE, raising=False)
+    elsewhere(monkeypatch, REQUIRED_FLAGS["x86_64_v3"], ["x86_64_v4"])
+    words = "compiled for x86_64_v4 only, and this machine lacks avx512bw, .* again on this machine"
+    with pytest.raises(InputError, match=words):
+        instruction_set()
+
+
+def test_a_set_that_was_not_compiled_is_refused(monkeypatch):
+    elsewhere(monkeypatch, REQUIRED_FLAGS["x86_64_v4"], ["x86_64_v4"])
+    assert dispatch.available_instruction_sets() == ("x86_64_v4",)
+    monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, "x86_64_v3")
+    with pytest.raises(InputError, match=r"not compiled for; it has x86_64_v4\. Build it for"):
+        instruction_set()
+
+
+def test_a_package_without_compiled_modules_says_so(monkeypatch):
+    monkeypatch.delenv(dispatch.ENVIRONMENT_VARIABLE, raising=False)
+    elsewhere(monkeypatch, (), ())
+    with pytest.raises(InputError, match="no compiled modules here: build them with `make setup`"):
+        instruction_set()
+
+
+def elsewhere(monkeypatch, flags, built):
+    """Move to a machine with these flags and a package compiled for these sets."""
+    monkeypatch.setattr(dispatch, "cpu_flags", lambda: frozenset(flags))
+    monkeypatch.setattr(dispatch, "built_instruction_sets", lambda: tuple(built))
+    monkeypatch.setattr(
+        dispatch, "available_instruction_sets", available_instruction_sets.__wrapped__
+    )

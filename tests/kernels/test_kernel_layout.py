@@ -6,18 +6,19 @@ from conftest import VALUES
 from reference_energies import ENERGIES
 from states import STATES
 
-from ancfsparse.dispatch import REQUIRED_FLAGS, available_instruction_sets, compiled
+from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
+from ancfsparse.instruction_sets import REQUIRED_FLAGS
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.kernels.layout import pack
+from tests.instruction_sets import require
 from tests.operations import operations
 
 
 @pytest.mark.parametrize("name", ENERGIES)
 @pytest.mark.parametrize("instruction_set", REQUIRED_FLAGS)
 def test_instruction_sets_agree(name, instruction_set, bench, rng):
-    if instruction_set not in available_instruction_sets():
-        pytest.skip(f"this machine has no {instruction_set}")
+    require("x86_64", instruction_set)
     baseline, element = bench(name, "x86_64"), bench(name, instruction_set)
     states = [STATES["uneven stretch"](element.labels, VALUES["length"], rng) for _ in range(11)]
     q, a = np.array(states), rng.normal(size=(11, element.n))

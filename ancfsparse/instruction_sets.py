@@ -1,0 +1,35 @@
+"""The instruction sets that modules are compiled for, and which of them a processor can run.
+
+`meson.build` runs this file to find the set of this machine, so it imports nothing of the package.
+"""
+
+from pathlib import Path
+
+_V3 = frozenset("avx avx2 bmi1 bmi2 f16c fma movbe".split())
+REQUIRED_FLAGS = {
+    "x86_64": frozenset[str](),
+    "x86_64_v3": _V3,
+    "x86_64_v4": _V3 | frozenset("avx512f avx512bw avx512cd avx512dq avx512vl".split()),
+}
+"""Processor flags each set needs, as Linux names them, from narrow to wide."""
+
+
+def cpu_flags() -> frozenset[str]:
+    """Return the flags of this processor; none where the system does not list them."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="ignore")
+    except OSError:
+        return frozenset()
+    for line in text.splitlines():
+        if line.startswith("flags"):
+            return frozenset(line.partition(":")[2].split())
+    return frozenset()
+
+
+def runnable(flags: frozenset[str]) -> tuple[str, ...]:
+    """Return the sets that a processor with these flags can run, from narrow to wide."""
+    return tuple(name for name, needed in REQUIRED_FLAGS.items() if needed <= flags)
+
+
+if __name__ == "__main__":
+    print(runnable(cpu_flags())[-1])
