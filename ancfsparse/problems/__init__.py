@@ -22,6 +22,7 @@ from ancfsparse.problems.mechanisms import (
     spatial_pendulum,
 )
 from ancfsparse.problems.meshes import MOTIONS, Lattice, Net, chain, lattice, net, octet
+from ancfsparse.problems.sliding import sliding_bead
 
 __all__ = [
     "MOTIONS",
@@ -49,6 +50,7 @@ __all__ = [
     "planar_rod",
     "roll_up",
     "slider_crank",
+    "sliding_bead",
     "spaghetti",
     "spatial_pendulum",
     "spin_up",

@@ -18,6 +18,7 @@ from ancfsparse.problems.mechanisms import (
     planar_rod,
     spatial_pendulum,
 )
+from ancfsparse.problems.sliding import sliding_bead
 
 EXUDYN = "Exudyn 1.13.6 on the same element, generalised-alpha 0.95, converged in the step"
 DAMPED = GeneralizedAlpha(0.9)
@@ -134,6 +135,17 @@ MECHANISMS = {
         2e-5,
         EXUDYN,
         {"n_elements": (16, "")},
+        DAMPED,
+    ),
+    "sliding_bead": Case(
+        sliding_bead,
+        1e-3,
+        "bead",
+        0.5,
+        (0.5995, -0.09880),
+        3e-4,
+        EXUDYN,
+        {"n_elements": (32, "")},
         DAMPED,
     ),
 }

@@ -12,6 +12,7 @@ from ancfsparse.problems import (
     elastic_four_bar,
     elastic_slider_crank,
     moving_supports,
+    sliding_bead,
     spaghetti,
     spin_up,
 )
@@ -40,6 +41,13 @@ REFERENCES = {
             1.0: {"middle": (1.066856, -0.273626)},
         },
         2e-5,
+    ),
+    sliding_bead: (
+        {
+            0.25: {"bead": (0.52439, -0.03514)},
+            0.5: {"bead": (0.5995, -0.09880), "middle": (0.99904, -0.10603)},
+        },
+        3e-4,
     ),
     spaghetti: (
         {

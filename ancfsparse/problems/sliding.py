@@ -1,0 +1,36 @@
+"""Points that slide along cables, with numbers that an independent program agrees on."""
+
+from __future__ import annotations
+
+from ancfsparse.checks import check_count
+from ancfsparse.problems.flexible import CABLE
+from ancfsparse.problems.mechanism import G, Mechanism
+from ancfsparse.scene import Scene
+
+
+def sliding_bead(n_elements: int = 32) -> Mechanism:
+    """Return a bead of 0.1 kg on a cable of 2 m between two pins, free of stress and straight.
+
+    The cable is that of `pendulum`; the bead starts at rest at a quarter of its length.
+
+    Parameters
+    ----------
+    n_elements : int, optional
+        Number of elements.
+
+    Notes
+    -----
+    Quantities: places of the ``bead`` and of the ``middle`` of the cable [m].
+    """
+    scene = Scene((0.0, -G))
+    n = check_count("n_elements", n_elements, 1)
+    rope = scene.add_beam("thin", (0, 0), (2, 0), n, *CABLE, strain="biot", name="rope")
+    scene.pin(rope.start)
+    scene.pin(rope.end)
+    bead = scene.add_body(mass=0.1, inertia=1e-4, position=(0.5, 0), name="bead")
+    scene.slide(bead.origin, rope)
+    watched = {
+        "bead": lambda run: run.position(bead.origin),
+        "middle": lambda run: run.position(rope.at(0.5 * rope.length)),
+    }
+    return Mechanism(scene, {"rope": rope, "bead": bead}, watched)
