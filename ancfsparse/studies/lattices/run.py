@@ -23,7 +23,7 @@ from ancfsparse.system import System
 
 # Runs shorter than this [s] are repeated, up to this number of times, and the fastest counts.
 SHORT, ROUNDS = 1.0, 3
-# How often runs on one and on more threads are repeated, so that moments do not make their ratio.
+# How often runs on one and on more threads are repeated: ratios of single times are mostly noise.
 TURNS = 2
 # Fill, in blocks of an exact factor per block of the matrix, beyond which it is not counted.
 MOST_FILL = 1e4
