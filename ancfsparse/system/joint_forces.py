@@ -137,9 +137,9 @@ def joint_force(system: System, joint: Joint, states: States) -> tuple[Vector, V
     SingularSceneError
         If other joints hold the same coordinates, so that nothing tells their forces apart.
     """
-    if not any(joint is each for each in system.scene.joints):
+    if not any(joint is each for each in system.joints):
         raise InputError("the joint is none of the scene that moved: take one of its handles")
-    lowering = Lowering(system.scene, system.kinds)
+    lowering = Lowering(_scene_with(system, system.joints), system.kinds)
     record = Recorder(lowering)
     joint.lower(record)
     q = _raw(lowering, system, states.q)
@@ -203,10 +203,16 @@ def _of_balance(
 
 def _cut(system: System, joint: Joint) -> System:
     """Return the system without one joint."""
-    scene: Scene = object.__new__(type(system.scene))
-    joints = [each for each in system.scene.joints if each is not joint]
-    scene.__dict__.update(system.scene.__dict__ | {"joints": joints})
+    scene = _scene_with(system, [each for each in system.joints if each is not joint])
     return type(system)(scene, system.state(system.t0, system.q0, system.v0))
+
+
+def _scene_with(system: System, joints: Sequence[Joint]) -> Scene:
+    """Return the scene as it was when the system was made, with these of its joints."""
+    scene: Scene = object.__new__(type(system.scene))
+    then = {"bodies": list(system.bodies), "joints": list(joints)}
+    scene.__dict__.update(system.scene.__dict__ | then)
+    return scene
 
 
 def _missing(system: System, cut: System, states: States) -> Vector:

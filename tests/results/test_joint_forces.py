@@ -179,3 +179,16 @@ def test_bad_arguments_of_joint_force():
     with pytest.raises(ancf.InputError, match="none of the scene that moved"):
         run.joint_force(double_pendulum()[2][0])
     assert math.isfinite(run.joint_force(first).force.sum())
+
+
+def test_what_is_added_to_the_scene_after_a_run_changes_no_force():
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    lid = scene.add_body(ancf.Box(1.0, 0.2, 0.1), mass=1.0, position=(0, 0, 0))
+    hinge = scene.revolute(lid.at((-0.5, 0, 0)), axis=(0, 1, 0))
+    run = ancf.simulate(scene, 4e-3, 1e-3)
+    before = run.joint_force(hinge).force
+    other = scene.add_body(ancf.Sphere(0.1), mass=1.0, position=(3, 0, 0))
+    scene.pin(other.origin)
+    np.testing.assert_array_equal(run.joint_force(hinge).force, before)
+    with pytest.raises(ancf.InputError, match="none of the scene that moved"):
+        run.joint_force(scene.revolute(other.at((0.1, 0, 0)), axis=(0, 1, 0)))

@@ -21,6 +21,7 @@ SHARES = {
     "accuracy": 3,
     "odd-calls": 5,
     "units": 3,
+    "bodies": 3,
     "statics": 1,
     "meshes": 1,
     "files": 1,

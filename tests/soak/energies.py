@@ -82,3 +82,19 @@ def energies(run, beam, gravity):
             curvature = bend / square ** (2 if biot else 3)
             elastic += 0.5 * bending * weight * h * curvature.sum(axis=1)
     return kinetic, elastic, potential
+
+
+def of_box(path, body, gravity):
+    """Give kinetic, elastic and potential energy of a rigid box at all saved times [J].
+
+    Its mass at two Gauss points along each edge has the same second moments.
+    """
+    dim = len(gravity)
+    edges = np.array([body.shape.length, body.shape.height, body.shape.width])[:dim]
+    signs = np.stack(np.meshgrid(*[[-1.0, 1.0]] * dim), axis=-1).reshape(-1, dim)
+    kinetic = potential = 0.0
+    for place in signs * edges / np.sqrt(12.0):
+        mass, point = body.mass / len(signs), body.at(place)
+        kinetic += 0.5 * mass * (path.velocity(point) ** 2).sum(axis=1)
+        potential -= mass * path.position(point) @ gravity
+    return kinetic, 0.0 * kinetic, potential

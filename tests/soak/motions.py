@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 import ancfsparse as ancf
-from tests.soak.energies import energies
+from tests.soak.energies import energies, of_box
 from tests.soak.exactly import gain_by_newton
 from tests.soak.report import Report
 from tests.soak.scenes import draw, draw_integrator, draw_solver
@@ -21,8 +21,11 @@ ROUNDING = 1e-14
 def run(seed, index):
     """Run a random scene by a random integrator and solver; an alarm must be one for Newton too."""
     rng = np.random.default_rng([seed, index])
-    drawn = draw(rng)
-    integrator, solver = draw_integrator(rng), draw_solver(rng)
+    return attempt(draw(rng), draw_integrator(rng), draw_solver(rng))
+
+
+def attempt(drawn, integrator, solver):
+    """Run a scene and judge how that ends."""
     tried = f"{integrator!r}, {solver!r}, {drawn.words}"
     try:
         path = ancf.simulate(
@@ -57,7 +60,9 @@ def judge(drawn, integrator, path):
     """Say what is wrong with a run that finished."""
     total, kinetic, finds = path.energy.total, path.energy.kinetic, []
     if drawn.cables:
-        parts = [energies(path, beam, drawn.scene.gravity) for beam in drawn.beams]
+        gravity = drawn.scene.gravity
+        parts = [energies(path, beam, gravity) for beam in drawn.beams]
+        parts += [of_box(path, body, gravity) for body in drawn.bodies]
         ours = np.sum([sum(each) for each in parts], axis=0)
         moving = np.sum([each[0] for each in parts], axis=0)
         # What is at rest holds the energy of rounding, strains of 1e-16.

@@ -38,6 +38,7 @@ class Drawn:
     node: object = None  # where the load acts
     force: object = None  # as a function of time
     words: dict = field(default_factory=dict)
+    bodies: list = field(default_factory=list)  # rigid boxes
 
     @property
     def t_end(self):

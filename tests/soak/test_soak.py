@@ -8,7 +8,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
 from ancfsparse.solve.criterion import Criterion
-from tests.soak import accuracy, motions, units, worker
+from tests.soak import accuracy, bodies, motions, units, worker
 from tests.soak.__main__ import soak
 from tests.soak.report import Find, Report, Tally, as_json, table
 from tests.soak.scenes import Drawn, Units, draw
@@ -179,3 +179,19 @@ def test_an_error_above_the_accuracy_is_seen(monkeypatch):
     found = accuracy.run(0, 2)
     assert found.outcome == "missed"
     assert "times the accuracy" in found.finds[0]
+
+
+def test_bodies_hang_on_beams_by_every_joint():
+    drawn = [bodies.draw_hung(np.random.default_rng([8, index])) for index in range(100)]
+    assert {joint for each in drawn for joint in each.words["bodies"]} == {*bodies.JOINTS}
+    assert [find for index in range(12) for find in bodies.run(8, index).finds] == []
+
+
+def test_energies_of_bodies_are_computed_independently():
+    scenes = (bodies.draw_hung(np.random.default_rng([8, index])) for index in range(100))
+    drawn = next(each for each in scenes if each.cables and each.words["motion"] == "wave")
+    scheme = ancf.GeneralizedAlpha(0.5)
+    path = ancf.simulate(drawn.scene, 5 * drawn.dt, drawn.dt, integrator=scheme)
+    assert motions.judge(drawn, scheme, path) == []
+    drawn.bodies.pop()
+    assert "computed independently" in motions.judge(drawn, scheme, path)[0]

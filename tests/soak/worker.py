@@ -12,7 +12,7 @@ import warnings
 from pathlib import Path
 
 import ancfsparse as ancf
-from tests.soak import accuracy, files, interruptions, motions, nets, odd, statics, units
+from tests.soak import accuracy, bodies, files, interruptions, motions, nets, odd, statics, units
 from tests.soak.report import Report
 
 KINDS = {
@@ -20,6 +20,7 @@ KINDS = {
     "accuracy": accuracy.run,
     "odd-calls": odd.run,
     "units": units.run,
+    "bodies": bodies.run,
     "statics": statics.run,
     "meshes": nets.run,
     "files": files.run,
