@@ -336,7 +336,7 @@ class Couplings(Records):
 
 
 def freedom_of(what: str, joint: Joint, of: str | None) -> str:
-    """Return the freedom of a joint that is meant: its only one, or the one that is named."""
+    """Return the freedom of a joint that is named, or its only one."""
     if of is not None:
         check_choice(f"of of {what}", of, ("angle", "displacement"))
     free = joint.freedoms

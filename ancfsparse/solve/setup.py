@@ -100,7 +100,8 @@ def prepare(
     sparing = isinstance(seed, IncompleteSeed) and isinstance(solver, str)
     scale = integrator.scale * dt**2
     regularize(system, scale)
-    recall_contributions(state, system)
+    if not recall_contributions(state, system):
+        system.forget()
     start, a = starting_state(system, seed, integrator, dt, state)
     criterion = Criterion(system, integrator, tolerance)
     march = make_march(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))

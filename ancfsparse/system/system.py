@@ -114,6 +114,7 @@ class System:
         self.damped = self.assembly.damped
         self.capsule = self.assembly.capsule
         self.gravity_load = self._gravity()
+        self._memory = self.assembly.memory
 
     def __reduce__(self) -> tuple[type[System], tuple[Scene, State]]:
         """Pickle the scene, from which another process compiles its own; and where it starts.
@@ -121,6 +122,11 @@ class System:
         The function that gave initial velocities may not be known there.
         """
         return System, (self.scene, self.state(self.t0, self.q0, self.v0))
+
+    def forget(self) -> None:
+        """Give contributions the memory of the start back after a motion of this system."""
+        if len(self._memory):
+            self.assembly.memory = self._memory
 
     @cached_property
     def layout(self) -> Layout:

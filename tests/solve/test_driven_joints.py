@@ -248,3 +248,11 @@ def test_a_double_pendulum_with_a_driven_crank_moves_as_in_exudyn():
     known = [[111.083169, -53.8674718], [3.28008816, -83.3314451]]
     np.testing.assert_allclose(force, known, atol=0.01)
     np.testing.assert_allclose(moment, [144.682023, 21.8839791], atol=5e-3)
+
+
+def test_runs_to_an_accuracy_begin_each_with_the_turns_of_the_start():
+    scene, rod, *_ = crank(ancf.Ramp(8.0 * math.pi, 1.0, smooth=True))
+    run = ancf.simulate(scene, 1.0, accuracy=1e-4)
+    assert run.finished
+    assert run.stats.runs > 1
+    np.testing.assert_allclose(run.position(rod.end)[-1], [1.0, 0.0], atol=1e-4)

@@ -25,8 +25,8 @@ def measure(builder: Builder, joint: Joint, of: str) -> Measure:
         One that has the freedom.
     of : str
         ``"angle"``, by which the first side is turned against the second one about the axis since
-        the reference shape; or
-        ``"displacement"`` of its point along the axis, from that of the second one.
+        the reference shape; or ``"displacement"`` of its point along the axis, from that of the
+        second one.
     """
     return _angle(builder, joint) if of == "angle" else _displacement(builder, joint)
 

@@ -38,7 +38,7 @@ class Track:
     weights : (p,) float
         Their weights.
     lateral : (dim,) float
-        In space a direction across the axis, by which normals are told apart.
+        In space a direction across the axis, that makes the normals unique.
     """
 
     ends: Integers
