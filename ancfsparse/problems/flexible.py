@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_count
 from ancfsparse.problems.mechanism import Array, G, Mechanism, bar, meeting
@@ -17,14 +18,15 @@ from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Circle, Material, Ramp, Rectangle, Scene, Sine
 from ancfsparse.scene.sections import AnySection
 from ancfsparse.scene.shapes import Box
+from ancfsparse.scene.signal import Signal
 
 # The cable of the paper's pendulum.
 CABLE = Rectangle(0.01, 0.01), Material(1e8, 4000.0)
 
 
 @dataclass(frozen=True)
-class SpinUp:
-    """The angle of a hub that comes to a constant speed (Kane, Simo).
+class SpinUp(Signal):
+    """An angle whose rate rises smoothly from zero to a constant (Kane, Simo).
 
     Attributes
     ----------
@@ -37,28 +39,24 @@ class SpinUp:
     speed: float = 6.0
     rise: float = 15.0
 
-    def at(self, t: float, order: int = 0) -> float:
-        """Return the angle [rad] or a derivative of it."""
+    @property
+    def smoothness(self) -> float:
+        """How many of its derivatives are continuous."""
+        return 3.0
+
+    def __call__(self, t: ArrayLike) -> Array:
+        """Return the angle at a time, or at all of an array of times [rad]."""
+        t, turn = np.asarray(t, dtype=float), 2.0 * math.pi / self.rise
+        x = np.minimum(t, self.rise)
+        grown = 0.5 * x**2 + (np.cos(turn * x) - 1.0) / turn**2
+        return np.asarray(self.speed / self.rise * grown + self.speed * (t - x))
+
+    def rate(self, t: ArrayLike, order: int = 1) -> Array:
+        """Return its first or second derivative [rad/s, rad/s2]."""
         turn = 2.0 * math.pi / self.rise
-        x = min(t, self.rise)
-        if order == 2:
-            return self.speed / self.rise * (1.0 - math.cos(turn * x))
-        if order == 1:
-            return self.speed / self.rise * (x - math.sin(turn * x) / turn)
-        grown = self.speed / self.rise * (0.5 * x**2 + (math.cos(turn * x) - 1.0) / turn**2)
-        return grown + self.speed * (t - x)
-
-    def __call__(self, t: float) -> float:
-        """Return the angle [rad]."""
-        return self.at(t)
-
-    def rate(self, t: float) -> float:
-        """Return the angular velocity [rad/s]."""
-        return self.at(t, 1)
-
-    def second_rate(self, t: float) -> float:
-        """Return the angular acceleration [rad/s2]."""
-        return self.at(t, 2)
+        x = np.minimum(np.asarray(t, dtype=float), self.rise)
+        grown = x - np.sin(turn * x) / turn if order == 1 else 1.0 - np.cos(turn * x)
+        return np.asarray(self.speed / self.rise * grown)
 
 
 def spin_up(n_elements: int = 16) -> Mechanism:
@@ -81,10 +79,10 @@ def spin_up(n_elements: int = 16) -> Mechanism:
     section, material = cable(2.8e7, 1.4e4, 1.2)
     rod = scene.add_beam("thin", (0, 0), (10, 0), n, section, material, strain="biot", name="rod")
     turn = SpinUp()
-    scene.drive_joint(scene.pin(rod.start), turn, rate=turn.rate, second_rate=turn.second_rate)
+    scene.drive_joint(scene.pin(rod.start), turn)
 
     def in_rotating_frame(run: Trajectory) -> Array:
-        angle = np.array([turn(t) for t in run.t])
+        angle = turn(run.t)
         c, s = np.cos(angle), np.sin(angle)
         x, y = run.position(rod.end).T
         return np.stack([c * x + s * y - rod.length, c * y - s * x], axis=1)
@@ -170,8 +168,8 @@ def double_pendulum_bob(n_elements: int = 16) -> Mechanism:
 
 
 @dataclass(frozen=True)
-class CrankEnd:
-    """The end of a crank of 1 m that starts at 90 degrees and turns as prescribed.
+class CrankEnd(Signal):
+    """The end of a crank of 1 m that starts at 90 degrees.
 
     Attributes
     ----------
@@ -181,21 +179,24 @@ class CrankEnd:
 
     turn: SpinUp = SpinUp(-2.0 * math.pi, 0.5)
 
-    def __call__(self, t: float) -> Array:
-        """Return the position [m]."""
+    @property
+    def smoothness(self) -> float:
+        """How many of its derivatives are continuous."""
+        return self.turn.smoothness
+
+    def __call__(self, t: ArrayLike) -> Array:
+        """Return the position at a time, or one in each row for an array of times [m]."""
         angle = self.turn(t)
-        return np.array([-math.sin(angle), math.cos(angle)])
+        return np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
 
-    def rate(self, t: float) -> Array:
-        """Return the velocity [m/s]."""
-        x, y = self(t)
-        return self.turn.rate(t) * np.array([-y, x])
-
-    def second_rate(self, t: float) -> Array:
-        """Return the acceleration [m/s2]."""
-        x, y = self(t)
-        along, square = self.turn.second_rate(t), self.turn.rate(t) ** 2
-        return np.array([-along * y - square * x, along * x - square * y])
+    def rate(self, t: ArrayLike, order: int = 1) -> Array:
+        """Return its first or second derivative [m/s, m/s2]."""
+        outward = self(t)
+        along = np.stack([-outward[..., 1], outward[..., 0]], axis=-1)
+        speed = self.turn.rate(t)[..., None]
+        if order == 1:
+            return np.asarray(speed * along)
+        return np.asarray(self.turn.rate(t, 2)[..., None] * along - speed**2 * outward)
 
 
 def elastic_four_bar(n_elements: int = 16) -> Mechanism:
@@ -220,8 +221,7 @@ def elastic_four_bar(n_elements: int = 16) -> Mechanism:
         "thin", a, b, n, *cable(1e5, 200.0, 1.0), strain="biot", name="coupler"
     )
     rocker = bar(scene, "rocker", d, b)
-    end = CrankEnd()
-    scene.drive(coupler.start, end, rate=end.rate, second_rate=end.second_rate)
+    scene.drive(coupler.start, CrankEnd())
     scene.pin(rocker.origin)
     scene.connect(coupler.end, rocker.end)
     watched = {

@@ -14,6 +14,7 @@ from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.error_budget.report import STUDY as ERROR_BUDGET
 from ancfsparse.studies.lattices.report import STUDY as LATTICES
 from ancfsparse.studies.long_runs.report import STUDY as LONG_RUNS
+from ancfsparse.studies.mechanisms.report import STUDY as MECHANISMS
 from ancfsparse.studies.memory.lattices_report import STUDY as MEMORY_LATTICES
 from ancfsparse.studies.memory.report import STUDY as MEMORY
 from ancfsparse.studies.scaling.report import STUDY as SCALING
@@ -228,3 +229,18 @@ def long_runs(
     """Let the pendulum fall for a million steps: memory, energy, and what fails when."""
     LONG_RUNS.check(output, page)
     report(LONG_RUNS, LONG_RUNS.run(steps, progress=True), output, page)
+
+
+@study.command("mechanisms")
+def mechanisms_command(
+    scene: Annotated[
+        list[str] | None, typer.Option(help="Only this mechanism; repeatable.")
+    ] = None,
+    rounds: Annotated[int, typer.Option(help="Runs of each program, in turn.")] = 5,
+    output: OutputOption = Path("results"),
+    page: PageOption = None,
+) -> None:
+    """Run mechanisms of cables beside Exudyn: time against error; some minutes."""
+    MECHANISMS.check(output, page)
+    options = {"names": tuple(scene)} if scene else {}
+    report(MECHANISMS, MECHANISMS.run(**options, rounds=rounds, progress=True), output, page)

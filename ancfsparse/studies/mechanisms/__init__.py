@@ -1,0 +1,1 @@
+"""Mechanisms of cables beside Exudyn."""

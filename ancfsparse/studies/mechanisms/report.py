@@ -1,0 +1,104 @@
+"""Mechanisms beside Exudyn as text, CSV, JSON and a chart."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+from matplotlib.figure import Figure
+
+from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
+from ancfsparse.studies.common.race import OURS
+from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.mechanisms.run import WANTED, Comparison, mechanisms
+
+HEAD = ("mechanism", "step [s]", "error [m]", "ours [ms]", "Exudyn [ms]", "how", "ratio")
+
+
+def _lines(found: Comparison) -> list[list[str]]:
+    return [
+        [
+            ours.scene,
+            f"{ours.dt:.2g}",
+            f"{ours.error:.1e}, {other.error:.1e}",
+            f"{1e3 * ours.seconds:.1f}",
+            f"{1e3 * other.seconds:.0f}",
+            other.newton,
+            f"{other.seconds / ours.seconds:.1f}",
+        ]
+        for ours, other in found.pairs()
+    ]
+
+
+def as_text(found: Comparison) -> str:
+    """Set the table for a terminal."""
+    widths = (22, 10, 20, 11, 13, 40, 8)
+    rows = [list(HEAD), *_lines(found)]
+    lines = ["".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True)) for row in rows]
+    return "\n".join([*lines, "", *found.findings(), "", *map(str, found.targets())])
+
+
+def as_markdown(found: Comparison) -> str:
+    """Set the table for a page."""
+    lines = table(HEAD, _lines(found), left=(0, 5))
+    return with_findings(lines, [*found.findings(), _aims(found)])
+
+
+def _aims(found: Comparison) -> str:
+    """Say how many mechanisms reach the aim, and the least ratio of each of the others."""
+    targets = found.targets()
+    missed = [f"{each.what.split(': ')[1]} {each.value:.1f}" for each in targets if not each.met]
+    reached = len(targets) - len(missed)
+    text = f"The aim, {WANTED:g} times at every step, is reached by {reached} of {len(targets)}"
+    return text + (f" and missed by {', '.join(missed)}." if missed else ".")
+
+
+def chart(found: Comparison) -> Figure:
+    """Draw the error against the time, a panel for each mechanism."""
+    scenes = list(dict.fromkeys(row.scene for row in found.rows))
+    columns = min(3, len(scenes))
+    lines = -(-len(scenes) // columns)
+    figure = Figure(figsize=(WIDTH, 1.2 + 2.6 * lines), layout="constrained")
+    panels = figure.subplots(lines, columns, squeeze=False).ravel()
+    shown = {}
+    ways = dict.fromkeys((row.program, row.newton) for row in found.rows)
+    colours = ("#0072b2", "#e69f00", "#d55e00", "#b15928", "#cc79a7", "#999999", "#666666")
+    for ax, scene in zip(panels, scenes, strict=False):
+        for way, colour in zip(ways, colours, strict=False):
+            rows = [r for r in found.rows if (r.scene, r.program, r.newton) == (scene, *way)]
+            (line,) = ax.loglog(
+                [1e3 * r.seconds for r in rows],
+                [r.error for r in rows],
+                "o-" if way[0] == OURS else "s--",
+                color=colour,
+                markersize=4,
+                linewidth=1.2,
+            )
+            shown[OURS if way[0] == OURS else f"Exudyn, {way[1]}"] = line
+        ax.set_title(scene.replace("_", " "), fontsize=SMALL)
+        ax.set_xlabel("processor time of the solver [ms]", fontsize=SMALL)
+        ax.set_ylabel("error [m]", fontsize=SMALL)
+        ax.grid(alpha=0.3, which="major")
+    for ax in panels[len(scenes) :]:
+        ax.set_axis_off()
+    set_legend(figure, shown, 2)
+    ratios = [other.seconds / ours.seconds for ours, other in found.pairs()]
+    set_head(
+        figure,
+        f"At equal errors our program takes {min(ratios):.0f} to {max(ratios):.0f} times less time "
+        "than the fastest of Exudyn's settings",
+    )
+    return figure
+
+
+STUDY = Study(
+    "mechanisms",
+    run=mechanisms,
+    text=as_text,
+    rows=lambda found: [asdict(row) for row in found.rows],
+    record=Comparison.record,
+    findings=Comparison.findings,
+    targets=Comparison.targets,
+    charts={"mechanisms": chart},
+    regions={"mechanisms": as_markdown},
+)
