@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_choice, check_count, check_finite, check_positive
+from ancfsparse.checks import check_choice, check_count, check_finite, check_moderate
 from ancfsparse.errors import InputError, Parameter, Sentence
 from ancfsparse.kernels.catalog import CURVED, OPTIONS, ElementKind, curved_form
 from ancfsparse.machine import check_room
@@ -255,7 +255,7 @@ def _strained(
         return path, path.length / stretch, stretch
     if shape.length is None:
         return path, path.length, 1.0
-    natural = check_positive(f"length of {label}", shape.length, "m")
+    natural = check_moderate(f"length of {label}", shape.length, "m")
     if shape.curve is None and natural > path.length * (1.0 + 1e-12):
         return Catenary(label, start, end, natural, gravity), natural, 1.0
     return path, natural, path.length / natural

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite
+from ancfsparse.checks import MODERATE, check_finite
 from ancfsparse.errors import InputError, LoadFailure, with_unit
 from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.bodies import Node
@@ -209,4 +209,6 @@ def _not_negative(what: str, value: object, unit: str) -> float:
     number = check_finite(what, value, unit)
     if number < 0.0:
         raise InputError(f"{what} must not be negative, got {with_unit(number, unit)}")
+    if number > MODERATE:
+        raise InputError(f"{what} must be at most {MODERATE:g} {unit}, got {number:g} {unit}")
     return number

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.checks import MODERATE
 from ancfsparse.errors import RedundantConstraints
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
@@ -78,6 +79,8 @@ def nearly_dependent(system: System, q: Vector, share: float) -> int:
     share : float
         From 0 to 1.
     """
+    if not np.max(np.abs(q)) < MODERATE:  # the motion is lost, which the run reports
+        return 0
     pivots = _factored(_unit_gradients(system, q)).pivots
     return int(np.sum(pivots < share**2))
 
