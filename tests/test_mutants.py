@@ -80,7 +80,8 @@ def test_tests_that_do_not_exist_catch_nothing(run):
 def test_the_list_is_read(mutants):
     listed = mutants.read()
     assert len(listed) >= 40
-    assert all((TOOLS.parent / each.file).is_file() for each in listed)
+    texts = {each.file: (TOOLS.parent / each.file).read_text(encoding="utf-8") for each in listed}
+    assert not [str(each) for each in listed if texts[each.file].count(each.old) != 1]
 
 
 def test_a_run_that_is_ended_puts_the_file_back(tmp_path):
