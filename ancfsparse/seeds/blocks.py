@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.seeds.sparse import Indices
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds.factors import Solver
 
 
 class BlockInverse:
@@ -48,23 +51,22 @@ class BlockInverse:
         order = np.argsort(label, kind="stable")
         self._members = np.split(order, np.cumsum(np.bincount(label, minlength=count))[:-1])
         self.solve_flops = 2 * sum(len(block) ** 2 for block in self._members)
-        self._blocks: Any = None
+        self._blocks: Solver | None = None
 
     @property
     def capsule(self) -> object:
         """The structure ``ancf_seed`` for compiled callers; its ``factor`` is null."""
-        capsule: object = self._inverted().capsule
-        return capsule
+        return self._inverted().capsule
 
     def solve(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the solution ``(n,)`` for the right-hand side ``r (n,)``."""
-        return np.asarray(self._inverted().solve(r))
+        return self._inverted().solve(r)
 
-    def _inverted(self) -> Any:
+    def _inverted(self) -> Solver:
         """Invert at first use: the operations are asked for before it is known who needs them."""
         if self._blocks is None:
             dense = [self._matrix[np.ix_(block, block)].toarray() for block in self._members]
-            self._blocks = compiled("blocks").Blocks(
-                self._members, [np.linalg.inv(a) for a in dense]
-            )
+            inverses = [np.linalg.inv(a) for a in dense]
+            made: Solver = compiled("blocks").Blocks(self._members, inverses)
+            self._blocks = made
         return self._blocks

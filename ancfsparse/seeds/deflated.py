@@ -147,7 +147,7 @@ class DeflatedSeed:
 
     def _sweep(self, r: Vector) -> Vector:
         self.inner = self.inner[0] + 1, self.inner[1]
-        z: Vector = self._incomplete.own.sweep(r)
+        z = self._incomplete.own.sweep(r)
         return z
 
     def _corrected(self, z: Vector, r: Vector) -> Vector:

@@ -180,7 +180,7 @@ class Groups:
         flops = width**3 * float(np.sum(length.astype(float) ** 2))
         return Fill(nnz, flops, 4.0 * nnz + 2.0 * width * len(self.members))
 
-    def _lengths(self, permutation: NDArray[np.int32], most: float) -> Any:
+    def _lengths(self, permutation: NDArray[np.int32], most: float) -> NDArray[np.int32] | None:
         """Return how many blocks each column of a factor has; None where they are too many."""
         upper = compiled("tree").permuted_upper(*self.meeting, permutation)
         blocks = len(self.meeting[1]) - len(self.members)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ from ancfsparse.seeds.sparse import Indices
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
+
+    from ancfsparse.seeds.factors import IncompleteFactor
 
 # Bytes of a block: nine numbers in double precision, and its row; and of three unknowns: five
 # vectors in single precision, their scale twice, and where they are.
@@ -93,7 +95,7 @@ class IncompleteSeed:
         (order, self._first), tree = groups.fronts(), compiled("tree")
         start, row = tree.lower_columns(*tree.permuted_upper(*groups.meeting, order))
         self._unknown = np.ascontiguousarray(groups.members[order], dtype=np.int32)
-        self._own: Any = None
+        self._own: IncompleteFactor | None = None
         self._matrix: sp.csc_array | None = None
         blocks, triples = len(order) + len(row), len(order)
         if blocks > MOST_BLOCKS:
@@ -122,10 +124,10 @@ class IncompleteSeed:
             self.nbytes += 0.0 if beside is None else beside.nbytes
 
     @property
-    def own(self) -> Any:
+    def own(self) -> IncompleteFactor:
         """The compiled factor."""
         if self._own is None:
-            self._own = compiled("ic").Ic(
+            made: IncompleteFactor = compiled("ic").Ic(
                 *self._pattern,
                 self.n_positive,
                 self._unknown,
@@ -133,19 +135,19 @@ class IncompleteSeed:
                 self._row,
                 self._first,
             )
-            self._own.set_threads(self.threads)
+            made.set_threads(self.threads)
             if self._coarse is not None:
-                self._own.take_modes(self._coarse)
+                made.take_modes(self._coarse)
             if self._border is not None:
-                self._own.take_border(self._border)
+                made.take_border(self._border)
+            self._own = made
         return self._own
 
     @property
     def capsule(self) -> object:
         """The structure ``ancf_seed`` for compiled callers; `solve` then needs a new `factor`."""
         self._matrix = None
-        capsule: object = self.own.capsule
-        return capsule
+        return self.own.capsule
 
     @property
     def inner(self) -> tuple[int, int]:
@@ -176,7 +178,7 @@ class IncompleteSeed:
 
         indptr, indices = self._pattern
         self._matrix = sp.csc_array((values, indices, indptr), shape=(self.n, self.n))
-        bad = int(self.own.factor(values))
+        bad = self.own.factor(values)
         if bad:
             self.own.mend(values)
         return bad

@@ -13,6 +13,7 @@ from ancfsparse.seeds.shape import Upper, parts_of, shape_of
 
 if TYPE_CHECKING:
     from ancfsparse.seeds.cholmod import Supernodal
+    from ancfsparse.seeds.factors import CompleteFactor, PythonSeed
 
 Indices = NDArray[np.integer[Any]]
 # Operations for each entry of L from which CHOLMOD's dense blocks factor faster than our loops, on
@@ -85,12 +86,12 @@ class SparseSeed:
             shape = shape_of(upper, np.bincount(of_column, minlength=threads + 1))
         self.nnz, self.factor_flops, self.threads = shape.nnz, shape.flops, shape.n_parts
         self._permutation, self.shape = permutation, shape
-        self._own: Any = None
+        self._own: CompleteFactor | None = None
         self._upper: Upper | None = None
         self._fallen_back = False
         self.supernodal = n_positive == self.n and self.factor_flops > DENSE_BLOCKS * self.nnz
         self._cholmod: Supernodal | None = None
-        self._callback: Any = None
+        self._callback: PythonSeed | None = None
         if self.supernodal:
             from ancfsparse.seeds.cholmod import Supernodal
 
@@ -100,11 +101,11 @@ class SparseSeed:
             self._upper = upper  # until the factor is made
         self.nbytes = (BLOCK_ENTRY if self.supernodal else OWN_ENTRY) * (self.nnz + self.n)
 
-    def _make_own(self) -> None:
+    def _make_own(self) -> CompleteFactor:
         upper, self._upper = self._upper, None
         if upper is None:
             upper = permuted(*self._pattern, self._permutation)
-        self._own = compiled("ldl").Ldl(
+        made: CompleteFactor = compiled("ldl").Ldl(
             *self._pattern,
             self._permutation,
             self.n_positive,
@@ -112,19 +113,19 @@ class SparseSeed:
             self.shape.rows(upper),
             may_round=self.n_positive == self.n and 8.0 * (self.nnz + self.n) >= SINGLE_FROM,
         )
+        return made
 
     @property
-    def own(self) -> Any:
+    def own(self) -> CompleteFactor:
         """Our own compiled factor."""
         if self._own is None:
-            self._make_own()
+            self._own = self._make_own()
         return self._own
 
     @property
     def capsule(self) -> object:
         """The structure ``ancf_seed`` for compiled callers."""
-        capsule: object = (self._callback or self.own).capsule
-        return capsule
+        return (self._callback or self.own).capsule
 
     @property
     def error(self) -> BaseException | None:
@@ -149,8 +150,7 @@ class SparseSeed:
         """
         if self._cholmod is not None and not self._fallen_back:
             return 0
-        count: int | None = self.own.negative_pivots
-        return count
+        return self.own.negative_pivots
 
     def factor(self, values: NDArray[np.float64]) -> int:
         """Factor again; return 0, or 1 + the first unknown whose pivot has the wrong sign.
@@ -164,23 +164,22 @@ class SparseSeed:
             self._fallen_back = self._cholmod.factor(values) != 0
             if not self._fallen_back:
                 return 0
-        return int(self.own.factor(values))
+        return self.own.factor(values)
 
     def solve(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the solution ``(n,)`` for the right-hand side ``r (n,)``."""
         if self._cholmod is not None and not self._fallen_back:
             return self._cholmod.solve(r)
-        return np.asarray(self.own.solve(r))
+        return self.own.solve(r)
 
     @property
     def pivots(self) -> NDArray[np.float64]:
         """Pivots of our own factor of the last matrix, in the order of the unknowns, (n,)."""
-        return np.asarray(self.own.pivots)
+        return self.own.pivots
 
     def columns(self) -> tuple[NDArray[Any], ...]:
         """Return starts, rows and values of our own L by columns, its pivots, the permutation."""
-        arrays: tuple[NDArray[Any], ...] = self.own.columns()
-        return arrays
+        return self.own.columns()
 
 
 def fill_of(indptr: Indices, indices: Indices) -> int:

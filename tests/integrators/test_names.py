@@ -8,6 +8,7 @@ from ancfsparse.integrators.interface import Integrator
 from ancfsparse.integrators.names import BY_NAME, EXAMPLES, EXPLICIT, integrator_of
 from ancfsparse.nonlinear import loops as nonlinear
 from ancfsparse.nonlinear.methods import BY_NAME as METHODS
+from ancfsparse.seeds import factors
 from ancfsparse.system.equations import Assembly
 
 
@@ -51,6 +52,10 @@ def test_damped_newmark_is_of_first_order():
         (nonlinear.OwnInverse, "limited", "Limited"),
         (nonlinear.Inverse, "corotated", "Corotated"),
         (Assembly, "assembly", "Assembly"),
+        (factors.CompleteFactor, "ldl", "Ldl"),
+        (factors.IncompleteFactor, "ic", "Ic"),
+        (factors.Solver, "blocks", "Blocks"),
+        (factors.PythonSeed, "callback", "Callback"),
     ],
 )
 def test_compiled_objects_have_what_their_types_state(protocol, module, name):
