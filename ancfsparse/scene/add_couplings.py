@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_choice, check_finite, check_positive, check_vector
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.scene.bodies import Node, Vector
-from ancfsparse.scene.course import course_of
 from ancfsparse.scene.joints import SAME_PLACE, Joint, check_end
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.spec import At, OfJoint, Point, Spec, Whole, specified, text
@@ -144,6 +143,8 @@ class Couplings(Records):
                     f"the {freedom} of the {joint.label} is driven already: leave one drive out"
                 )
         subject = f"the {freedom} of the {joint.label}"
+        from ancfsparse.scene.course import course_of
+
         course = course_of(subject, 0, value, rate, second_rate, UNITS[freedom])
         record = DrivenSpec(reference, value, rate, second_rate, of)
         return self._add_partial(Driven(joint, freedom, course), record)
@@ -308,6 +309,8 @@ class Couplings(Records):
             raise InputError("a winch has a rate and no length that changes: give length=l(t) too")
         course, wound, by = None, None, 0.0
         if length is not None:
+            from ancfsparse.scene.course import course_of
+
             course = course_of("the length of the winch", 0, length, rate, second_rate)
         if drum is not None:
             wound, by = (

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_choice, check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.course import course_of
 from ancfsparse.scene.joints import (
     SAME_PLACE,
     Clamp,
@@ -138,6 +137,8 @@ class Joints(Records):
         own = self._mine("a drive", check_end("a drive", node))
         check_flag("as_constraint of a drive", as_constraint)
         subject = f"the position of the drive at {own!r}"
+        from ancfsparse.scene.course import course_of
+
         course = course_of(subject, self.dim, position, rate, second_rate)
         record = DriveSpec(own.reference, specified(position), rate, second_rate, as_constraint)
         return self._add(Drive(own, course, as_constraint), record)
@@ -185,6 +186,8 @@ class Joints(Records):
                 f"the rod at {node!r} has a rate and no length that changes: give length=l(t) too"
             )
         if length is not None:
+            from ancfsparse.scene.course import course_of
+
             course = course_of(f"the length of the rod at {node!r}", 0, length, rate, second_rate)
         record = RodSpec(node.reference, specified(point), length, rate, second_rate)
         return self._add(Rod(node, point, distance, course), record)
@@ -258,6 +261,8 @@ class Joints(Records):
             )
         if length is not None:
             subject = f"the distance of {a!r} and {b!r}"
+            from ancfsparse.scene.course import course_of
+
             course = course_of(subject, 0, length, rate, second_rate)
         record = DistanceSpec(a.reference, b.reference, length, rate, second_rate)
         return self._add_partial(Distance(a, b, apart, course), record)

@@ -18,7 +18,6 @@ from ancfsparse.seeds import Fill, IncompleteSeed, Seed, SparseSeed
 from ancfsparse.solve.choose import choose
 from ancfsparse.solve.continuation import continues, recall, recall_contributions
 from ancfsparse.solve.criterion import Criterion
-from ancfsparse.solve.drives import drive_march
 from ancfsparse.solve.memory import NOTHING, Memory
 from ancfsparse.solve.seed import make_seed, most_fill
 from ancfsparse.solve.start import regularize, starting_state
@@ -107,7 +106,10 @@ def prepare(
     march = make_march(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))
     recall_contributions(state, system)  # the march has begun them
     march.weigh(criterion.mass, criterion.total)
-    drive_march(system, march, a, start.lam)
+    if system.prescribed:
+        from ancfsparse.solve.drives import drive_march
+
+        drive_march(system, march, a, start.lam)
     march.prepare(system.inputs(np.array([system.t0 + dt]))[0])
     weights = np.concatenate([criterion.mass, np.zeros(system.n_multipliers)])
     papers = tolerance == "paper" and method.is_dense

@@ -9,7 +9,6 @@ from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Node, Scene
-from ancfsparse.solve.drives import start_drives
 from ancfsparse.solve.memory import check_fits
 from ancfsparse.solve.record import Record
 from ancfsparse.solve.request import Request, check_request
@@ -205,7 +204,10 @@ def system_at_start(request: Request) -> System:
         If constraints repeat others.
     """
     system = System(request.scene, request.state)
-    start_drives(system, request.state, request.clock.dt, request.t_end)
+    if system.prescribed:
+        from ancfsparse.solve.drives import start_drives
+
+        start_drives(system, request.state, request.clock.dt, request.t_end)
     check_energy(system)
     check_constraints(system, request.state)
     # Joints that hold points at one place were compared as they were added.

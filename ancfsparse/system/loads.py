@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,9 @@ from ancfsparse.scene import (
     Scene,
 )
 from ancfsparse.system.amplitudes import Clock, Source
-from ancfsparse.system.following import Follower, at_node, inside
+
+if TYPE_CHECKING:
+    from ancfsparse.system.following import Follower
 
 Vector = NDArray[np.float64]
 
@@ -185,6 +187,8 @@ def _axes(load: PointMoment, system: Places) -> NDArray[np.int32] | None:
 
 def _follower(load: PointForce | DistributedForce, system: Places, first: int) -> Follower:
     """Return a following force at the points where it acts."""
+    from ancfsparse.system.following import Follower, at_node, inside
+
     column = np.full(system.dim, -1)
     width = load.shape[0] if load.shape else 1
     column[:width] = np.arange(first, first + width)

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, Node, Scene
-from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints import LINEAR, Led
 from ancfsparse.system.constraints import Constraints
 from ancfsparse.system.vectors import weighed
 
 if TYPE_CHECKING:
+    from ancfsparse.scene.course import Course
     from ancfsparse.scene.joints.measures import Measure
     from ancfsparse.scene.joints.tracks import Offset
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import LoadFailure
-from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints import Led
 from ancfsparse.system.amplitudes import Source
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.course import Course
 
 Vector = NDArray[np.float64]
 Integers = NDArray[np.int_]

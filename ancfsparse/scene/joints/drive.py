@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from numpy.typing import ArrayLike
 
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Led, Mark
 from ancfsparse.scene.spec import At, Point, Spec, text
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.course import Course
 
 
 @dataclass(frozen=True, eq=False)

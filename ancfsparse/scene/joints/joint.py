@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import RIGID, ElementKind
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.course import Course
 from ancfsparse.words import shown
 
 if TYPE_CHECKING:
+    from ancfsparse.scene.course import Course
     from ancfsparse.scene.joints.measures import Measure
     from ancfsparse.scene.joints.tracks import Offset
 

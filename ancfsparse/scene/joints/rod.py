@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.course import Course
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Led, Mark
 from ancfsparse.scene.spec import At, Point, Spec, text
 from ancfsparse.words import numbers
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.course import Course
 
 # Share of a beam's length within which two nodes count as being at one place.
 SAME_PLACE = 1e-9
