@@ -34,7 +34,9 @@ from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.results import Equilibrium, Trajectory, load
 from ancfsparse.scene import (
     Circle,
+    IBeam,
     Material,
+    Polygon,
     Pulse,
     Ramp,
     Rectangle,
@@ -42,6 +44,7 @@ from ancfsparse.scene import (
     Section,
     Sine,
     Table,
+    Tube,
 )
 from ancfsparse.scene.curves import Arc, Helix
 from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
@@ -72,6 +75,7 @@ __all__ = [
     "EquilibriumFailure",
     "GeneralizedAlpha",
     "Helix",
+    "IBeam",
     "InputError",
     "Instability",
     "LoadFailure",
@@ -81,6 +85,7 @@ __all__ = [
     "Newmark",
     "Newton",
     "OutputFailure",
+    "Polygon",
     "Pulse",
     "QuasiNewton",
     "Ramp",
@@ -96,6 +101,7 @@ __all__ = [
     "StepFailure",
     "Table",
     "Trajectory",
+    "Tube",
     "UnstableEquilibrium",
     "buckling",
     "complex_modes",

@@ -16,6 +16,8 @@ from ancfsparse.scene.loads import (
 )
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh
+from ancfsparse.scene.polygon import Polygon
+from ancfsparse.scene.profiles import IBeam, Tube
 from ancfsparse.scene.scene import Scene, check_scene
 from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
 from ancfsparse.scene.signal import Signal
@@ -31,6 +33,7 @@ __all__ = [
     "Connect",
     "DistributedForce",
     "ElasticBody",
+    "IBeam",
     "Joint",
     "Load",
     "Material",
@@ -39,6 +42,7 @@ __all__ = [
     "Pin",
     "PointForce",
     "PointMoment",
+    "Polygon",
     "Pulse",
     "Ramp",
     "Rectangle",
@@ -48,6 +52,7 @@ __all__ = [
     "Signal",
     "Sine",
     "Table",
+    "Tube",
     "check_node",
     "check_point",
     "check_scene",

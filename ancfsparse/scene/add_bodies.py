@@ -58,7 +58,7 @@ class Bodies(Records):
             Its two ends [m], apart from each other; left out if there is a `curve`.
         n_elements : int
             Number of elements, at least 1.
-        section : Rectangle, Circle or Section
+        section : Rectangle, Circle, Tube, IBeam, Polygon or Section
             Its cross-section.  A spatial cable bends alike in all directions and needs
             ``inertia_y`` equal to ``inertia_z``.
         material : Material
@@ -169,7 +169,7 @@ class Bodies(Records):
         element : str or ElementKind
             ``"string"`` (no bending stiffness, three coordinates a node in space), ``"l2t2"``
             (planar cable) or ``"thin"`` (cable), or a cable of your own, as in `add_beam`.
-        section : Rectangle, Circle or Section
+        section : Rectangle, Circle, Tube, IBeam, Polygon or Section
             Cross-section of all edges.  A spatial cable needs ``inertia_y`` equal to
             ``inertia_z``.
         material : Material

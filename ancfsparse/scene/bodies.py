@@ -229,7 +229,7 @@ class ElasticBody(Body):
 
     Attributes
     ----------
-    section : Rectangle, Circle or Section
+    section : Rectangle, Circle, Tube, IBeam, Polygon or Section
         Its cross-section.
     material : Material
         What it is made of.

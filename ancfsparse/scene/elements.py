@@ -8,7 +8,8 @@ from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import OPTIONS, PLANAR, ElementKind, element_kind
 from ancfsparse.scene.material import Material
-from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
+from ancfsparse.scene.polygon import Polygon
+from ancfsparse.scene.sections import AnySection
 from ancfsparse.words import shown
 
 # Second moments further apart than this share make a section that is not round.
@@ -132,15 +133,22 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
     InputError
         With what to give instead.
     """
-    if not isinstance(section, (Rectangle, Circle, Section)):
+    if not isinstance(section, AnySection):
         raise InputError(
-            f"section of {label} must be a Rectangle, Circle or Section, got {shown(section)}: "
+            f"section of {label} must be a Rectangle, Circle, Tube, IBeam, Polygon or "
+            f"Section, got {shown(section)}: "
             "try ancf.Rectangle(0.01, 0.01)"
         )
     if not isinstance(material, Material):
         raise InputError(
             f"material of {label} must be a Material, got {shown(material)}: "
             "try ancf.Material(youngs_modulus=1e8, density=4000)"
+        )
+    if isinstance(section, Polygon) and not section.is_principal:
+        raise InputError(
+            f"section of {label} has inertia_yz = {section.inertia_yz:.6g} m4, and beams bend "
+            "about principal axes: give section.principal(), whose axes are turned by "
+            f"{section.principal_angle:.6g} rad, and turn the beam by `up`"
         )
     about_y, about_z = section.inertia_y, section.inertia_z
     round_enough = abs(about_y - about_z) <= NOT_ROUND * max(about_y, about_z)

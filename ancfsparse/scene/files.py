@@ -23,6 +23,8 @@ from ancfsparse.scene.callbacks import is_compiled
 from ancfsparse.scene.curves import Arc, Helix
 from ancfsparse.scene.functions import Unsent
 from ancfsparse.scene.material import Material
+from ancfsparse.scene.polygon import Polygon
+from ancfsparse.scene.profiles import IBeam, Tube
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.sections import Circle, Rectangle, Section
 from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
@@ -36,9 +38,11 @@ UNITS = "SI: m, kg, s, N, Pa, Hz, rad; smooth in degrees"
 # Arrays of more numbers are written in base64.
 INLINE = 1000
 # Data that arguments are made of, by the name of the class.
-DATA = {each.__name__: each for each in (Rectangle, Circle, Section, Material)} | {
-    each.__name__: each
-    for each in (Table, Ramp, Sine, Pulse, Sum, Box, Cylinder, Sphere, Rod, Arc, Helix)
+SECTIONS = (Rectangle, Circle, Tube, IBeam, Polygon, Section)
+SIGNALS = (Table, Ramp, Sine, Pulse, Sum)
+SHAPES = (Box, Cylinder, Sphere, Rod, Arc, Helix)
+DATA = {each.__name__: each for each in (*SECTIONS, Material)} | {
+    each.__name__: each for each in (*SIGNALS, *SHAPES)
 }
 
 AnyScene = TypeVar("AnyScene", bound=Records)

@@ -10,9 +10,10 @@ import math
 from dataclasses import dataclass
 
 from ancfsparse.checks import check_positive, keep
-from ancfsparse.errors import InputError
+from ancfsparse.scene.polygon import Polygon
+from ancfsparse.scene.profiles import IBeam, Tube
+from ancfsparse.scene.sides import check_side
 
-SMALLEST = 1e-75  # side [m] whose fourth power, and that of its inverse, are still numbers
 ZETA_5 = 1.0369277551433699  # Riemann's zeta(5) = 1 + 1/2^5 + 1/3^5 + ...
 
 
@@ -35,8 +36,8 @@ class Rectangle:
         """Check both sides and keep them in double precision."""
         keep(
             self,
-            width=_check_side("width of the rectangle", self.width),
-            height=_check_side("height of the rectangle", self.height),
+            width=check_side("width of the rectangle", self.width),
+            height=check_side("height of the rectangle", self.height),
         )
 
     @property
@@ -103,7 +104,7 @@ class Circle:
 
     def __post_init__(self) -> None:
         """Check the diameter and keep it in double precision."""
-        keep(self, diameter=_check_side("diameter of the circle", self.diameter))
+        keep(self, diameter=check_side("diameter of the circle", self.diameter))
 
     @property
     def area(self) -> float:
@@ -195,15 +196,4 @@ class Section:
         return self.shear_factor
 
 
-def _check_side(what: str, value: object) -> float:
-    """Return a side [m], refused if its fourth power is not among the floating-point numbers."""
-    side = check_positive(what, value, "m")
-    if not SMALLEST <= side <= 1.0 / SMALLEST:
-        raise InputError(
-            f"{what} must lie between {SMALLEST:g} and {1.0 / SMALLEST:g} m, whose fourth powers "
-            f"are in the range of floating-point numbers, got {side:g} m"
-        )
-    return side
-
-
-AnySection = Rectangle | Circle | Section
+AnySection = Rectangle | Circle | Tube | IBeam | Polygon | Section
