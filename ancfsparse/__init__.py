@@ -44,6 +44,7 @@ from ancfsparse.scene import (
     Section,
     Sine,
     Table,
+    Taper,
     Tube,
 )
 from ancfsparse.scene.curves import Arc, Helix
@@ -100,6 +101,7 @@ __all__ = [
     "State",
     "StepFailure",
     "Table",
+    "Taper",
     "Trajectory",
     "Tube",
     "UnstableEquilibrium",

@@ -19,7 +19,7 @@ from ancfsparse.scene.mesh import Mesh
 from ancfsparse.scene.polygon import Polygon
 from ancfsparse.scene.profiles import IBeam, Tube
 from ancfsparse.scene.scene import Scene, check_scene
-from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
+from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section, Taper
 from ancfsparse.scene.signal import Signal
 from ancfsparse.scene.signals import Pulse, Ramp, Sine, Table
 
@@ -52,6 +52,7 @@ __all__ = [
     "Signal",
     "Sine",
     "Table",
+    "Taper",
     "Tube",
     "check_node",
     "check_point",

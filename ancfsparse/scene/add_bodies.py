@@ -35,6 +35,7 @@ class Bodies(Records):
         *,
         curve: AnyCurve | None = None,
         rest: str = "curved",
+        nodes: ArrayLike | None = None,
         length: float | None = None,
         tension: float | None = None,
         strain: str = "green",
@@ -58,7 +59,7 @@ class Bodies(Records):
             Its two ends [m], apart from each other; left out if there is a `curve`.
         n_elements : int
             Number of elements, at least 1.
-        section : Rectangle, Circle, Tube, IBeam, Polygon or Section
+        section : Rectangle, Circle, Tube, IBeam, Polygon, Taper or Section
             Its cross-section.  A spatial cable bends alike in all directions and needs
             ``inertia_y`` equal to ``inertia_z``.
         material : Material
@@ -71,6 +72,9 @@ class Bodies(Records):
             Shape in which a beam along a curve, or with a twist, is free of stress: ``"curved"``,
             that shape, or ``"straight"``: it is bent into it and springs back.  Free of stress
             where it is curved can be ``"thin"`` in a planar scene and ``"thick"``.
+        nodes : array_like, shape (n_elements + 1,), optional
+            Shares of the length at which nodes stand, growing from 0 to 1, in place of
+            `n_elements`.
         length : float, optional
             Length without stress [m].  A beam that is longer than the distance of its ends starts
             as a catenary, which hangs in the gravity of the scene without stretching; a shorter
@@ -115,7 +119,7 @@ class Bodies(Records):
         """
         label = self._label(name, "beam")
         given = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
-        shape = Shape(start, end, curve, rest, length, tension, up, twist)
+        shape = Shape(start, end, curve, rest, length, tension, up, twist, nodes)
         beam = beam_of(
             label, self.gravity, element, shape, n_elements, section, material, given, velocity
         )
@@ -131,6 +135,7 @@ class Bodies(Records):
             section_strain=section_strain,
             curve=None if curve is None else _specified_curve(curve),
             rest=rest,
+            nodes=beam.nodes,
             length=None if length is None else float(length),
             tension=None if tension is None else float(tension),
             up=specified(up),

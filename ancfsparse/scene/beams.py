@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.scene.bodies import ElasticBody, Node, Numbers, Vector, VelocityField
 from ancfsparse.scene.material import Material
-from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.sections import AnySection, Taper
 from ancfsparse.scene.spec import Point, Spec
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ class BeamSpec(Spec):
     section_strain: str = "consistent"
     curve: AnyCurve | None = None
     rest: str = "curved"
+    nodes: tuple[float, ...] | None = None
     length: float | None = None
     tension: float | None = None
     up: Direction = None
@@ -93,16 +94,19 @@ class Beam(ElasticBody):
     Attributes
     ----------
     name, element, options, kind, section, material, positions, lengths, velocity
-        As in `ElasticBody`; all elements are of one length.
+        As in `ElasticBody`.
     arcs : ndarray, shape (n_nodes,)
         Arc coordinates of the nodes: lengths from the start without stress [m], read-only.
     frames : ndarray, shape (n_nodes or 1, dim, dim)
         Rows are the unit vectors e_x (along the beam), e_y and, in a spatial scene, e_z of the
         section at every node in the reference shape, or one for all, read-only.
+    nodes : tuple of float, or None
+        Shares of the length at which its nodes stand, if they were given.
     """
 
     arcs: Vector
     frames: Vector
+    nodes: tuple[float, ...] | None = None
 
     def __repr__(self) -> str:
         """Say which beam this is."""
@@ -147,7 +151,28 @@ class Beam(ElasticBody):
 
     def among(self, n_each: int, point: Node) -> Point:
         """Return a point as data of a beam with another number of elements."""
+        if n_each % self.n_elements and np.ptp(self.lengths) > NODE_SNAP * self.shortest:
+            raise InputError(
+                f"{point!r} cannot be moved to {n_each} elements, since {self.name} has nodes of "
+                f"its own: take a multiple of {self.n_elements}"
+            )
         return Point(self.name, *resettled(point.index, point.xi, self.n_elements, n_each))
+
+    def finer(self, times: int) -> dict[str, Any]:
+        """Return what changes in its record if every element is divided."""
+        changes = super().finer(times)
+        if self.nodes is not None:
+            inner = np.arange(times * self.n_elements + 1) / times
+            nodes = np.interp(inner, np.arange(len(self.nodes)), self.nodes)
+            changes["nodes"] = tuple(nodes.tolist())
+        return changes
+
+    @property
+    def profile(self) -> Any:
+        """Its section; where that changes, its means over elements."""
+        if isinstance(self.section, Taper):
+            return self.section.over(self.arcs / self.length)
+        return self.section
 
     def arc(self, point: Node) -> float:
         """Return the distance of a point from the start along the undeformed axis [m]."""

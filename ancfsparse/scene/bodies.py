@@ -238,6 +238,10 @@ class ElasticBody(Body):
     section: AnySection
     material: Material
 
+    def finer(self, times: int) -> dict[str, Any]:
+        """Return what changes in its record if every element is divided."""
+        return {"n_elements": times * self.n_each}
+
     def describe(self) -> dict[str, str]:
         """Describe element, section, material and mesh."""
         links = np.concatenate([self.row_nodes, self.ends.ravel()]).astype("<i4")
@@ -278,6 +282,11 @@ class ElasticBody(Body):
         }
 
     @property
+    def profile(self) -> Any:
+        """Its section; where that changes, its means over elements."""
+        return self.section
+
+    @property
     def strains_damped(self) -> bool:
         """Whether the rates of its strains are damped."""
         return self.material.axial_retardation > 0.0 or self.material.bending_retardation > 0.0
@@ -316,7 +325,7 @@ class ElasticBody(Body):
         of sections beside each other, by `Material.bending_damping`; ``"masses"`` by Rayleigh's
         alpha; ``"ratios"`` by nothing.
         """
-        section, material = self.section, self.material
+        section, material = self.profile, self.material
         modulus, shear_modulus = material.youngs_modulus, material.shear_modulus
         shear_stiffness = (
             section.shear_correction(material.poisson_ratio) * shear_modulus * section.area

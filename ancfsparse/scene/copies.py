@@ -33,8 +33,7 @@ def refined(scene: AnyScene, factor: int) -> AnyScene:
     finer: dict[int, Spec] = {}
     for body in scene.beams:
         record = scene.record_of(body)
-        more: dict[str, Any] = {"n_elements": times * body.n_each}
-        finer[id(record)] = replace(record, **more)
+        finer[id(record)] = replace(record, **body.finer(times))
     return build(scene, _with(scene, finer))
 
 

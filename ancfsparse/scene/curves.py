@@ -25,6 +25,8 @@ Angle = float | Callable[[Vector], ArrayLike] | None
 
 # The start of an arc lies in the plane through its centre to this share of its radius.
 IN_PLANE = 1e-9
+# Farther away [m], squares of lengths leave the range of floating-point numbers.
+FARTHEST = 1e150
 
 
 class Path(Protocol):
@@ -228,6 +230,8 @@ def _vector(what: str, value: ArrayLike, dim: int | None = None) -> tuple[float,
     sizes = (2, 3) if dim is None else (dim,)
     if vector.ndim != 1 or len(vector) not in sizes or not np.isfinite(vector).all():
         raise InputError(f"{what} must be {needed}, got {shown(value)}")
+    if np.abs(vector).max() > FARTHEST:
+        raise InputError(f"{what} is beyond {FARTHEST:g}, got {shown(value)}: give it in metres")
     return tuple(vector.tolist())
 
 

@@ -17,7 +17,7 @@ from ancfsparse.scene.elements import DEFAULTS, check_make, chosen_element
 from ancfsparse.scene.graph import checked_graph
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh
-from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.sections import AnySection, Taper
 from ancfsparse.scene.straight import velocity_field
 
 Integers = NDArray[np.integer[Any]]
@@ -61,6 +61,11 @@ def mesh_of(
             "mesh has hinges; take 'thin', or join beams of add_beam with connect"
         )
     check_make(label, kind, section, material)
+    if isinstance(section, Taper):
+        raise InputError(
+            f"{label} cannot have a Taper, which follows one beam: give its edges one section, or "
+            "take beams of add_beam"
+        )
     angle = check_finite(f"smooth of {label}", smooth, "degrees")
     if not 0.0 <= angle <= 90.0:
         raise InputError(f"smooth of {label} must lie between 0 and 90 degrees, got {angle:.6g}")

@@ -9,7 +9,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import OPTIONS, PLANAR, ElementKind, element_kind
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.polygon import Polygon
-from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.sections import AnySection, Taper
 from ancfsparse.words import shown
 
 # Second moments further apart than this share make a section that is not round.
@@ -135,8 +135,8 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
     """
     if not isinstance(section, AnySection):
         raise InputError(
-            f"section of {label} must be a Rectangle, Circle, Tube, IBeam, Polygon or "
-            f"Section, got {shown(section)}: "
+            f"section of {label} must be a Rectangle, Circle, Tube, IBeam, Polygon, "
+            f"Taper or Section, got {shown(section)}: "
             "try ancf.Rectangle(0.01, 0.01)"
         )
     if not isinstance(material, Material):
@@ -144,6 +144,10 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
             f"material of {label} must be a Material, got {shown(material)}: "
             "try ancf.Material(youngs_modulus=1e8, density=4000)"
         )
+    if isinstance(section, Taper):
+        for each in (section.start, section.end):
+            check_make(label, kind, each, material)
+        return
     if isinstance(section, Polygon) and not section.is_principal:
         raise InputError(
             f"section of {label} has inertia_yz = {section.inertia_yz:.6g} m4, and beams bend "

@@ -26,7 +26,7 @@ from ancfsparse.scene.material import Material
 from ancfsparse.scene.polygon import Polygon
 from ancfsparse.scene.profiles import IBeam, Tube
 from ancfsparse.scene.records import Records
-from ancfsparse.scene.sections import Circle, Rectangle, Section
+from ancfsparse.scene.sections import Circle, Rectangle, Section, Taper
 from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
 from ancfsparse.scene.signal import Sum
 from ancfsparse.scene.signals import Pulse, Ramp, Sine, Table
@@ -38,7 +38,7 @@ UNITS = "SI: m, kg, s, N, Pa, Hz, rad; smooth in degrees"
 # Arrays of more numbers are written in base64.
 INLINE = 1000
 # Data that arguments are made of, by the name of the class.
-SECTIONS = (Rectangle, Circle, Tube, IBeam, Polygon, Section)
+SECTIONS = (Rectangle, Circle, Tube, IBeam, Polygon, Section, Taper)
 SIGNALS = (Table, Ramp, Sine, Pulse, Sum)
 SHAPES = (Box, Cylinder, Sphere, Rod, Arc, Helix)
 DATA = {each.__name__: each for each in (*SECTIONS, Material)} | {

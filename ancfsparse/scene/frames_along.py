@@ -56,7 +56,7 @@ def frames_along(
     if callable(twist):
         turn = _values(f"twist of {label}", twist, s, ())
     else:
-        turn = check_finite(f"twist of {label}", twist, "rad") * s / path.length
+        turn = check_finite(f"twist of {label}", twist, "rad") * (s / path.length)
     c, sn = np.cos(turn)[:, None], np.sin(turn)[:, None]
     _, e_y, e_z = frames.transpose(1, 0, 2)
     return np.stack([tangents, c * e_y + sn * e_z, c * e_z - sn * e_y], axis=1)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from typing import TypeVar
 
 import numpy as np
@@ -162,8 +161,8 @@ class Records:
 def _check_range(body: ElasticBody) -> None:
     """Refuse stiffnesses and masses that leave the range of floating-point numbers."""
     for name, value in (*body.stiffnesses().items(), *body.viscosities().items()):
-        if not math.isfinite(value):
+        if not np.isfinite(value).all():
             raise InputError(
-                f"{name} of {body.name} is {value:g}, beyond the range of floating-point "
+                f"{name} of {body.name} is {np.max(value):g}, beyond the range of floating-point "
                 "numbers: check the units of its section and its material"
             )

@@ -7,13 +7,20 @@ and z points out of it.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ancfsparse.checks import check_positive, keep
+from ancfsparse.errors import InputError
 from ancfsparse.scene.polygon import Polygon
 from ancfsparse.scene.profiles import IBeam, Tube
 from ancfsparse.scene.sides import check_side
 
+POINTS = 3  # Gauss points of an element with a section that changes
 ZETA_5 = 1.0369277551433699  # Riemann's zeta(5) = 1 + 1/2^5 + 1/3^5 + ...
 
 
@@ -196,4 +203,93 @@ class Section:
         return self.shear_factor
 
 
-AnySection = Rectangle | Circle | Tube | IBeam | Polygon | Section
+@dataclass(frozen=True)
+class Taper:
+    """A section that changes evenly along a beam.
+
+    Its sides, or numbers, are those of `start` at the start of the beam and those of `end` at its
+    end, and linear between.  An element has the means over its length: in statics the error falls
+    with the square of the element length, and the mass is exact.
+
+    Parameters
+    ----------
+    start, end : Rectangle, Circle, Tube, IBeam or Section
+        Two sections of one kind.
+    """
+
+    start: Rectangle | Circle | Tube | IBeam | Section
+    end: Rectangle | Circle | Tube | IBeam | Section
+
+    def __post_init__(self) -> None:
+        """Check that both are of one kind."""
+        known = (Rectangle, Circle, Tube, IBeam, Section)
+        if not isinstance(self.start, known) or type(self.start) is not type(self.end):
+            raise InputError(
+                "a Taper needs two sections of one kind, both Rectangle, Circle, Tube, IBeam or "
+                f"Section, got {type(self.start).__name__} and {type(self.end).__name__}"
+            )
+
+    def at(self, share: float) -> Rectangle | Circle | Tube | IBeam | Section:
+        """Return the section at a share of the length, from 0 to 1."""
+        pairs = {name: (value, getattr(self.end, name)) for name, value in vars(self.start).items()}
+        return type(self.start)(**{k: (1.0 - share) * a + share * b for k, (a, b) in pairs.items()})
+
+    def over(self, shares: NDArray[np.float64]) -> Means:
+        """Return the means over elements, whose ends are at shares (n + 1,) of the length."""
+        points, weights = np.polynomial.legendre.leggauss(POINTS)
+        middle, half = 0.5 * (shares[1:] + shares[:-1]), 0.5 * np.diff(shares)
+        places = np.clip(middle[:, None] + half[:, None] * points, 0.0, 1.0)
+        sections = [[self.at(float(x)) for x in row] for row in places]
+        return Means(sections, 0.5 * weights)
+
+    @property
+    def area(self) -> float:
+        """Mean area [m2]."""
+        return float(self.over(np.array([0.0, 1.0])).area[0])
+
+
+@dataclass(frozen=True)
+class Means:
+    """Means of sections over elements, each (n,).
+
+    Parameters
+    ----------
+    sections : list of list
+        Sections at the points of every element.
+    weights : ndarray
+        Shares of the points.
+    """
+
+    sections: list[list[Rectangle | Circle | Tube | IBeam | Section]]
+    weights: NDArray[np.float64]
+
+    def _mean(self, of: Callable[[Any], float]) -> NDArray[np.float64]:
+        return np.array([[of(each) for each in row] for row in self.sections]) @ self.weights
+
+    @property
+    def area(self) -> NDArray[np.float64]:
+        """Area [m2]."""
+        return self._mean(lambda each: float(each.area))
+
+    @property
+    def inertia_y(self) -> NDArray[np.float64]:
+        """Second moment of area int z^2 dA [m4]."""
+        return self._mean(lambda each: float(each.inertia_y))
+
+    @property
+    def inertia_z(self) -> NDArray[np.float64]:
+        """Second moment of area int y^2 dA [m4]."""
+        return self._mean(lambda each: float(each.inertia_z))
+
+    @property
+    def torsion_constant(self) -> NDArray[np.float64]:
+        """Torsion constant J [m4]."""
+        return self._mean(lambda each: float(each.torsion_constant))
+
+    def shear_correction(self, poisson_ratio: float) -> NDArray[np.float64]:
+        """Shear correction factor, weighed with the area."""
+        shear = self._mean(lambda each: float(each.area * each.shear_correction(poisson_ratio)))
+        return shear / self.area
+
+
+AnySection = Rectangle | Circle | Tube | IBeam | Polygon | Section | Taper

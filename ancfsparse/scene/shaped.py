@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_choice, check_count, check_finite, check_moderate
+from ancfsparse.checks import check_choice, check_count, check_finite, check_moderate, check_reals
 from ancfsparse.errors import InputError, Parameter, Sentence
 from ancfsparse.kernels.catalog import CURVED, OPTIONS, ElementKind, curved_form
 from ancfsparse.machine import check_room
@@ -17,8 +18,9 @@ from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.bodies import VelocityField
 from ancfsparse.scene.elements import check_make, chosen_element
 from ancfsparse.scene.material import Material
-from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.sections import AnySection, Taper
 from ancfsparse.scene.straight import FARTHEST, check_ends, place, straight_beam, velocity_field
+from ancfsparse.words import shown
 
 if TYPE_CHECKING:
     from ancfsparse.scene.curves import Angle, Direction, Path
@@ -29,6 +31,8 @@ Vector = NDArray[np.float64]
 RESTS = ("curved", "straight")
 """Shapes in which a beam along a curve may be free of stress, the default first."""
 
+# Stretches [-] up to this have squares that are numbers.
+LARGEST = 1e100
 # Stretch [-] below which Green's strain gives way under compression: 1 / sqrt(3).
 WEAKEST = 3.0**-0.5
 
@@ -39,7 +43,7 @@ class Shape:
 
     Attributes
     ----------
-    start, end, curve, rest, length, tension, up, twist
+    start, end, curve, rest, length, tension, up, twist, nodes
         As in `Scene.add_beam`.
     """
 
@@ -51,11 +55,12 @@ class Shape:
     tension: float | None = None
     up: Direction = None
     twist: Angle = None
+    nodes: ArrayLike | None = None
 
     @property
     def is_plain(self) -> bool:
         """Whether it is straight, not twisted, and free of stress."""
-        given = self.curve, self.length, self.tension, self.twist
+        given = self.curve, self.length, self.tension, self.twist, self.nodes
         return all(each is None for each in given)
 
 
@@ -90,16 +95,41 @@ def beam_of(
     Beam
         The handle, not yet part of a scene.
     """
+    shares = None
+    if shape.nodes is not None:
+        shares = _shares(label, shape.nodes, n_elements)
+        n_elements = len(shares) - 1
     if n_elements is None or section is None or material is None:
         needed = {"n_elements": n_elements, "section": section, "material": material}
         missing = next(what for what, given in needed.items() if given is None)
         raise InputError(f"{label} needs `{missing}`: give it to add_beam")
-    if shape.is_plain and not callable(shape.up):
+    if shape.is_plain and not callable(shape.up) and not isinstance(section, Taper):
         return straight_beam(
             label, len(gravity), element, shape.start, shape.end, n_elements, section, material,
             options, shape.up, velocity,
         )  # fmt: skip
-    return _shaped(label, gravity, element, shape, n_elements, section, material, options, velocity)
+    return _shaped(
+        label, gravity, element, shape, shares, n_elements, section, material, options, velocity
+    )
+
+
+def _shares(label: str, nodes: ArrayLike, n_elements: int | None) -> Vector:
+    """Return the shares of the length at which nodes stand, (n + 1,)."""
+    needed = "shares of its length that grow from 0 to 1, such as (0, 0.1, 0.3, 1)"
+    shares = check_reals(f"nodes of {label}", nodes, needed)
+    if (
+        shares.ndim != 1
+        or len(shares) < 2
+        or (shares[0], shares[-1]) != (0.0, 1.0)
+        or not (np.diff(shares) > 0.0).all()
+    ):
+        raise InputError(f"nodes of {label} must be {needed}, got {shown(nodes)}")
+    if n_elements is not None and n_elements != len(shares) - 1:
+        raise InputError(
+            f"{label} has {len(shares)} nodes, which make {len(shares) - 1} elements, but "
+            f"n_elements is {shown(n_elements)}: leave one of them out"
+        )
+    return shares
 
 
 def _shaped(
@@ -107,13 +137,14 @@ def _shaped(
     gravity: Vector,
     element: str | ElementKind,
     shape: Shape,
+    shares: Vector | None,
     n_elements: int,
     section: AnySection,
     material: Material,
     options: Mapping[str, str],
     velocity: ArrayLike | VelocityField | None,
 ) -> Beam:
-    """Check the arguments of a beam that is not straight, or not free of stress."""
+    """Check the arguments of a beam that is not even all along."""
     from ancfsparse.scene.frames_along import frames_along
 
     dim = len(gravity)
@@ -124,14 +155,16 @@ def _shaped(
     check_room(f"{label}, {count} elements,", (64.0 * dim**2 + 400.0) * count, fewer)
     _check_directions(label, name, kind, shape)
     path, natural, stretch = _strained(label, gravity, name, chosen, section, material, shape)
+    across = _narrowed(label, stretch, material.poisson_ratio, kind)
     if _rests_curved(label, shape) and not kind.is_string:
         kind = _curved(label, name, kind)
-    s = np.arange(count + 1) / count * path.length
+    even = np.arange(count + 1) / count if shares is None else shares
+    s = even * path.length
     positions, tangents = path.at(s)
     if shape.curve is None:  # as they were given, without rounding
         positions[[0, -1]] = check_ends(label, shape.start, shape.end, dim)
     _check_range(label, positions)
-    lengths = np.full(count, natural / count)
+    lengths = np.full(count, natural / count) if shares is None else np.diff(shares) * natural
     if kind.is_string and shape.curve is not None and shape.length is None:
         lengths = np.linalg.norm(np.diff(positions, axis=0), axis=1) / stretch
     arcs = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -139,9 +172,7 @@ def _shaped(
     frames = frames_along(label, path, s, tangents, shape.up, shape.twist)
     vectors = stretch * frames
     if not kind.is_cable:
-        # Free of stress across the axis.
-        narrowing = 1.0 - material.poisson_ratio * (stretch**2 - 1.0)
-        vectors[:, 1:] = np.sqrt(narrowing) * frames[:, 1:]
+        vectors[:, 1:] = across * frames[:, 1:]
     rows = np.arange(count + 1, dtype=np.int32)
     ends = np.stack([rows[:-1], rows[1:]], axis=1)
     for array in (positions, frames, vectors, rows, ends, arcs, lengths):
@@ -162,6 +193,7 @@ def _shaped(
         velocity=None if velocity is None else velocity_field(label, velocity, positions),
         arcs=arcs,
         frames=frames,
+        nodes=None if shares is None else tuple(shares.tolist()),
     )
 
 
@@ -250,6 +282,11 @@ def _strained(
         if shape.length is not None:
             raise InputError(f"{label} has a length and a tension: one follows from the other")
         force = check_finite(f"tension of {label}", shape.tension, "N")
+        if isinstance(section, Taper):
+            raise InputError(
+                f"the tension of {label} strains its sections differently, since they change along "
+                "it: give the length instead"
+            )
         stiffness = material.youngs_modulus * section.area
         stretch = _stretched(label, element, options, force, stiffness)
         return path, path.length / stretch, stretch
@@ -287,6 +324,17 @@ def _stretched(
             f"must be above {least * stiffness:.6g} N"
         )
     return stretch
+
+
+def _narrowed(label: str, stretch: float, nu: float, kind: ElementKind) -> float:
+    """Return by what a section is smaller where it is free of stress across the stretched axis."""
+    square = 1.0 - nu * (stretch**2 - 1.0) if stretch < LARGEST else -math.inf
+    if not 1.0 / LARGEST < stretch < LARGEST or (square <= 0.0 and not kind.is_cable):
+        raise InputError(
+            f"{label} would be stretched to {stretch:.6g} times its length, which its element does "
+            "not bear: check the units of `length` or `tension`"
+        )
+    return math.sqrt(max(square, 0.0))
 
 
 def _check_range(label: str, positions: Vector) -> None:

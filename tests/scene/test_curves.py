@@ -193,6 +193,7 @@ def test_scenes_with_curves_are_saved_printed_refined_and_changed(tmp_path):
         ({"start": (0, 0), "end": (1, 0), "length": 1.0, "tension": 1.0}, "one follows from the"),
         ({"start": (0, 0), "end": (1, 0), "tension": -1e4}, "must be above -604.6 N"),
         ({"start": (0, 0), "end": (0, 1), "length": 1.5}, "would hang folded"),
+        ({"start": (0, 0), "end": (1, 0), "length": 0.1, "element": "thick"}, "to 10 times its"),
     ],
 )  # fmt: skip
 def test_mistakes_in_the_plane(options, words):
