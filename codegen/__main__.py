@@ -1,7 +1,7 @@
-"""`python -m codegen [--check] [name ...]`: write `generated/`, or say whether it is up to date.
+"""`python -m codegen [--check] [name ...]`: write `generated/`, or check whether it is up to date.
 
-`python -m codegen --element FILE --folder FOLDER` writes the module of an element that is described
-in a file of its own; the command `ancfsparse element` calls this and compiles it.
+`python -m codegen --element FILE --folder FOLDER` writes the module of an element that is defined
+in a separate file; the command `ancfsparse element` calls this and compiles it.
 """
 
 import argparse
@@ -24,12 +24,12 @@ LISTS = {
     ROOT / "ancfsparse" / "kernels" / "kernel_list.h": c_header,
     ROOT / "ancfsparse" / "kernels" / "kernel_list.pxi": cython_text,
 }
-"""What is generated beside files written by hand."""
+"""Generated files in folders of hand-written ones."""
 DIFF_LINES = 60
 
 
 def emit(names: Sequence[str]) -> dict[str, str]:
-    """Texts of the modules of the named elements."""
+    """Return the texts of the modules of the named elements."""
     texts = {}
     for name in names:
         source, make = ELEMENTS[name]
@@ -46,7 +46,7 @@ def build_file() -> str:
 
 
 def wanted_files(names: Sequence[str], folder: Path) -> dict[str, str]:
-    """Everything that should be in the folder; modules not named are taken as they are."""
+    """Return all files that should be in the folder; modules not named are left unchanged."""
     files = emit(names)
     for name in ELEMENTS:
         path = folder / f"{name}.pyx"
@@ -58,26 +58,26 @@ def wanted_files(names: Sequence[str], folder: Path) -> dict[str, str]:
 
 
 def from_file(path: Path, folder: Path) -> Path:
-    """Write the module of the element that a file describes.
+    """Write the module of the element that a file defines.
 
     Parameters
     ----------
     path : Path
-        A file of Python with an `Element` named ``ELEMENT``.
+        A Python file with an `Element` named ``ELEMENT``.
     folder : Path
-        Where to write ``<name of the element>.pyx``.
+        Folder in which to write ``<name of the element>.pyx``.
 
     Returns
     -------
     Path
-        What was written.
+        The file written.
 
     Raises
     ------
     ValueError
         If the file has no such element, or one that cannot be derived.
     """
-    sys.path.insert(0, str(path.resolve().parent))  # for what the file imports beside it
+    sys.path.insert(0, str(path.resolve().parent))  # for imports from the same folder
     element = runpy.run_path(str(path)).get("ELEMENT")
     if not isinstance(element, Element):
         raise ValueError("it has no `ELEMENT = Element(...)`, see codegen/fields.py")
@@ -92,7 +92,7 @@ def from_file(path: Path, folder: Path) -> Path:
 
 
 def differences(wanted: dict[str, str], folder: Path) -> list[str]:
-    """Unified diff from the folder to what should be in it, names included."""
+    """Return a unified diff from the folder to its wanted contents, with file names."""
     found = {p.name: p.read_text(encoding="utf-8") for p in folder.iterdir() if p.is_file()}
     lines: list[str] = []
     for name in sorted(wanted.keys() | found.keys()):
@@ -107,7 +107,7 @@ def differences(wanted: dict[str, str], folder: Path) -> list[str]:
 
 
 def write(wanted: dict[str, str], folder: Path) -> list[str]:
-    """Make the folder hold exactly these files; untouched texts keep their time stamps."""
+    """Make these files the contents of the folder; unchanged files keep their time stamps."""
     folder.mkdir(exist_ok=True)
     changed = []
     for name, text in wanted.items():
@@ -127,7 +127,7 @@ def _differs(path: Path, text: str) -> bool:
 
 
 def write_lists() -> list[str]:
-    """Write the lists of kernels where they differ, and return which did."""
+    """Write the lists of kernels that differ, and return their names."""
     changed = [path for path, make in LISTS.items() if _differs(path, make())]
     for path in changed:
         path.write_text(LISTS[path](), encoding="utf-8", newline="\n")
@@ -135,11 +135,11 @@ def write_lists() -> list[str]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; the result is its exit status."""
+    """Run the command; return its exit status."""
     parser = argparse.ArgumentParser(prog="python -m codegen", description=__doc__)
     parser.add_argument("--check", action="store_true", help="compare only, change nothing")
     parser.add_argument("--folder", type=Path, default=GENERATED, help="default: generated/")
-    parser.add_argument("--element", type=Path, help="the file of an element elsewhere")
+    parser.add_argument("--element", type=Path, help="file that defines an element")
     parser.add_argument("name", nargs="*", help="modules to regenerate; default: all")
     options = parser.parse_args(arguments)
     if options.element is not None:
@@ -155,21 +155,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     lines = differences(wanted, options.folder)
     stale = [path.name for path, make in LISTS.items() if _differs(path, make())]
-    lines += [f"{name}: is not what codegen/kernels.py makes" for name in stale]
+    lines += [f"{name}: differs from the output of codegen/kernels.py" for name in stale]
     if not lines:
         return 0
     print("\n".join(lines[:DIFF_LINES]))
     if len(lines) > DIFF_LINES:
         print(f"... {len(lines) - DIFF_LINES} more lines")
-    print(f"generated/ is not what codegen/ makes. Run `{COMMAND}`.")
+    print(f"generated/ is not up to date. Run `{COMMAND}`.")
     return 1
 
 
 def _element(path: Path, folder: Path) -> int:
-    """Write the module of an element elsewhere and print its path, or say what is wrong."""
+    """Write the module of the element in a file and print its path, or an error message."""
     try:
         print(from_file(path, folder))
-    except Exception as failure:  # whatever a file of the user's raises
+    except Exception as failure:  # the user's file may raise anything
         print(f"{path}: {failure or type(failure).__name__}", file=sys.stderr)
         return 2
     return 0

@@ -1,11 +1,11 @@
 """From an element to the programs of its kernels.
 
-The energy is a sum of weighted squares of strains (`strains`), and the force is its reverse
-pass.  The tangent is, in the variables the strains are written in, weight times the outer product
-of strain gradients plus the second derivative of the strains with their stresses frozen; constant
-matrices then carry it to the coordinates.  The outer products alone are the material part of the
-tangent; with velocities in place of small displacements they are the force of viscous damping.
-Between two states the force becomes the discrete gradient of the energy (`discrete`).
+The energy is a sum of weighted squares of strains (`strains`), and the force is its gradient by
+reverse-mode differentiation.  In the local variables of the strains, the tangent is weight times
+the outer product of strain gradients plus the second derivative of the strains at constant stress;
+constant matrices then transform it to the coordinates.  The outer products alone are the material
+part of the tangent; applied to velocities they give the viscous damping force.  Between two states
+the force is the discrete gradient of the energy (`discrete_gradient`).
 """
 
 from collections.abc import Sequence
@@ -29,10 +29,10 @@ Terms = dict[tuple[int, int], list[tuple[Fraction, Node]]]
 
 @dataclass(frozen=True)
 class Program:
-    """Everything the emitter prints.
+    """All that the emitter prints.
 
-    `outputs` holds the nodes of every kernel on one tape, `parameters` the base parameters by
-    name, and `derived` the nodes that `prepare` computes for all kernels.
+    `outputs` are the nodes of every kernel on one tape, `parameters` the base parameters by name,
+    and `derived` the nodes that `prepare` computes for all kernels.
     """
 
     element: Element
@@ -47,7 +47,7 @@ class Program:
 
 
 class Derivation:
-    """Holds the tape while one element is worked out."""
+    """Derivation of the kernels of one element on one tape."""
 
     def __init__(self, element: Element) -> None:
         self.element = element
@@ -74,7 +74,7 @@ class Derivation:
         return [tape.scale(Fraction(1, 2), tape.linear(squares))]
 
     def force(self) -> list[Node]:
-        """Gradient of the energy by the coordinates."""
+        """Gradient of the energy with respect to the coordinates."""
         return self.tape.gradient(self.energy()[0], self.q)
 
     def inertia(self) -> list[Node]:
@@ -108,11 +108,11 @@ class Derivation:
 
     @cached_property
     def carried(self) -> list[Patch]:
-        """Patches of strains whose derivatives vanish where the element only turns."""
+        """Patches of strains whose derivatives vanish in rigid rotations of the element."""
         return Patches(self.tape, self.element, self.modes, carried=True).all
 
     def damping(self) -> list[Node]:
-        """Sum of weight, rate of strain and strain gradient; velocities come as accelerations."""
+        """Sum of weight * strain rate * strain gradient; a has the velocities."""
         tape = self.tape
         pairs = [pair for patch in self.carried for pair in patch.strains]
         rates = tape.directional([s for _, s in pairs], dict(zip(self.q, self.a, strict=True)))
@@ -123,10 +123,10 @@ class Derivation:
         return tape.gradient(tape.linear(terms), self.q)
 
     def discrete_gradient(self) -> list[Node]:
-        """Sum of weight, mean strain and quotient of the strain between q and, as a, a later state.
+        """Sum of weight * mean strain * difference quotient of the strain between q and a.
 
-        Vectors whose components are no quadratic functions come as the one function that their
-        square is: their components alone would turn the beam.
+        Here a is the second state.  Vectors whose components are not quadratic
+        functions enter by their square: their components alone would exert a moment on the beam.
         """
         tape = self.tape
         discrete = DiscreteGradient(tape, dict(zip(self.q, self.a, strict=True)))
@@ -146,7 +146,7 @@ class Derivation:
         return self._triangle(self.patches, geometric=True)
 
     def _triangle(self, patches: Sequence[Patch], *, geometric: bool) -> list[Node]:
-        """Carry matrices in the variables of patches to the coordinates."""
+        """Transform matrices from the variables of patches to the coordinates."""
         sums_of: Terms = {}
         for patch in patches:
             entries = self._second(patch, geometric=geometric)
@@ -168,7 +168,7 @@ class Derivation:
     def _column(
         self, inner: Triangle, matrix: Sequence[dict[int, sp.Expr]], m: int, j: int
     ) -> Node:
-        """Entry (m, j) of the tangent by modes and coordinates times their change with q."""
+        """Entry (m, j) of the product of a matrix in modes and their derivatives by coordinates."""
         terms = []
         for k, row in enumerate(matrix):
             node = inner.get((max(m, k), min(m, k)))
@@ -179,7 +179,7 @@ class Derivation:
     def _second(self, patch: Patch, *, geometric: bool) -> Terms:
         """Second derivative of the energy of a patch by its own variables, lower triangle.
 
-        Without the geometric part only weight times the outer product of strain gradients.
+        Without the geometric part, only weight times the outer product of strain gradients.
         """
         tape = self.tape
         entries: Terms = {}
@@ -222,7 +222,7 @@ def project(tape: Tape, hessian: Triangle, rows: Sequence[Sequence[tuple[Fractio
 
 
 def derive(element: Element) -> Program:
-    """Work out all kernels of an element."""
+    """Derive all kernels of an element."""
     d = Derivation(element)
     tape = d.tape
     outputs = {name: tape.lowered(getattr(d, name)()) for name in element.kernels}

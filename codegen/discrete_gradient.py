@@ -1,10 +1,10 @@
-"""Differences of a program between two states, written as a gradient that is exact for them.
+"""Discrete gradients of a program between two states.
 
-A discrete gradient DU(q0, q1) satisfies DU . (q1 - q0) = U(q1) - U(q0) and is the gradient where
-both states are one.  Here it comes from a reverse pass in which every operation hands back, in
-place of its derivative, a quotient of differences in closed form: a product xy hands back the
-means of y and x, a root 1 / (sqrt(x0) + sqrt(x1)), and so on.  Nothing is divided by q1 - q0, so
-nothing is lost where the states are close.
+A discrete gradient DU(q0, q1) satisfies DU . (q1 - q0) = U(q1) - U(q0) and is the gradient if both
+states coincide.  It is computed by a reverse pass in which every operation uses, instead of its
+derivative, a difference quotient in closed form: a product xy uses the means of y and x, a root
+1 / (sqrt(x0) + sqrt(x1)), and so on.  Nothing is divided by q1 - q0, so there is no cancellation if
+the states are close.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ HALF = Fraction(1, 2)
 
 
 class DiscreteGradient:
-    """Two states of the leaves of a tape: as they stand, and as `later` says."""
+    """Two states of the leaves of a tape: the leaves themselves, and their nodes in `later`."""
 
     def __init__(self, tape: Tape, later: Mapping[Node, Node]) -> None:
         self.tape = tape
@@ -40,21 +40,21 @@ class DiscreteGradient:
             return tape.neg(args[0])
         if entry.op == "pow":
             return tape.pow(args[0], Fraction(entry.value))
-        raise ValueError(f"The operation {entry.op!r} has no rule for differences.")
+        raise ValueError(f"the operation {entry.op!r} has no rule for differences")
 
     def mean(self, node: Node) -> Node:
-        """Return the mean of a node over both states."""
+        """Return the mean of a node over the two states."""
         return self.tape.linear([(HALF, node), (HALF, self.later(node))])
 
     def gradient(
         self, outputs: Sequence[tuple[Node, Node]], variables: Sequence[Node]
     ) -> list[Node]:
-        """Return the discrete gradient of a sum by each variable, which are leaves to it.
+        """Return the discrete gradient of a sum by each variable; variables are treated as leaves.
 
         Parameters
         ----------
         outputs : sequence of pairs of nodes
-            A factor, taken as it is, and what it multiplies.
+            Terms: a factor, treated as constant, and the node it multiplies.
         variables : sequence of nodes
             Leaves.
         """
@@ -81,7 +81,7 @@ class DiscreteGradient:
         return [result.get(v, tape.const(0)) for v in variables]
 
     def _quotients(self, node: Node) -> list[tuple[Node, Node]]:
-        """Return what each operand adds to the difference of the node, over its own difference."""
+        """Return the difference quotient of the node by each operand."""
         tape, entry = self.tape, self.tape[node]
         if entry.op in ("add", "sub"):
             sign = 1 if entry.op == "add" else -1
@@ -95,16 +95,16 @@ class DiscreteGradient:
             return [(a, self.mean(b)), (b, self.mean(a))]
         if entry.op == "pow":
             return [(entry.args[0], self._power(entry.args[0], Fraction(entry.value)))]
-        raise ValueError(f"The operation {entry.op!r} has no rule for differences.")
+        raise ValueError(f"the operation {entry.op!r} has no rule for differences")
 
     def _power(self, base: Node, exponent: Fraction) -> Node:
-        """Return (x1^p - x0^p) / (x1 - x0); x^p is a whole power k of x, of 1/x, or of a root.
+        """Return (x1^p - x0^p) / (x1 - x0); x^p is an integer power k of x, 1/x, or a root.
 
         y1^k - y0^k = (y1 - y0) sum of y0^i y1^j over i + j = k - 1.
         """
         tape = self.tape
         if exponent.denominator not in (1, 2):
-            raise ValueError(f"The power {exponent} has no rule for differences.")
+            raise ValueError(f"the power {exponent} has no rule for differences")
         sign = 1 if exponent > 0 else -1
         unit = Fraction(sign, exponent.denominator)
         k = abs(exponent.numerator)

@@ -1,4 +1,4 @@
-"""Print a derived element as a Cython module; the text depends on nothing but the element."""
+"""Print a derived element as a Cython module; the text depends only on the element."""
 
 import hashlib
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from codegen.tape import PARAMETER, Node, Tape
 
 LINE = 100
 TIGHT, LOOSE = 2, 1
-"""Binding of a product (or anything closed) and of a sum."""
+"""Precedence of a product (or anything in parentheses) and of a sum."""
 
 PREAMBLE = '''\
 # cython: boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
@@ -66,7 +66,7 @@ cdef void {name}(
 
 
 class Printer:
-    """Prints nodes as expressions; what is used once is written inside its user if short."""
+    """Prints nodes as expressions; short ones that are used only once are inlined."""
 
     def __init__(self, tape: Tape, outputs: Sequence[Node]) -> None:
         self.tape = tape
@@ -81,7 +81,7 @@ class Printer:
         self.names: list[str] = []
 
     def order(self, outputs: Sequence[Node]) -> list[Node]:
-        """Each output's operands just before it, so that values live as short as they can."""
+        """Order with the operands of each output just before it, for short lifetimes of values."""
         done: set[Node] = set()
         result: list[Node] = []
         for output in outputs:
@@ -99,11 +99,11 @@ class Printer:
         return result
 
     def leaf(self, node: Node) -> str | None:
-        """Text of a node that needs no operation here."""
+        """Text of a node that needs no operation."""
         raise NotImplementedError
 
     def expression(self, node: Node) -> tuple[str, int]:
-        """Text of a node in terms of its operands, and how tightly it binds."""
+        """Text of a node in terms of its operands, and its precedence."""
         entry = self.tape[node]
         args = [self.text[a] for a in entry.args]
         closed = [text if binding == TIGHT else f"({text})" for text, binding in args]
@@ -122,7 +122,7 @@ class Printer:
         raise NotImplementedError
 
     def visit(self, node: Node) -> None:
-        """Give a node its text, on a line of its own if it is used more than once or long."""
+        """Set the text of a node, on a separate line if it is long or used more than once."""
         if node in self.text:
             return
         leaf = self.leaf(node)
@@ -160,7 +160,7 @@ class KernelPrinter(Printer):
         return None
 
     def gathered(self, source: str, number: int) -> str:
-        """Name of a gathered coordinate; one of the second node is read beside its twin."""
+        """Name of a gathered coordinate; those of the second node follow that of the first."""
         name = f"{source}{number}"
         if name not in self.inputs:
             where = f"gather + {number} * ANCF_LANES"
@@ -178,7 +178,7 @@ class KernelPrinter(Printer):
 
 
 class PreparePrinter(Printer):
-    """The same for parameters, as NumPy columns."""
+    """Arithmetic on parameters, as NumPy columns."""
 
     def leaf(self, node: Node) -> str | None:
         """Text of a constant or an input."""
@@ -193,7 +193,7 @@ class PreparePrinter(Printer):
 
 
 def wrapped(prefix: str, names: Sequence[str], indent: str) -> list[str]:
-    """Write a declaration of many names in lines of bounded length."""
+    """Write a declaration of many names in lines of limited length."""
     lines: list[str] = []
     current = ""
     for name in names:
@@ -260,7 +260,7 @@ def prepare(program: Program) -> str:
 
 
 def definition(element: Element) -> str:
-    """Return a digest of what an element is, whatever its file and this generator look like."""
+    """Return a digest of the element's definition, whatever its file and this generator."""
     e = element
     parts: tuple[object, ...]
     parts = e.dim, e.node, e.section, e.fields, e.strains, e.projected, e.energy, e.inertia, e.own

@@ -1,4 +1,4 @@
-"""The words an element is written in: vector fields along the axis, strains, rules, parameters."""
+"""Terms for definitions of elements: vector fields along the axis, strains, rules, parameters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -27,49 +27,50 @@ PARAMETERS = (
     "inertia_y",
     "inertia_z",
 )
-"""Every parameter an element may use, in the order in which modules list theirs."""
+"""All base parameters that elements may use, in the order in which modules list theirs."""
 
 
 def parameter(name: str) -> sp.Symbol:
     """Return the symbol of a base parameter; the name must be one the scene can supply."""
     if name not in PARAMETERS:
         raise ValueError(
-            f"{name!r} is not one of the base parameters {', '.join(PARAMETERS)}; a parameter of "
-            "one element alone is an OwnParameter"
+            f"{name!r} is not one of the base parameters {', '.join(PARAMETERS)}; define a "
+            "parameter of a single element as an OwnParameter"
         )
     return sp.Symbol(name, positive=True)
 
 
 GROUPS = ("stretching", "turning", "masses", "ratios")
-"""What damps a parameter: axial or bending damping, Rayleigh's alpha, nothing."""
+"""Damping that applies to a parameter: axial, bending, mass-proportional (alpha), none."""
 
 
 @dataclass(frozen=True)
 class OwnParameter:
-    """A parameter that one element alone has, whose value comes with the element.
+    """A parameter specific to one element, whose value is given with the element.
 
     Attributes
     ----------
     name : str
         Its name.
     group : str
-        What damps it, one of `GROUPS`: a weight of strains belongs to ``"stretching"`` or
-        ``"turning"``, a constant inside a strain, or a factor of another weight, to ``"ratios"``.
+        The damping that applies to it, one of `GROUPS`: a weight of strains belongs to
+        ``"stretching"`` or ``"turning"``, a constant inside a strain, or a factor of another
+        weight, to ``"ratios"``.
     """
 
     name: str
     group: str = "ratios"
 
     def __post_init__(self) -> None:
-        """Refuse a name that is taken and a group that does not exist."""
+        """Reject names in use and unknown groups."""
         if not self.name.isidentifier() or self.name in (*PARAMETERS, "x"):
-            raise ValueError(f"{self.name!r} is no free name for an own parameter")
+            raise ValueError(f"{self.name!r} cannot be the name of an own parameter")
         if self.group not in GROUPS:
             raise ValueError(f"the group of {self.name} is {self.group!r}, not one of {GROUPS}")
 
     @property
     def symbol(self) -> sp.Symbol:
-        """What stands for it in energies."""
+        """Its symbol in energies."""
         return sp.Symbol(self.name, positive=True)
 
 
@@ -77,9 +78,8 @@ class OwnParameter:
 class Field:
     """A vector field interpolated between two nodes.
 
-    `nodal` names the nodal vectors at the start and then at the end; `shape` holds one polynomial
-    in x for each of them.  `axes` says which of the three directions the vector has components
-    in.
+    `nodal` lists the nodal vectors at the start, then at the end; `shape` has one polynomial in x
+    for each of them.  `axes` are those of the three directions in which the vector has components.
     """
 
     name: str
@@ -107,7 +107,7 @@ class Field:
 def interpolate(name: str, axes: Sequence[int], *nodal: str) -> Field:
     """Polynomial field with nodal vectors at both ends: the value and, if named, the slope.
 
-    The shape functions follow from being one in their own nodal vector and zero in the others.
+    Each shape function is one for its own nodal vector and zero for the others.
     """
     n = 2 * len(nodal)
     powers = [x**k for k in range(n)]
@@ -141,7 +141,7 @@ def norm(u: Field) -> sp.Expr:
 
 @dataclass(frozen=True)
 class Legendre:
-    """Exact integral of the square of a polynomial strain, or of its first `modes` modes."""
+    """Exact integral of the square of a polynomial strain, or of its first Legendre modes."""
 
     modes: int | None = None
 
@@ -156,7 +156,7 @@ class Gauss:
 
 @dataclass(frozen=True)
 class Nodal:
-    """Trapezoidal rule: the strain at the two nodes, `Element.projected` ones included."""
+    """Trapezoidal rule: the strain at the two nodes, including those of `Element.projected`."""
 
 
 Rule = Legendre | Gauss | Nodal
@@ -166,9 +166,9 @@ Rule = Legendre | Gauss | Nodal
 class Term:
     """Energy 1/2 int weight strain^2 dx, integrated by a rule.
 
-    A strain may be a vector in space, which then turns with a field: its rate without that
-    rotation is what a material feels.  `square` is that of a vector which is no quadratic function
-    of the coordinates, made of dot products, each in components.
+    A strain may be a spatial vector that rotates with a field: the strain rate of the material is
+    its rate relative to that rotation.  `square` is the square of a vector that is not a quadratic
+    function of the coordinates, in terms of dot products, each in components.
     """
 
     weight: sp.Expr
@@ -188,11 +188,11 @@ class Element:
     """What an element is.  Everything else is derived from this.
 
     `node` lists the nodal vectors in the order of the coordinates; `section` those of them that
-    turn with the section, which a clamp holds and a moment acts on.  `strains` defines symbols that
-    terms may use, `projected` symbols for the projections of strains on linear functions of x;
+    rotate with the section, which a clamp fixes and a moment acts on.  `strains` defines symbols
+    that terms may use, `projected` symbols for the projections of strains on linear functions of x;
     `inertia` pairs a mass per length with the field whose square it multiplies.  A `curved` element
-    is free of strain in a shape of its own: its parameters include the coordinates of that shape,
-    and from every strain its value there is subtracted.
+    has a stress-free reference shape, whose coordinates are parameters and whose strains are
+    subtracted.
     """
 
     name: str
@@ -210,12 +210,12 @@ class Element:
     curved: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what the package could not number, clamp or load.
+        """Reject definitions that the package cannot number, clamp or load.
 
         Raises
         ------
         ValueError
-            With what is needed.
+            With the requirement that is violated.
         """
         if not self.name.isidentifier():
             raise ValueError(f"the name of an element must be an identifier, not {self.name!r}")
@@ -223,7 +223,7 @@ class Element:
             raise ValueError(f"{self.name} has dim = {self.dim}; it must be 2 or 3")
         space = tuple(range(self.dim))
         if not self.energy or not self.inertia:
-            raise ValueError(f"{self.name} needs an energy and an inertia")
+            raise ValueError(f"{self.name} must have an energy and an inertia")
         if self.node == (("r", space),) and not self.section:
             return  # straight between its nodes
         if self.node[:2] != (("r", space), ("r_x", space)):
@@ -240,9 +240,9 @@ class Element:
         ]
         if strange or len(set(vectors)) < len(vectors):
             raise ValueError(
-                f"{self.name} has the nodal vectors {', '.join(vectors)}; beside r and r_x there "
-                "can be r_y and r_z in the directions of the scene, and in the plane r_z in "
-                "direction 2 alone"
+                f"{self.name} has the nodal vectors {', '.join(vectors)}; besides r and r_x only "
+                "r_y and r_z are possible, in the directions of the scene, or for r_z in the plane "
+                "only in direction 2"
             )
         if not self.section or not set(self.section) <= set(vectors[1:]):
             raise ValueError(
@@ -251,11 +251,13 @@ class Element:
             )
         if self.dim == 3 and self.section != ("r_x",) and len(set(self.section)) < 2:
             raise ValueError(
-                f"the section of {self.name} must name two vectors at least, or the slope alone, "
-                f"not {self.section}: one does not say how it is turned"
+                f"the section of {self.name} must name at least two vectors, or only the slope, "
+                f"not {self.section}: one vector does not define its rotation"
             )
         if not set(self.section) & {"r_x"} and not {"r_y", "r_z"} <= set(vectors):
-            raise ValueError(f"{self.name} turns without its slope, and so needs r_y and r_z")
+            raise ValueError(
+                f"the section of {self.name} rotates independently of r_x, so it needs r_y and r_z"
+            )
 
     @property
     def node_coordinates(self) -> tuple[str, ...]:
@@ -273,17 +275,17 @@ class Element:
 
     @property
     def reference(self) -> tuple[str, ...]:
-        """Names of the parameters that are coordinates of both nodes in the shape of no strain."""
+        """Names of the parameters that are coordinates of both nodes in the reference shape."""
         return tuple(f"reference_{k}" for k in range(self.n_coordinates)) if self.curved else ()
 
     def place(self, end: int, nodal: str, axis: int) -> int:
-        """Find the number of a coordinate within the element."""
+        """Return the index of a coordinate within the element."""
         offset = end * len(self.node_coordinates)
         for name, axes in self.node:
             if name == nodal:
                 return offset + axes.index(axis)
             offset += len(axes)
-        raise ValueError(f"{self.name} has no nodal vector {nodal!r}.")
+        raise ValueError(f"{self.name} has no nodal vector {nodal!r}")
 
     def places(self, f: Field, axis: int) -> list[int]:
         """Coordinates that multiply the shape functions of one component of a field."""

@@ -1,7 +1,7 @@
-"""The kernels of an element: what each is given, how many numbers it adds, what they are.
+"""The kernels of an element: their inputs, the size and the meaning of their results.
 
-This is the only list of them.  Modules, enumeration and header follow from it; how a kernel is
-derived is the method of its name in `derive.Derivation`.
+This is the only list of them, from which modules, enumeration and header are generated; the method
+of the same name in `derive.Derivation` derives the kernel.
 """
 
 from dataclasses import dataclass
@@ -9,19 +9,19 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Kernel:
-    """One function of every generated module.
+    """A function of all generated modules.
 
     Attributes
     ----------
     name : str
         Its name.
     inputs : tuple of str
-        What the vectors q and a of the call hold, of those that it reads.
+        Contents of the arguments q and a, as far as it reads them.
     shape : str
         ``"number"``, ``"vector"`` with one number per coordinate, or ``"triangle"``, the lower
         triangle of a symmetric matrix by rows.
     meaning : str
-        What it adds.
+        The result, which is added to the output.
     """
 
     name: str
@@ -30,7 +30,7 @@ class Kernel:
     meaning: str
 
     def size(self, n: int) -> int:
-        """Return how many numbers it adds for an element of n coordinates."""
+        """Return the size of the result for an element of n coordinates."""
         return {"number": 1, "vector": n, "triangle": n * (n + 1) // 2}[self.shape]
 
 
@@ -48,14 +48,14 @@ KERNELS = (
         "material",
         ("q",),
         "triangle",
-        "sum over strains of weight * (d strain/dq)(d strain/dq)^T: the tangent without stresses, "
-        "and the derivative of damping by v",
+        "sum over strains of weight * (d strain/dq)(d strain/dq)^T: the tangent without geometric "
+        "stiffness, and the derivative of the damping force by v",
     ),
     Kernel(
         "discrete_gradient",
         ("q0", "q1"),
         "vector",
-        "force between two states: times q1 - q0 it is the difference of the energies",
+        "force between two states, whose product with q1 - q0 is the difference of energies",
     ),
 )
 """In the order of the enumeration."""

@@ -1,4 +1,4 @@
-"""The list of kernels for those who call them: an enumeration in C, and what declares it."""
+"""The list of kernels for their callers: an enumeration in C, and its declaration in Cython."""
 
 import textwrap
 
@@ -16,7 +16,7 @@ def _any(kernels: list[Kernel]) -> str:
 
 
 def c_header() -> str:
-    """Write the enumeration for C, and what callers ask of its members."""
+    """Write the enumeration for C, with predicates for its members."""
     lines = []
     for each in KERNELS:
         given = ", ".join(each.inputs) or "nothing"
@@ -30,10 +30,10 @@ def c_header() -> str:
     return f"""\
 /* {MADE}
  *
- * The kernels of an element, see kernel_abi.h: what q and a hold of what they read, how many
- * numbers they add, and which.  A vector is one number per coordinate, a triangle the lower one of
- * a matrix by rows: entry (i, j <= i) is number i (i+1)/2 + j.  v are velocities, q0 and q1 the
- * coordinates of two states.
+ * The kernels of an element, see kernel_abi.h.  Comments list the contents of the arguments q and
+ * a, as far as they are read, the size of the result, and the result.  A vector has one component
+ * per coordinate; a triangle is the lower one of a matrix by rows: entry (i, j <= i) is component
+ * i (i+1)/2 + j.  v are velocities, q0 and q1 the coordinates of two states.
  */
 #ifndef ANCF_KERNEL_LIST_H
 #define ANCF_KERNEL_LIST_H
@@ -43,13 +43,13 @@ enum ancf_kernel_number {{
     ANCF_N_KERNELS
 }};
 
-/* Whether it adds to a matrix. */
+/* Whether the result is part of a matrix. */
 static inline int ancf_kernel_fills_matrix(int kernel)
 {{
     return {triangles};
 }}
 
-/* Whether it is of the masses alone, and not of the strains. */
+/* Whether the result depends only on masses, and not on strains. */
 static inline int ancf_kernel_is_of_mass(int kernel)
 {{
     return {of_mass};
@@ -60,11 +60,11 @@ static inline int ancf_kernel_is_of_mass(int kernel)
 
 
 def cython_text() -> str:
-    """Write the declaration of that header for Cython, and the names in Python."""
+    """Write the declarations of that header for Cython, and the names in Python."""
     constants = [f'        {_constant(each)[5:]} "{_constant(each)}"' for each in KERNELS]
     names = ",\n    ".join(f'"{name}"' for name in NAMES)
     return f'''\
-"""The enumeration of kernel_list.h; text for modules that call kernels."""
+"""The enumeration of kernel_list.h; included by modules that call kernels."""
 # {MADE}
 
 cdef extern from "kernel_list.h" nogil:

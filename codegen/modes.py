@@ -1,4 +1,4 @@
-"""Legendre modes of fields, their products, and Gauss points; all exact or to forty digits."""
+"""Legendre modes of fields, their products, and Gauss points; exact or to forty digits."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -29,7 +29,7 @@ def legendre_value(m: int, at: Fraction) -> Fraction:
 
 @cache
 def gauss_rule(n: int) -> list[tuple[Fraction, Fraction]]:
-    """Points in [-1, 1] and shares of the length; exactly symmetric."""
+    """Points in [-1, 1], and weights as fractions of the length; exactly symmetric."""
     points, weights = gauss_legendre(n, DIGITS)
     upper = [
         (fraction(sp.Rational(str(p))), fraction(sp.Rational(str(w))) / 2)
@@ -43,7 +43,7 @@ def gauss_rule(n: int) -> list[tuple[Fraction, Fraction]]:
 class ModeVectors:
     """The distinct Legendre mode vectors of an element's fields; fields are multiples of them.
 
-    r_xx has no modes of its own: they are multiples of those of r_x, and r_yx of that of r_y.
+    r_xx has no separate modes: they are multiples of those of r_x, and that of r_yx one of r_y.
     """
 
     def __init__(self, tape: Tape, element: Element, inputs: Sequence[Node]) -> None:
@@ -56,7 +56,7 @@ class ModeVectors:
         self._dots: dict[tuple[int, int], Node] = {}
 
     def of(self, f: Field) -> list[tuple[sp.Expr, int]]:
-        """Modes of a field from the lowest: a factor and the number of the mode vector."""
+        """Modes of a field from the lowest: a factor and the index of the mode vector."""
         if f.name not in self._known:
             degree = max(sp.Poly(s, x).degree() for s in f.shape)
             self._known[f.name] = [self._mode(f, m) for m in range(degree + 1)]
@@ -114,12 +114,12 @@ class ModeVectors:
         return [node for vector in self.nodes for node in vector.values()]
 
     def numbers(self) -> dict[tuple[int, int], int]:
-        """Place of component `axis` of vector `v` among all components."""
+        """Index of component `axis` of vector `v` among all components."""
         keys = [(v, axis) for v, nodes in enumerate(self.nodes) for axis in nodes]
         return {key: i for i, key in enumerate(keys)}
 
     def matrix(self) -> list[dict[int, sp.Expr]]:
-        """Differentiate every mode component by the coordinates: sparse rows."""
+        """Differentiate all mode components by the coordinates: sparse rows."""
         return [
             {p: c for p, c in zip(self.element.places(f, axis), row, strict=True) if c != 0}
             for (f, row), nodes in zip(self.rows, self.nodes, strict=True)
@@ -128,7 +128,7 @@ class ModeVectors:
 
 
 def _ratio(row: Sequence[sp.Expr], known: Sequence[sp.Expr]) -> sp.Expr | None:
-    """Return the factor that makes `known` equal to `row`, if there is one."""
+    """Return the factor by which `known` equals `row`, if there is one."""
     if all(entry == 0 for entry in row):
         return sp.Integer(0)
     place = next(i for i, entry in enumerate(known) if entry != 0)

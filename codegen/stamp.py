@@ -1,4 +1,4 @@
-"""What generated files were made from: digest of the sources, and digests of the results."""
+"""Provenance of generated files: digest of the sources, and digests of the results."""
 
 import ast
 import hashlib
@@ -14,20 +14,20 @@ from codegen.fields import Element
 ROOT = Path(__file__).parent.parent
 COMMAND = "make codegen"
 EMITTERS = ("codegen/emit.py", "codegen/stamp.py")
-"""What turns every element into text; they import the derivation."""
+"""Files that convert every element to text; they import the derivation."""
 
 
 def digest_of_inputs(source: str, make: Callable[[], Element], root: Path = ROOT) -> str:
-    """SHA-256 over everything that decides what a generated module contains, and nothing else.
+    """SHA-256 of exactly those sources that determine the contents of a generated module.
 
     Parameters
     ----------
     source : str
         The file of the element, relative to `root`, or its path if it is elsewhere.
     make : callable
-        What builds the element: a function of that file, perhaps with arguments.
+        Builds the element: a function of that file, possibly with bound arguments.
     root : Path, optional
-        Folder that holds `codegen`.
+        Folder that contains `codegen`.
     """
     total = hashlib.sha256()
     if isinstance(make, partial):

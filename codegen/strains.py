@@ -1,8 +1,8 @@
 """Strains on the tape: their Legendre modes, or their values at a point.
 
-Strains that share local variables make a patch.  The variables are the mode vectors, the
-components of the fields at a Gauss point (constant combinations of mode vectors), or the
-coordinates of a node beside the mode vectors.
+Strains that share local variables form a patch.  The variables are the mode vectors, the components
+of the fields at a Gauss point (constant combinations of mode vectors), or the mode vectors and the
+coordinates of a node.
 """
 
 from collections.abc import Sequence
@@ -18,15 +18,15 @@ from codegen.symbols import Scaled, affine, combine, to_tape
 from codegen.tape import Node, Tape
 
 CARRIED_POINTS = 3
-"""Gauss points of a vector strain whose energy needs none: directions are no polynomials."""
+"""Gauss points for rates of vector strains with exact energy: directions are not polynomials."""
 
 
 @dataclass
 class Patch:
-    """Pairs of weight and strain, and how their variables depend on mode vectors and coordinates.
+    """Pairs of weight and strain, and their variables in terms of mode vectors and coordinates.
 
-    Rows count the components of all mode vectors first and the coordinates after them.  `squares`
-    are pairs of weight and square of a strain.
+    Column indices of the rows count the components of all mode vectors first, then the coordinates.
+    `squares` are pairs of weight and square of a strain.
     """
 
     variables: list[Node]
@@ -36,7 +36,7 @@ class Patch:
 
 
 class Sampler:
-    """Turns strain expressions into nodes, each strain once."""
+    """Converts strain expressions to nodes, each strain once."""
 
     def __init__(self, tape: Tape, element: Element) -> None:
         self.tape = tape
@@ -50,7 +50,7 @@ class Sampler:
         self._known: dict[sp.Expr, list[Scaled]] = {}
 
     def __call__(self, strain: sp.Expr) -> list[Scaled]:
-        """Modes from the lowest, or the one value."""
+        """Modes from the lowest, or the single value."""
         if strain not in self._known:
             self._known[strain] = self._evaluate(strain)
         return self._known[strain]
@@ -77,7 +77,7 @@ class Sampler:
         raise NotImplementedError
 
     def _other(self, strain: sp.Expr) -> list[Scaled]:
-        raise ValueError(f"The strain {strain} is no polynomial; give it Gauss points.")
+        raise ValueError(f"the strain {strain} is not a polynomial; specify Gauss points")
 
 
 class ModeSampler(Sampler):
@@ -103,7 +103,7 @@ class ModeSampler(Sampler):
 
 
 class PointSampler(Sampler):
-    """Values at a point, from those of the field components and projected strains there."""
+    """Values at a point, from the field components and projected strains there."""
 
     def __init__(self, tape: Tape, element: Element, values: dict[sp.Symbol, Scaled]) -> None:
         super().__init__(tape, element)
@@ -118,16 +118,16 @@ class PointSampler(Sampler):
         return [(a[0][0] * b[0][0], product_node)]
 
     def carried(self, strains: Sequence[sp.Expr], f: Field) -> list[Scaled]:
-        """Components of a vector strain c as they change for an observer who turns with a field u.
+        """Components of a vector strain c with its rate relative to a field u as derivatives.
 
-        The direction of u turns by the smallest rotation, at the rate w = u x u' / |u|^2, and the
-        observer misses w x c = ((u.c) u' - (c.u') u) / |u|^2 in c'.  The result has what is left
-        as its derivative; its value means nothing.
+        The direction of u rotates without twist, at the rate w = u x u' / |u|^2; the relative rate
+        is c' - w x c, with w x c = ((u.c) u' - (c.u') u) / |u|^2.  Only the derivatives of the
+        result are meaningful, not its values.
         """
         tape = self.tape
         (factor, *others), c = zip(*(self(s)[0] for s in strains), strict=True)
         if any(other != factor for other in others):
-            raise ValueError(f"The components {strains} of a vector must have one unit.")
+            raise ValueError(f"the components {strains} of a vector must have the same unit")
         u = [node for _, node in self._on(f, f.axes)]
         inverse = tape.pow(tape.dot(u, u), Fraction(-1))
         along = tape.freeze(tape.mul(tape.dot(u, c), inverse))
@@ -144,7 +144,7 @@ class PointSampler(Sampler):
         scaled = expr.subs({s: f * s for s, (f, _) in self.values.items()}, simultaneous=True)
         factor = sp.cancel(scaled / expr)
         if factor.has(*self.values):
-            raise ValueError(f"The square {expr} is not homogeneous in the fields it is made of.")
+            raise ValueError(f"the square {expr} is not homogeneous in its fields")
         return factor, to_tape(self.tape, expr, {s: node for s, (_, node) in self.values.items()})
 
     def _on(self, f: Field, axes: tuple[int, ...]) -> list[Scaled]:
@@ -152,7 +152,7 @@ class PointSampler(Sampler):
         return [self.values[symbol] for symbol, axis in pairs if axis in axes]
 
     def _other(self, strain: sp.Expr) -> list[Scaled]:
-        """Any strain in components; a factor common to its variables is taken out if it can be."""
+        """Any strain in components; a common factor of its variables is extracted if possible."""
         used = [s for s in self.values if strain.has(s)]
         nodes = {s: self.values[s][1] for s in used}
         factors = {self.values[s][0] for s in used} - {sp.Integer(1)}
@@ -166,9 +166,10 @@ class PointSampler(Sampler):
 class Patches:
     """All strains of an element, with their weights, in patches.
 
-    With `carried`, vector strains are put, at Gauss points, as they change when seen from the field
-    they turn with (`PointSampler.carried`).  With `squared`, those that have a square are put as
-    that.  `rest` holds the mode vectors of the shape in which there is no strain, if it is curved.
+    With `carried`, vector strains are evaluated at Gauss points with rates relative to the field
+    they rotate with (`PointSampler.carried`).  With `squared`, those that have a square are
+    represented by it.  `rest` holds the mode vectors of the shape in which there is no strain, if
+    it is curved.
     """
 
     def __init__(
@@ -191,7 +192,7 @@ class Patches:
         self._points: dict[Fraction, tuple[Patch, PointSampler]] = {}
         self._ends: dict[int, tuple[Patch, PointSampler]] = {}
         for term in element.energy:
-            # A vector of one component stands on the plane, in which it does not turn.
+            # A vector of one component is normal to the plane, so it does not rotate.
             if carried and len(term.strains) > 1:
                 self._add_carried(term)
             elif squared and term.square is not None:
@@ -229,7 +230,7 @@ class Patches:
 
     def _add_carried(self, term: Term) -> None:
         if term.turns_with is None:
-            raise ValueError(f"The vector {term.strain} must turn with a field.")
+            raise ValueError(f"the vector {term.strain} must rotate with a field (turns_with)")
         points = term.rule.points if isinstance(term.rule, Gauss) else CARRIED_POINTS
         for xi, share in gauss_rule(points):
             patch, sample = self._at_point(xi)
@@ -238,7 +239,7 @@ class Patches:
 
     def _add_square(self, term: Term, square: sp.Expr) -> None:
         if not isinstance(term.rule, Gauss):
-            raise ValueError(f"The square {square} needs Gauss points.")
+            raise ValueError(f"the square {square} needs Gauss points")
         for xi, share in gauss_rule(term.rule.points):
             patch, sample = self._at_point(xi)
             factor, node = sample.square(square)
@@ -250,7 +251,7 @@ class Patches:
             self._add(self.exact, term.weight * length / (2 * k + 1), mode)
 
     def _add(self, patch: Patch, weight: sp.Expr, strain: Scaled) -> None:
-        """Append a strain, its constant factor moved into the weight."""
+        """Append a strain, with its constant factor moved to the weight."""
         factor, node = strain
         coefficient, node = (1, node) if self.element.curved else self.tape.split(node)
         if self.tape.constant_value(node) is None:
@@ -258,7 +259,7 @@ class Patches:
             patch.strains.append((to_tape(self.tape, total, {}), node))
 
     def _projected(self, strain: sp.Expr, points: int, n_modes: int) -> list[Scaled]:
-        """First Legendre modes of a strain, found by quadrature."""
+        """First Legendre modes of a strain, by quadrature."""
         rule = gauss_rule(points)
         samples = [self._at_point(xi)[1](strain)[0] for xi, _ in rule]
         result = []
@@ -291,9 +292,9 @@ class Patches:
         return self._points[xi]
 
     def _at_node(self, end: int) -> tuple[Patch, PointSampler]:
-        """Local variables at a node: its coordinates, which the fields are equal to there.
+        """Local variables at a node: its coordinates, which equal the fields there.
 
-        Mode vectors stand before them, for strains that are projected on linear functions.
+        Mode vectors precede them, for strains that are projected on linear functions.
         """
         if end not in self._ends:
             n = self.element.n_coordinates // 2

@@ -9,7 +9,7 @@ from codegen.fields import PARAMETERS, dot
 from codegen.tape import Node, Tape
 
 Scaled = tuple[sp.Expr, Node]
-"""A factor of rationals and parameters, and the node it multiplies."""
+"""A factor in rationals and parameters, and the node it multiplies."""
 
 
 def fraction(value: sp.Rational) -> Fraction:
@@ -35,11 +35,11 @@ def to_tape(tape: Tape, expr: sp.Expr, values: Mapping[sp.Expr, Node]) -> Node:
         return tape.scale(fraction(coefficient), node)
     if expr.is_Pow and expr.exp.is_Rational:
         return tape.pow(to_tape(tape, expr.base, values), fraction(expr.exp))
-    raise ValueError(f"The energy uses {expr}, which no kernel can compute.")
+    raise ValueError(f"the energy contains {expr}, which kernels cannot compute")
 
 
 def affine(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, sp.Expr]]] | None:
-    """Constant and coefficients of dot products, components and named strains, if that is all."""
+    """Constant and coefficients of an affine form in dot products, components, strains; or None."""
     atoms = {a for a in expr.free_symbols if str(a) not in PARAMETERS}
     inside = {s for d in expr.atoms(dot) for s in d.args}
     ordered = sorted((atoms - inside) | expr.atoms(dot), key=str)
@@ -50,7 +50,7 @@ def affine(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, sp.Expr]]] | Non
 
 
 def combine(tape: Tape, members: Sequence[tuple[sp.Expr, Node]]) -> Scaled:
-    """Sum of factor times node, with a power of parameters common to all taken out."""
+    """Sum of factor times node, with a common power of parameters factored out."""
     members = [(sp.sympify(factor), node) for factor, node in members if factor != 0]
     if not members:
         return sp.Integer(1), tape.const(0)

@@ -1,8 +1,8 @@
 """Straight-line programs: equal expressions are one node, coefficients are exact until printed.
 
-A node is a number, the place of its entry on the tape; its operands stand before it.  Nodes know
-whether they are a constant, depend on parameters only, or depend on coordinates, so that
-everything that does not change while a system moves can be computed once, outside the kernels.
+A node is a number, the index of its entry on the tape; its operands precede it.  Nodes are
+classified as constants, dependent only on parameters, or dependent on coordinates, so that
+everything that is constant during a motion can be computed once, outside the kernels.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -29,7 +29,7 @@ class Entry:
 
 
 class Tape:
-    """Builds a program by hash-consing: asking twice for the same operation gives the same node."""
+    """Builds a program by hash-consing: the same operation always yields the same node."""
 
     def __init__(self) -> None:
         """Start empty."""
@@ -61,7 +61,7 @@ class Tape:
         return self._node(Entry("parameter", value=name), PARAMETER)
 
     def coordinate(self, number: int) -> Node:
-        """Coordinate of the element by its number."""
+        """Coordinate of the element, by its index."""
         return self._node(Entry("coordinate", value=number), VARIABLE)
 
     def acceleration(self, number: int) -> Node:
@@ -71,12 +71,12 @@ class Tape:
     # Operations
 
     def constant_value(self, node: Node) -> Fraction | None:
-        """Value of a constant, nothing for other nodes."""
+        """Value of a constant, None for other nodes."""
         entry = self.entries[node]
         return entry.value if entry.op == "const" and isinstance(entry.value, Fraction) else None
 
     def split(self, node: Node) -> tuple[Fraction, Node]:
-        """Write a node as an exact coefficient times a node without one."""
+        """Split a node into an exact coefficient and a node without one."""
         entry = self.entries[node]
         if entry.op == "neg":
             coefficient, rest = self.split(entry.args[0])
@@ -93,7 +93,7 @@ class Tape:
         return value
 
     def neg(self, a: Node) -> Node:
-        """Minus a node; two signs cancel, a difference is turned round."""
+        """Minus a node; two signs cancel, a difference is reversed."""
         entry = self.entries[a]
         if entry.op == "neg":
             return entry.args[0]
@@ -148,7 +148,7 @@ class Tape:
         return result if sign > 0 else self.neg(result)
 
     def _chain(self, signed: Sequence[tuple[int, Node]]) -> Node:
-        """Left to right; the first sign is plus."""
+        """Sum from left to right; the first sign is plus."""
         result = signed[0][1]
         for sign, node in signed[1:]:
             if self.entries[node].op == "neg":
@@ -168,7 +168,7 @@ class Tape:
         return result
 
     def pow(self, a: Node, exponent: Fraction) -> Node:
-        """Power with an exact exponent; whole positive powers are products."""
+        """Power with an exact exponent; positive integer powers are products."""
         if exponent == 0:
             return self.const(1)
         if exponent == 1:
@@ -181,7 +181,7 @@ class Tape:
         return self._node(Entry("pow", (a,), exponent))
 
     def freeze(self, a: Node) -> Node:
-        """Mark a value as constant to differentiation."""
+        """Mark a value as constant in differentiation."""
         return a if self.level[a] < VARIABLE else self._node(Entry("freeze", (a,)))
 
     def sqrt(self, a: Node) -> Node:
@@ -189,7 +189,7 @@ class Tape:
         return self._node(Entry("sqrt", (a,)))
 
     def reciprocal(self, a: Node) -> Node:
-        """One divided by a node."""
+        """Reciprocal of a node."""
         return self._node(Entry("reciprocal", (a,)))
 
     def dot(self, u: Sequence[Node], v: Sequence[Node]) -> Node:
@@ -207,14 +207,14 @@ class Tape:
         return sorted(wanted)
 
     def operations(self, outputs: Iterable[Node]) -> int:
-        """Count arithmetic on coordinates; what depends on parameters only is not counted."""
+        """Count arithmetic on coordinates; operations on parameters only are not counted."""
         return sum(
             self.entries[n].op in ARITHMETIC and self.level[n] == VARIABLE
             for n in self.reachable(outputs)
         )
 
     def gradient(self, output: Node, variables: Sequence[Node]) -> list[Node]:
-        """Reverse pass: derivative of the output by each variable, which are leaves to it."""
+        """Reverse pass: derivative of the output by each variable, which is treated as a leaf."""
         leaves = set(variables)
         depends: dict[Node, bool] = {}
         order = self.reachable([output])
@@ -240,7 +240,7 @@ class Tape:
         return [result.get(v, self.const(0)) for v in variables]
 
     def directional(self, outputs: Sequence[Node], along: Mapping[Node, Node]) -> list[Node]:
-        """Forward pass: rates of the outputs when leaves move at the rates in `along`."""
+        """Forward pass: rates of the outputs if the leaves change at the rates in `along`."""
         rates: dict[Node, Node] = {}
         for node in self.reachable(outputs):
             if node in along:
@@ -266,7 +266,7 @@ class Tape:
         if entry.op == "pow" and isinstance(entry.value, Fraction):
             power = self.pow(entry.args[0], entry.value - 1)
             return [(entry.args[0], self.scale(entry.value, power))]
-        raise ValueError(f"The operation {entry.op!r} has no derivative rule.")
+        raise ValueError(f"the operation {entry.op!r} has no derivative rule")
 
     def lowered(self, outputs: Sequence[Node]) -> list[Node]:
         """Replace `freeze` by its operand and powers by one root, one division and products."""

@@ -1,8 +1,8 @@
-/* Does a motion gain energy that nothing has given it?  The time loops look now and then.
+/* Detection of energy gains that no load accounts for.  The time loops check at regular intervals.
  *
- * The work of changing loads is that of the trapezoidal rule.  Where a load jumps or its rate does
- * inside a step, the work that a scheme makes of it differs by a share of |jump| |motion|, in the
- * step and the few after it: that much is allowed.
+ * The work of changing loads is computed by the trapezoidal rule.  Where a load or its rate jumps
+ * within a step, the work done by an integration scheme differs from it by a fraction of
+ * |jump| |motion|, in that step and the few that follow: a gain of this size is allowed.
  */
 #ifndef ANCF_ENERGY_WATCH_H
 #define ANCF_ENERGY_WATCH_H
@@ -12,38 +12,38 @@
 #include "solver_abi.h"
 #include "vectors.h"
 
-/* Steps from one regular look to the next; only these stop a run.  The first steps are looked at, too,
- * but a motion that has just begun has exchanged too little to compare with. */
+/* Steps between two regular checks; only these stop a run.  The first steps are checked too, but a
+ * motion that has just begun has exchanged too little energy to compare with. */
 #define ANCF_WATCH_EVERY 16
-/* A gain above this share of what is allowed is followed from step to step, one at the start through
- * all steps of the first look. */
+/* A gain above this fraction of the limit is monitored in every step; at the start of a run, in all
+ * steps up to the first regular check. */
 #define ANCF_WATCH_CLOSE 0.3
-/* So many times what is allowed is too much to go on with until the next regular look. */
+/* A gain of this many times the limit does not wait for the next regular check. */
 #define ANCF_WATCH_MUCH 10.0
-/* What slow motions exchange counts this much beside kinetic energy. */
+/* Weight of the energy exchanged by slow motions relative to kinetic energy. */
 #define ANCF_WATCH_SLOW 0.01
-/* A jump of less than this share of its load is rounding. */
+/* A jump smaller than this fraction of its load is rounding error. */
 #define ANCF_JUMP_LEAST 1e-6
 
 typedef struct {
-    double limit; /* share of the energy that was exchanged so far; infinite for no watch */
-    double noise; /* energy that rounding makes */
-    double start, strain, potential; /* at the start: all energy, and two parts of it */
+    double limit; /* fraction of the energy exchanged so far; infinite: nothing is checked */
+    double noise; /* energy due to rounding */
+    double start, strain, potential; /* at the start: total energy, and two parts of it */
     double work;                     /* of the changing loads; the time loop adds to it */
-    double unsure;                   /* sum of the squares of what jumps of loads may have done */
-    double exchanged, gain;          /* at the last look */
-    double beyond;                   /* the gain less what is unsure or noise */
-    double kinetic;                  /* the largest that was seen */
+    double unsure;                   /* sum of the squares of the uncertain work of load jumps */
+    double exchanged, gain;          /* at the last check */
+    double beyond;                   /* the gain minus uncertain work and rounding */
+    double kinetic;                  /* the largest so far */
     double most;                     /* the largest `beyond` of an accepted state */
-    ptrdiff_t steps, due, when;      /* accepted, that of the next look, that of `most` */
+    ptrdiff_t steps, due, when;      /* accepted steps; step of the next check; step of `most` */
 } ancf_watch;
 
-/* The jumps of the changing loads, one place for each amplitude. */
+/* The jumps of the changing loads, one entry per amplitude. */
 typedef struct {
     ptrdiff_t n;
-    double *rate, *bend; /* of the last accepted step: rate, and change of the rate times dt */
+    double *rate, *bend; /* in the last accepted step: rate, and change of the rate times dt */
     double *size;        /* largest magnitude so far */
-    double *past, *jump; /* jumps that still matter: before the step under way, and in it */
+    double *past, *jump; /* jumps that still matter: before the current step, and in it */
     int any;
 } ancf_jumps;
 
@@ -60,7 +60,7 @@ static inline void ancf_watch_start(ancf_watch *watch, const ancf_system *system
     watch->due = 1;
 }
 
-/* Look at a state: gain, exchanged and kinetic energy. */
+/* Evaluate a state: gain, exchanged and kinetic energy. */
 static inline void ancf_watch_measure(ancf_watch *watch, const ancf_system *system,
                                       const double *dead_load, const double *q, const double *v,
                                       double *scratch)
@@ -78,44 +78,44 @@ static inline void ancf_watch_measure(ancf_watch *watch, const ancf_system *syst
     watch->beyond = watch->gain - sqrt(watch->unsure) - watch->noise;
 }
 
-/* Whether the state looked at has gained more than a share of what was exchanged, or, to be
- * strict, of the motion alone: a load that bends something slowly exchanges far more. */
+/* Whether the evaluated state has gained more than a fraction of the exchanged energy or, if strict,
+ * of the energy of the motion alone: a load that deforms a body slowly exchanges far more. */
 static inline int ancf_watch_gains(const ancf_watch *watch, int strict)
 {
-    /* A NaN ends here too. */
+    /* True for NaN as well. */
     return !isinf(watch->limit)
            && !(watch->beyond <= watch->limit * (strict ? watch->kinetic : watch->exchanged));
 }
 
-/* Whether the energy has risen by that much since a look before.  A motion that has lost energy can
- * gain for long before it has more than it was given. */
+/* Whether the energy has risen by that much since an earlier check.  A motion that has lost energy
+ * can gain for a long time before it exceeds the energy supplied to it. */
 static inline int ancf_watch_rises(const ancf_watch *watch, const ancf_watch *before)
 {
     double rise = watch->gain - before->gain - sqrt(watch->unsure) - watch->noise;
     return !isinf(watch->limit) && !(rise <= watch->limit * watch->exchanged);
 }
 
-/* Whether a state that would be the next has gained far more than that, once a motion has begun. */
+/* Whether a candidate for the next state has gained far more than that, once a motion has begun. */
 static inline int ancf_watch_gains_much(const ancf_watch *watch)
 {
     return watch->steps + 1 >= ANCF_WATCH_EVERY && !isinf(watch->limit)
            && !(watch->beyond <= ANCF_WATCH_MUCH * watch->limit * watch->exchanged);
 }
 
-/* The motion of the whole run, which the largest gain of all states is compared with. */
+/* Energy of the motion over the whole run, with which the largest gain of all states is compared. */
 static inline double ancf_watch_motion(const ancf_watch *watch)
 {
     return fmax(watch->kinetic, ANCF_WATCH_SLOW * watch->exchanged);
 }
 
-/* Whether an accepted state had gained more than a share of it. */
+/* Whether an accepted state had gained more than a fraction of it. */
 static inline int ancf_watch_gained(const ancf_watch *watch)
 {
     return !isinf(watch->limit)
            && (isnan(watch->beyond) || watch->most > watch->limit * ancf_watch_motion(watch));
 }
 
-/* Remember what was seen of the state just accepted, and when to look next. */
+/* Record the values of the state just accepted, and schedule the next check. */
 static inline void ancf_watch_remember(ancf_watch *watch)
 {
     double level;
@@ -132,8 +132,8 @@ static inline void ancf_watch_remember(ancf_watch *watch)
         watch->due = (watch->steps / ANCF_WATCH_EVERY + 1) * ANCF_WATCH_EVERY;
 }
 
-/* Find the jumps of the loads in the step under way: rates that change far more than in the step
- * before, as those of a smooth load do not.  A jump fades by half from step to step. */
+/* Find the jumps of the loads in the current step: rates that change far more than in the previous
+ * step, unlike those of a smooth load.  The effect of a jump halves from step to step. */
 static inline void ancf_jumps_find(ancf_jumps *self, const double *load0, const double *load1,
                                    double dt)
 {
@@ -148,7 +148,7 @@ static inline void ancf_jumps_find(ancf_jumps *self, const double *load0, const 
     }
 }
 
-/* Take the loads of the step under way for accepted. */
+/* Accept the loads of the current step. */
 static inline void ancf_jumps_accept(ancf_jumps *self, const double *load0, const double *load1,
                                      double dt)
 {

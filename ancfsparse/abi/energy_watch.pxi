@@ -1,4 +1,4 @@
-"""The watch of energy_watch.h; text for the time loops."""
+"""Declarations of energy_watch.h; included by the time loops."""
 include "solver_abi.pxi"
 
 
@@ -32,12 +32,12 @@ cdef extern from "energy_watch.h":
 
 
 cdef dict watch_memory(const ancf_watch *watch):
-    """Return all numbers of a watch but its settings, by name: what a later run goes on with."""
+    """Return all values of a watch except its settings, by name, for continuing the run later."""
     cdef dict out = watch[0]
     del out["limit"], out["noise"]
     return out
 
 
 cdef recall_watch(ancf_watch *watch, dict memory):
-    """Go on with what `watch_memory` has returned."""
+    """Restore values that `watch_memory` returned."""
     watch[0] = {"limit": watch.limit, "noise": watch.noise} | memory

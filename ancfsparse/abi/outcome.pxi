@@ -1,4 +1,4 @@
-"""The enumerations of outcome.h."""
+"""Declarations of the enumerations in outcome.h."""
 
 cdef extern from "outcome.h":
     enum:

@@ -1,7 +1,7 @@
-/* Work in numbered parts, each on a thread of its own.
+/* Work in numbered parts, each on its own thread.
  *
- * Who works on which part depends on the number of parts only, never on the machine or on luck, so a run
- * repeats bit for bit.  One part is a plain call.
+ * The assignment of work to parts depends only on their number, never on the machine or on scheduling,
+ * so runs are reproducible bit for bit.  A single part is a plain call.
  */
 #ifndef ANCF_PARALLEL_H
 #define ANCF_PARALLEL_H

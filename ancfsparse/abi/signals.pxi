@@ -1,4 +1,4 @@
-"""Signals to the process, such as an interruption, noticed while steps are taken; for time loops."""
+"""Checks for signals, such as an interrupt, between steps; included by the time loops."""
 cdef extern from "<time.h>":
     ctypedef long time_t
     cdef struct timespec:
@@ -11,8 +11,8 @@ cdef extern from "Python.h":
     int PyErr_CheckSignals() except -1
 
 
-# Coordinates that are moved by a step before the clock is looked at, which takes 20 ns, and the
-# time after which signals are asked for, which takes the interpreter's lock [s].
+# Coordinate updates between two readings of the clock (20 ns each), and the time between two checks
+# for signals, which need the interpreter lock [s].
 cdef ptrdiff_t MOVED = 20000
 cdef double PATIENCE = 0.05
 
@@ -29,7 +29,7 @@ cdef inline double now() noexcept nogil:
 
 
 cdef inline bint due(Signals *self, ptrdiff_t n) noexcept nogil:
-    """Whether it is time to ask for signals, after another step of n coordinates."""
+    """Whether it is time to check for signals, after another step of n coordinates."""
     cdef double time
     self.moved += n
     if self.moved < MOVED:

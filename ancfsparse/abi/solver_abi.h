@@ -1,22 +1,22 @@
-/* How the compiled parts of the solver call each other.
+/* The interfaces between the compiled parts of the solver.
  *
  *   time loop ──▶ nonlinear loop ──▶ equations (of one step, owned by the time loop) ──▶ system
  *                      └──▶ inverse (quasi-Newton, perhaps co-rotated by a frame) ──▶ seed (sparse factor)
  *
- * Each part hands out one of these structures in a PyCapsule whose name is the structure's name.
+ * Each part exposes one of these structures in a PyCapsule named after the structure.
  * The unknowns are x = (free coordinates, multipliers); matrices are the lower triangle of
  *
  *   [ mass_factor M + damping_factor C + stiffness_factor d(Q - f + phi_q^T lam)/dq    phi_q^T ]
  *   [ phi_q                                                                          -epsilon ]
  *
- * as one array of values on a pattern that is fixed before the first step.
+ * stored as one array of values on a sparsity pattern that is fixed before the first step.
  */
 #ifndef ANCF_SOLVER_ABI_H
 #define ANCF_SOLVER_ABI_H
 
 #include <stddef.h>
 
-/* A state of a system, as far as a question needs it: other pointers are null. */
+/* A state of a system; pointers that a function does not need may be null. */
 typedef struct {
     const double *q, *v, *a; /* [n_all] */
     const double *lam, *amplitudes;
@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
     void *context;
     ptrdiff_t n_free, n_all, n_multipliers, n_values, n_amplitudes;
-    int damped; /* whether forces depend on v; where not, v may be NULL */
+    int damped; /* whether forces depend on v; if not, v may be NULL */
     /* r[n_all] = M a + Q(q, v) - f(amplitudes) + phi_q^T lam,  phi[n_multipliers] = phi(q);
      * without M a where a is null */
     void (*residual)(void *context, const double *q, const double *v, const double *a,
@@ -34,30 +34,30 @@ typedef struct {
     void (*matrix)(void *context, double mass_factor, double stiffness_factor,
                    double damping_factor, const double *q, const double *v, const double *lam,
                    const double *amplitudes, double *values);
-    /* The same without what can make it indefinite: only the part of the stiffness that the stress
-     * leaves out, J^T D J, and no curvature of constraints or loads.  May be NULL. */
+    /* The same without the terms that can make it indefinite: of the stiffness only the material
+     * part J^T D J without the geometric one, and no curvature of constraints or loads.  May be NULL. */
     void (*material)(void *context, double mass_factor, double stiffness_factor,
                      double damping_factor, const double *q, double *values);
     void (*inertia)(void *context, const double *a, double *out); /* out[n_all] = M a */
     /* out = kinetic and strain energy; scratch[n_all] is overwritten */
     void (*energies)(void *context, const double *q, const double *v, double *scratch, double *out);
-    /* Work of the changing loads between two states, by the trapezoidal rule; v may be null where
+    /* Work of the changing loads between two states by the trapezoidal rule; v may be null if
      * forces do not depend on it. */
     double (*load_work)(void *context, const ancf_state *x0, const ancf_state *x1,
                         double *scratch);
-    /* Most work that forces of these amplitudes, not negative, could do between two states,
+    /* Upper bound of the work of forces with these non-negative amplitudes between two states,
      * whatever their signs: the sum of |force| |motion| over the coordinates. */
     double (*load_reach)(void *context, const double *q0, const double *q1,
                          const double *amplitudes, double *scratch);
-    /* The residual between two states with the middle q and the mean velocity v: the elastic force
-     * is the discrete gradient DU(q0, q1), everything else is taken at (q, v), phi at q1.  May be
-     * NULL, and then nothing that keeps energy can be made of the system. */
+    /* The residual between two states with midpoint q and mean velocity v: the elastic force is the
+     * discrete gradient DU(q0, q1), everything else is evaluated at (q, v), phi at q1.  If NULL, the
+     * system has no energy-conserving form. */
     void (*residual_between)(void *context, const double *q0, const double *q1, const double *q,
                              const double *v, const double *a, const double *lam,
                              const double *dead_load, const double *amplitudes, double *r,
                              double *phi);
-    /* The state that a run begins with, and each one that it accepts: what the system keeps from
-     * step to step changes here and nowhere else.  Null if it keeps nothing.  `a` may be null. */
+    /* Called with the initial state of a run, and with each accepted state: the history variables
+     * of the system change only here.  Null if it has none.  `a` may be null. */
     void (*begin)(void *context, const ancf_state *x);
     void (*accept)(void *context, const ancf_state *x);
 } ancf_system;
@@ -65,46 +65,47 @@ typedef struct {
 typedef struct {
     void *context;
     ptrdiff_t n;
-    /* 0 if every pivot has the sign it must have, else 1 + index of the first bad unknown */
+    /* 0 if every pivot has the required sign, else 1 + index of the first unknown where it has not */
     ptrdiff_t (*factor)(void *context, const double *values);
     void (*solve)(void *context, const double *r, double *x); /* x may be r */
-    /* Keep the factor in single precision until the next one, for solves that read half as much;
-     * NULL where that is not faster */
+    /* Store the factor in single precision until the next factorization, which halves the memory
+     * traffic of solves; NULL where that is not faster */
     void (*round_to_single)(void *context);
-    /* Of a seed that inverts a neighbour of the matrix, all NULL in one that inverts the matrix.
+    /* For approximate (incomplete) seeds; all NULL in an exact one.
      * After `factor` has found a wrong sign there is no factor: */
-    int (*mend)(void *context, const double *values); /* factor with a larger diagonal; 0 if it cannot */
-    /* Leave no more than a share of r in solves until the next factor; 0 if they leave no more now */
+    int (*mend)(void *context, const double *values); /* factor with a larger diagonal; 0 if impossible */
+    /* Reduce the residual of solves to this fraction of r until the next factorization; 0 if it is
+     * no larger now */
     int (*refine)(void *context, double share);
-    const double *extra; /* operations of all solves so far beyond those of the plainest */
+    const double *extra; /* operations of all solves so far in excess of single sweeps */
 } ancf_seed;
 
 typedef struct {
     void *context;
-    ptrdiff_t n, n_coordinates, n_values; /* unknowns; coordinates among them come first */
-    void (*restart)(void *context); /* x back to the predictor */
-    void (*coast)(void *context);   /* x to another start, without the last acceleration; may be NULL */
-    /* x += factor s; the sum over the coordinates of mass (factor s)^2 */
+    ptrdiff_t n, n_coordinates, n_values; /* unknowns; of these, the coordinates come first */
+    void (*restart)(void *context); /* reset x to the predictor */
+    void (*coast)(void *context);   /* set x to a predictor without the last acceleration; may be NULL */
+    /* x += factor s; returns the sum over the coordinates of mass (factor s)^2 */
     double (*correct)(void *context, double factor, const double *s);
     void (*residual)(void *context, double *r);    /* scaled residual at x */
     void (*matrix)(void *context, double *values); /* scaled iteration matrix at x */
-    /* A positive definite neighbour of it, for seeds where it is indefinite; NULL if there is none */
+    /* A positive definite approximation, for seeds where the matrix is indefinite; NULL if none */
     void (*material)(void *context, double *values);
-    const double *q; /* all coordinates at x, fixed ones last; NULL if nothing turns with them */
-    /* Lengths of vectors: sqrt(sum mass x^2 / mass_total) of coordinates and, of a residual by what
-     * mass alone would make of it, sqrt(sum r^2 / mass / mass_total).  NULL for a mass of one. */
+    const double *q; /* all coordinates at x, fixed ones last; NULL if nothing rotates with them */
+    /* Weights of the norms: sqrt(sum mass x^2 / mass_total) of coordinates and, for a residual, the
+     * displacement if there were inertia alone, sqrt(sum r^2 / mass / mass_total).  NULL: unit mass. */
     const double *mass;
     double mass_total;
-    double moved; /* length of the way from the last state: to the predictor, or to x where the
-                   * scheme keeps it up to date */
-    int leaps;    /* whether the predictor is not the sure one, which 0 makes the next restart take */
+    double moved; /* norm of the displacement from the last state to the predictor, or to x if the
+                   * scheme updates it */
+    int leaps;    /* whether an alternative predictor is in use; set to 0 to restart from the default */
 } ancf_equations;
 
 typedef struct {
     void *context;
     ptrdiff_t n;
-    void (*hold)(void *context, const double *q); /* q is the state the seed is for: R = 1 */
-    void (*turn)(void *context, const double *q); /* R leads from that state to q */
+    void (*hold)(void *context, const double *q); /* the seed is factored at q: R = 1 there */
+    void (*turn)(void *context, const double *q); /* R is the rotation from that state to q */
     void (*forward)(void *context, const double *x, double *y);  /* y = R x; y may be x */
     void (*backward)(void *context, const double *x, double *y); /* y = R^T x; y may be x */
 } ancf_frame;
@@ -112,25 +113,25 @@ typedef struct {
 typedef struct {
     void *context;
     ptrdiff_t n;
-    int (*reseed)(void *context);  /* the seed has a new factor: forget all pairs */
-    void (*forget)(void *context); /* forget all pairs, keep the seed */
+    int (*reseed)(void *context);  /* the seed has a new factor: drop all pairs */
+    void (*forget)(void *context); /* drop all pairs, keep the seed */
     void (*apply)(void *context, const double *r, double *z); /* z = H r */
-    /* Learn from the pair (s, y): on entry z = H r_old with s = -z; on exit z = H_new r_new.
-     * Returns 1 if the pair was taken, 0 if it was skipped. */
+    /* Update with the pair (s, y): on entry z = H r_old with s = -z; on exit z = H_new r_new.
+     * Returns 1 if the pair was used, 0 if it was skipped. */
     int (*learn)(void *context, const double *s, const double *y, const double *r_new, double *z);
 } ancf_inverse;
 
 typedef struct {
     void *context;
     int (*solve)(void *context); /* one step; a code of outcome.h */
-    /* The energy of the solution found is odd: 0 if there is that of Newton to compare it with,
-     * which counts as what saved the step only if it is preferred. */
+    /* Called when the energy of the solution is suspect: 0 if Newton's method found a solution to
+     * compare it with, which counts as a recovery only if it is preferred. */
     int (*confirm)(void *context);
     void (*prefer)(void *context);
-    /* The solution found is refused, for a reason: 0 if there is another one, else the reason or
-     * that of the last attempt. */
+    /* Called when the solution is rejected for a reason: 0 if another one is found, else that reason
+     * or the one of the last attempt. */
     int (*again)(void *context, int reason);
-    /* Whether the solution was sought because another one was refused, or from another start: it
+    /* Whether the solution was computed after another one was rejected, or from another start: it
      * may be one of several. */
     const int *doubtful;
 } ancf_nonlinear;

@@ -1,4 +1,4 @@
-"""The structures of solver_abi.h, which says what they mean; text for the modules that include it."""
+"""Declarations of the structures documented in solver_abi.h; an include file."""
 
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_state:

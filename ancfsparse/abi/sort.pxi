@@ -1,6 +1,6 @@
-"""Indices in ascending order; text for the modules that include it."""
+"""Sorting of indices in ascending order; an include file."""
 cdef void sort(int32_t *x, int64_t n) noexcept nogil:
-    # Columns of a mesh are short: insertion beats anything clever.
+    # Columns of a mesh are short: insertion sort is the fastest.
     cdef int64_t i, k
     cdef int32_t held
     for i in range(1, n):

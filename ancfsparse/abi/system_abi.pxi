@@ -1,4 +1,4 @@
-"""The structure of system_abi.h, which says what it means; text for the modules that include it."""
+"""Declarations of the structure documented in system_abi.h; an include file."""
 include "../abi/solver_abi.pxi"
 
 cdef extern from "system_abi.h":

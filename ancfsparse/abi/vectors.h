@@ -1,8 +1,8 @@
-/* Passes over long vectors.  Sums run in several lanes at once, which a compiler may not do by itself;
- * the order is fixed by the instruction set, so a run repeats bit for bit.
+/* Operations on long vectors.  Sums are accumulated in several lanes, which a compiler may not do by
+ * itself; the order is fixed by the instruction set, so runs are reproducible bit for bit.
  *
- * Where a pass comes in parts, each is a contiguous piece on a thread of its own, and sums of the parts
- * are added in their order: a run repeats bit for bit with the same number of parts.
+ * Operations in parts work on contiguous pieces, each on its own thread, and the sums of the parts are
+ * added in order: runs with the same number of parts are reproducible bit for bit.
  */
 #ifndef ANCF_VECTORS_H
 #define ANCF_VECTORS_H
@@ -88,7 +88,7 @@ typedef struct {
     double *out;
 } vec_pass;
 
-/* Whole cache lines for each part. */
+/* First entry of a part: each part has whole cache lines. */
 static inline ptrdiff_t vec_begin(const vec_pass *pass, ptrdiff_t part)
 {
     return part == pass->n_parts ? pass->n : pass->n / 8 * part / pass->n_parts * 8;

@@ -4,8 +4,8 @@
     q1 - q0 = dt (v0 + v1) / 2,
     M (v1 - v0) / dt + DU(q0, q1) + Q_d(q_m, v_m) + phi_q(q_m)^T lam = f,   phi(q1) = 0,
 
-m for the middle, DU . (q1 - q0) = U(q1) - U(q0).  The unknown is the mean acceleration
-``a = (v1 - v0) / dt``, which moves ``q1`` by dt^2 / 2.  `integrators.conserving` says more.
+where m denotes the midpoint and DU . (q1 - q0) = U(q1) - U(q0).  The unknown is the mean
+acceleration ``a = (v1 - v0) / dt``, with dq1/da = dt^2 / 2.  See also `integrators.conserving`.
 """
 include "../abi/energy_watch.pxi"
 
@@ -21,18 +21,18 @@ cdef bint MEAN_FORCES = True
 
 cdef struct Scheme:
     double *before  # coordinates one step before the last accepted ones
-    double *middle  # between q0 and q, where v is the velocity
-    double *load  # mean of both ends
-    double *values  # room for a matrix
+    double *middle  # midpoint of q0 and q, where v is the velocity
+    double *load  # mean over the step
+    double *values  # workspace for a matrix
 
 
 include "loop.pxi"
 
 
 cdef class March(TimeLoop):
-    """A motion by the energy-momentum method, see `TimeLoop`; it has no weights and no ``b``.
+    """Time loop of the energy-momentum method, see `TimeLoop`; it has no weights and no ``b``.
 
-    Accelerations and multipliers of its state are means over the step before.
+    The accelerations and multipliers of its state are means over the last step.
     """
 
     def __cinit__(self, system, dt, integrator, q, v, a, b, lam, dead_load, amplitudes, *_):
@@ -49,7 +49,7 @@ cdef set_weights(Motion *self, double dt, integrator):
 
 
 cdef void set_load(Motion *self, const double *amplitudes) noexcept nogil:
-    """The loads at the end of the step, and their mean over it."""
+    """Set the loads at the end of the step, and their mean over it."""
     cdef ptrdiff_t i
     self.amplitudes = amplitudes
     for i in range(self.system.n_amplitudes):
@@ -108,7 +108,7 @@ cdef void coast_part(void *context, ptrdiff_t part) noexcept nogil:
 
 
 cdef void coast(void *context) noexcept nogil:
-    """Another start: no acceleration."""
+    """Start from another predictor, without acceleration."""
     cdef Motion *self = <Motion *>context
     restart(self)
     in_parts(self.n_parts, coast_part, self)
@@ -138,12 +138,13 @@ cdef void evaluate(Motion *self) noexcept nogil:
 
 
 cdef void matrix(void *context, double *values) noexcept nogil:
-    """The material part of the stiffness in the middle, and the mean of what stresses add to it.
+    """Material stiffness at the midpoint plus the geometric stiffness averaged over both ends.
 
-    In the middle a body that turns is shorter than at both ends, by stresses that nobody feels but
-    which would make the tangent there indefinite.  Nor are stresses of the predictor to be
-    believed; those of the last step stand for them, whose mean is also one over two ends: stresses
-    that a step does not resolve change sides in each.  What is left out is not symmetric.
+    At the midpoint a rotating body is shorter than at both ends of the step; the resulting stresses
+    are artificial, yet they would make the tangent indefinite.  Stresses of the predictor are no
+    more reliable: for it the ends of the last step are taken.  The average is over two ends because
+    stresses of modes that a step does not resolve alternate in sign.  The terms left out are
+    unsymmetric.
     """
     cdef Motion *self = <Motion *>context
     cdef const ancf_system *system = self.system
@@ -178,7 +179,7 @@ cdef void material(void *context, double *values) noexcept nogil:
 
 
 cdef inline const double *start_velocity(const Motion *self) noexcept nogil:
-    """For the work of loads, whose velocity is that in the middle throughout the step."""
+    """Velocity at the start of the step for the work of loads: that of the midpoint."""
     return self.v
 
 

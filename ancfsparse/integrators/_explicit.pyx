@@ -1,13 +1,13 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""The explicit time loop: one kernel for the Runge-Kutta-Nystrom methods whose last stage is the step.
+"""The explicit time loop for Runge-Kutta-Nystrom methods whose last stage is the new state.
 
 A step of s stages is
 
     Q_i = q + c_i h v + h^2 sum_{j < i} A_ij a_j,    a_i = M^-1 (f(t + c_i h) - Q(Q_i)),
     q_new = Q_s,  v_new = v + h sum_j b_j a_j,
 
-and the last acceleration is the first one of the next step.  Where forces depend on velocities, or
-constraints are held (held.pxi), stages have velocities too, V_i = v + h sum_{j < i} B_ij a_j.
+and the last acceleration is the first one of the next step.  If forces depend on velocities, or if
+there are constraints (held.pxi), stages have velocities too, V_i = v + h sum_{j < i} B_ij a_j.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer
 from libc.math cimport INFINITY, sqrt
@@ -33,17 +33,16 @@ include "held.pxi"
 include "explicit_drives.pxi"
 
 
-REMEMBERED = ("rate", "bend", "size", "past")  # of the course of the loads
+REMEMBERED = ("rate", "bend", "size", "past")  # history of the loads
 
-cdef ptrdiff_t LOOK_EVERY = 64  # forces: an energy costs about two of them
-# Share of itself that is left of a constraint's own part of G M^-1 G^T once those before are taken
-# off, below which it repeats them.
+cdef ptrdiff_t LOOK_EVERY = 64  # evaluations of forces; one of the energy costs about two of them
+# Relative pivot of G M^-1 G^T below which a constraint depends on the previous ones.
 cdef double DEPENDENT = 1e-10
-cdef double JUMP_SHARE = 0.5  # of |jump| |motion| that is unsure where a load jumps inside a step
+cdef double JUMP_SHARE = 0.5  # uncertain fraction of |jump| |motion| if a load jumps within a step
 
 
 cdef class Explicit:
-    """State of a system in time, moved on by an explicit method.
+    """State of a system in time, advanced by an explicit method.
 
     Parameters
     ----------
@@ -53,13 +52,14 @@ cdef class Explicit:
     dt : float
         Time step [s].
     A : (s, s) float
-        Strictly lower triangular; its last row makes the new position.
+        Strictly lower triangular; its last row gives the new position.
     b, c : (s,) float
         Weights of the velocity; times of the stages, from 0 to 1.
     B : (s, s) float or None
-        Weights of the accelerations in the velocities of the stages; None where these do not matter.
+        Weights of the accelerations in the velocities of the stages; None where these are not
+        needed.
     constraints : Constraints
-        What multipliers hold; its equations are independent of one another.
+        Equations enforced by multipliers; they must be independent.
     q, v : (n_all,) float
         State at the start: free coordinates first, then fixed ones, the driven ones last.
     dead_load : (n_all,) float
@@ -67,11 +67,11 @@ cdef class Explicit:
     inputs : (n_amplitudes + 3 n_driven,) float
         At the start: changing loads; positions, velocities and accelerations of driven coordinates.
     n_driven : int
-        Number of coordinates that follow functions of time.
+        Number of coordinates that are prescribed functions of time.
     largest_gain : float
-        Share of the energy exchanged so far by which the energy may exceed what was given.
+        Largest energy gain, as a fraction of the energy exchanged so far.
     noise : float
-        Energy that rounding makes [J].
+        Energy due to rounding [J].
     """
 
     cdef const ancf_system *system
@@ -85,9 +85,9 @@ cdef class Explicit:
     cdef double[::1] drift, kick, dead_load, load, r, none, phi, lam
     cdef double[:, ::1] pull, swing, rate, history, held_rows, held_root, accelerations
     cdef bint swings  # whether stages have velocities
-    # Two places for the state, present and next.
+    # Two buffers for the state, current and next.
     cdef double[:, ::1] q, v
-    cdef ptrdiff_t now, first  # place of the present state; row of `rate` of its acceleration
+    cdef ptrdiff_t now, first  # buffer of the current state; row of `rate` with its acceleration
     cdef object owner
     cdef readonly ptrdiff_t steps  # accepted so far
     cdef readonly bint finite  # whether there is an acceleration at the start
@@ -97,11 +97,12 @@ cdef class Explicit:
         self.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
         self.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         self.n, self.n_all, self.stages = self.system.n_free, self.system.n_all, len(b)
-        # Vectors are passed over in whole SIMD vectors.  What lies behind the free coordinates
-        # has no velocity and no acceleration, and so it stays.
+        # Loops run over whole SIMD vectors.  Entries after the free coordinates have neither
+        # velocity nor acceleration, so they do not change.
         self.padded = (self.n + LANES - 1) // LANES * LANES
         width = max(self.n_all, self.padded)
-        # Stored is M^-1 r = -a, with r as the system gives it; the signs are in the coefficients.
+        # The rates are M^-1 r = -a, with r as the system returns it; the coefficients carry the
+        # sign.
         self.pull = -dt * dt * np.array(A, dtype=float)
         self.kick = -dt * np.array(b, dtype=float)
         self.drift = dt * np.array(c, dtype=float)
@@ -134,7 +135,7 @@ cdef class Explicit:
                          &self.v[0, 0], &self.r[0])
 
     def hold_by(self, constraints):
-        """Take constraints; return what must be kept of them."""
+        """Set up the constraints; return the arrays that must be kept alive."""
         cdef Held *held = &self.held
         tables = [np.array(x, dtype=np.int32) for x in (constraints.row, constraints.i, constraints.j)]
         numbers = [np.array(x, dtype=float) for x in (constraints.coefficient, constraints.about)]
@@ -163,14 +164,14 @@ cdef class Explicit:
 
     @property
     def memory(self):
-        """What the next steps depend on beside the state: energy watch, course of the loads."""
+        """What the next steps depend on besides the state: energy watch, history of the loads."""
         out = {"watch": watch_memory(&self.watch), "amplitudes0": np.array(self.load)}
         for row, name in enumerate(REMEMBERED):
             out[name] = np.array(self.history[row])
         return out
 
     def recall(self, memory):
-        """Go on with the `memory` of a march that came to the present state."""
+        """Restore the `memory` of a time loop that reached the current state."""
         recall_watch(&self.watch, memory["watch"])
         np.asarray(self.load)[:] = memory["amplitudes0"]
         for row, name in enumerate(REMEMBERED):
@@ -178,20 +179,20 @@ cdef class Explicit:
 
     @property
     def energy_gain(self):
-        """Energy above what was given, and the largest energy exchanged, at the last look [J]."""
+        """Energy gain, and the largest energy exchanged, at the last check [J]."""
         return self.watch.gain, self.watch.exchanged
 
     def advance(self, _nonlinear, ptrdiff_t n_steps, const double[:, ::1] inputs,
                 ptrdiff_t save_every, ptrdiff_t steps_done, double[:, ::1] q_out,
                 double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] lam_out):
-        """Take steps; return ``(steps taken, outcome)``, outcome 0 if all is well.
+        """Take steps; return ``(steps taken, outcome)``, outcome 0 if all succeeded.
 
-        Signals are answered between two steps, as in `TimeLoop.advance` (loop.pxi).
+        Signals are handled between two steps, as in `TimeLoop.advance` (loop.pxi).
 
         Parameters
         ----------
         inputs : (n_steps * (s - 1), n_amplitudes + 3 n_driven)
-            Loads, and what is prescribed, at the stages of each step after its first.
+            Loads and prescribed coordinates, at the stages of each step after its first.
         save_every, steps_done : int
             Step number k of the run (from 1) is written to row ``k / save_every`` of the outputs.
         """
@@ -266,7 +267,7 @@ cdef class Explicit:
         return k, outcome
 
     def refresh(self):
-        """Set the acceleration of the present state again: the system remembers something else."""
+        """Recompute the acceleration of the current state after a change of the system's memory."""
         self.finite = self.look_again()
 
     cdef inline bint look_again(self) noexcept nogil:
@@ -276,7 +277,7 @@ cdef class Explicit:
 
     cdef inline bint accelerate(self, ptrdiff_t i, ptrdiff_t place,
                                 const double *load) noexcept nogil:
-        """Set the acceleration of stage i; whether there is one."""
+        """Set the acceleration of stage i; return whether that succeeded."""
         cdef double *q = &self.q[place, 0]
         cdef double *v = &self.v[place, 0]
         cdef double *rate = self.stage(i)
@@ -296,7 +297,7 @@ cdef class Explicit:
         return True
 
     cdef void add_work(self, const double *load, int next) noexcept nogil:
-        """Add what the loads do in a step, and how much of that is unsure."""
+        """Add the work of the loads in a step, and the uncertain part of it."""
         cdef const ancf_system *system = self.system
         cdef const double *q0 = &self.q[self.now, 0]
         cdef const double *q1 = &self.q[next, 0]
@@ -316,14 +317,14 @@ cdef class Explicit:
 
     cdef void remember(
             self, void (*keep)(void *, const ancf_state *) noexcept nogil) noexcept nogil:
-        """Show the system the last accepted state, for what it keeps from step to step."""
+        """Pass the last accepted state to the system, which updates its memory."""
         cdef ancf_state x
         x.q, x.v, x.a = &self.q[self.now, 0], &self.v[self.now, 0], NULL
         x.lam, x.amplitudes = &self.lam[0], &self.load[0]
         keep(self.system.context, &x)
 
     cdef inline double *stage(self, ptrdiff_t i) noexcept nogil:
-        """The rows turn round by one from step to step, so that the last becomes the first."""
+        """Acceleration of stage i; the rows rotate by one per step: the last becomes the first."""
         return &self.rate[(self.first + i) % self.stages, 0]
 
     cdef inline void place(self, ptrdiff_t i, double *out) noexcept nogil:
@@ -342,7 +343,7 @@ cdef class Explicit:
 
     cdef inline void combine(self, double *out, const double *base, const double *along,
                              double far, const double *weight, ptrdiff_t count) noexcept nogil:
-        """``out = base + far along + sum of weight_j rate_j``, in one pass for each two rates."""
+        """``out = base + far along + sum of weight_j rate_j``, one pass for two rates."""
         cdef ptrdiff_t j = 0, k, step = self.padded // LANES
         cdef vec w0, w1
         cdef const vec *x

@@ -1,14 +1,14 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Newmark's family in the paper's incremental form (equations 4 to 10).
 
-`integrators.implicit` has the formulas.
+For the formulas see `integrators.implicit`.
 """
 include "../abi/energy_watch.pxi"
 include "control.pxi"
 
 
 cdef struct Weights:
-    # Where the predictor puts a coordinate, beside q0 + dt v0, and how the velocity follows.
+    # Weights of the predictor of a coordinate, in addition to q0 + dt v0, and of the velocity.
     double q_b, q_a, v_b, v_a, v_new
     double b_b, b_a, b_new
 
@@ -19,22 +19,22 @@ cdef bint MEAN_FORCES = False
 cdef struct Scheme:
     Weights weights
     double *b0  # a0 itself where it is the true acceleration
-    bint shifted  # whether it is not
+    bint shifted  # whether b0 differs from a0
     Control control
     ptrdiff_t evaluated  # residuals so far
-    ancf_watch refused  # what the watch saw of the last solution that was refused
-    double *aside  # room for a solution; untouched, and so no memory, until one is refused
+    ancf_watch refused  # the energy watch at the last solution that was rejected
+    double *aside  # storage for a solution; takes no memory until a solution is rejected
 
 
 include "loop.pxi"
 
 
-# A step that took this many residuals alone is looked at by itself, before it is accepted.
+# The energy of a step that took this many residuals is checked before the step is accepted.
 cdef ptrdiff_t HARD_STEP = 5
 
 
 cdef class March(TimeLoop):
-    """A motion by Newmark's family, see `TimeLoop`, with fixed or controlled steps."""
+    """Time loop of Newmark's family, see `TimeLoop`, with fixed or controlled steps."""
 
     cdef object seed
 
@@ -51,20 +51,20 @@ cdef class March(TimeLoop):
 
     def control(self, seed, const double[::1] weight, double constant, double limit, double easy,
                 int patience):
-        """Estimate the error of every step; stop before one above a limit, or after easy ones.
+        """Estimate the error of every step; stop at one above the limit, or after easy ones.
 
         Parameters
         ----------
         seed : object with a ``capsule`` "ancf_seed"
-            Factor of the matrix of a step, or nearly.
+            Exact or approximate factor of the iteration matrix.
         weight : (n_free,) float
             Weights of the squared errors of the coordinates.
         constant : float
-            Error of a step over dt^2 and the change of the acceleration.
+            Ratio of the error of a step to dt^2 times the change of the acceleration.
         limit, easy : float
-            The error that is refused, and the one below which a step may grow [m].
+            Error above which a step is rejected, and error below which it is easy [m].
         patience : int
-            Easy steps in a row that let it grow.
+            Number of consecutive easy steps after which the step size may grow.
         """
         cdef Control *control = &self.motion.scheme.control
         cdef dict own = self.arrays
@@ -78,17 +78,17 @@ cdef class March(TimeLoop):
         control.patience = patience
 
     def jump(self, change_a, amplitudes):
-        """Go on after a jump of the loads: what it changes accelerations by, the loads after it."""
+        """Continue after a jump of the loads, given the new loads and change of accelerations."""
         self.arrays["a0"] += change_a
         if "b0" in self.arrays:
             self.arrays["b0"] += change_a
         self.motion.phase[0] = UNKNOWN
         self.arrays["amplitudes0"][: len(amplitudes)] = amplitudes
-        self.motion.corrected = True  # or the next start would believe that a is still a0
+        self.motion.corrected = True  # otherwise the next start would assume that a equals a0
 
     @property
     def step_error(self):
-        """Estimated error of the last step that was looked at [m]."""
+        """Estimated error of the last step that was assessed [m]."""
         return self.motion.scheme.control.error
 
     @property
@@ -98,17 +98,17 @@ cdef class March(TimeLoop):
 
     @property
     def refused_gain(self):
-        """As `energy_gain`, of the last solution that was refused for it [J]."""
+        """As `energy_gain`, for the last solution rejected because of it [J]."""
         return self.motion.scheme.refused.gain, self.motion.scheme.refused.exchanged
 
 
 cdef set_weights(Motion *self, double dt, integrator):
-    """Work out the weights of the formulas."""
+    """Compute the weights of the formulas."""
     cdef Weights *w = &self.scheme.weights
     cdef double m = integrator.alpha_m, f = integrator.alpha_f
     cdef double beta = integrator.beta, gamma = integrator.gamma
     self.dt = dt
-    # b1 = b_new a1 + b_a a0 + b_b b0, put into Newmark's formulas with a1 = a0 + change.
+    # b1 = b_new a1 + b_a a0 + b_b b0, substituted in Newmark's formulas with a1 = a0 + change.
     w.b_new, w.b_a, w.b_b = (1.0 - f) / (1.0 - m), f / (1.0 - m), -m / (1.0 - m)
     w.q_b, w.q_a = dt * dt * (0.5 - beta + beta * w.b_b), dt * dt * beta * (w.b_a + w.b_new)
     w.v_b, w.v_a = dt * (1.0 - gamma + gamma * w.b_b), dt * gamma * w.b_a
@@ -134,7 +134,7 @@ cdef void take_prescribed(Motion *self) noexcept nogil:
 
 cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef Motion *self = <Motion *>context
-    cdef Weights w = self.scheme.weights  # of our own, so that no store can change it
+    cdef Weights w = self.scheme.weights  # a local copy, since stores cannot alias it
     cdef double dt = self.dt
     cdef const double *b0 = self.scheme.b0
     cdef const double *start = self.start
@@ -172,11 +172,11 @@ cdef void coast_part(void *context, ptrdiff_t part) noexcept nogil:
 
 
 cdef void coast(void *context) noexcept nogil:
-    """Another start: no acceleration.  That of a step which resolved nothing throws ends away."""
+    """Start from another predictor, without acceleration: that of an unresolved step is useless."""
     cdef Motion *self = <Motion *>context
     restart(self)
     in_parts(self.n_parts, coast_part, self)
-    self.corrected = True  # or the next start would believe that a is still a0
+    self.corrected = True  # otherwise the next start would assume that a equals a0
 
 
 cdef void correct_part(void *context, ptrdiff_t part) noexcept nogil:
@@ -218,12 +218,12 @@ cdef void material(void *context, double *values) noexcept nogil:
 
 
 cdef inline const double *start_velocity(const Motion *self) noexcept nogil:
-    """Velocity before the step, beside the one after it in `v`, for the work of loads."""
+    """Velocity at the start of the step, for the work of loads; `v` is that at its end."""
     return self.v0
 
 
 cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
-    """Solve a step and judge it; return an outcome."""
+    """Solve a step and check its error and energy; return an outcome."""
     cdef Control *control = &self.scheme.control
     cdef ptrdiff_t before = self.scheme.evaluated
     cdef int outcome = solver.solve(solver.context)
@@ -243,7 +243,7 @@ cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
 
 
 cdef inline void push(Motion *self, double sign, ptrdiff_t begin, ptrdiff_t end) noexcept nogil:
-    """The velocity after the step in the place of the one before, or back."""
+    """Advance `v0` to the end of the step, or back."""
     cdef Weights w = self.scheme.weights
     cdef const double *b0 = self.scheme.b0
     cdef ptrdiff_t i
@@ -261,7 +261,7 @@ cdef void accept_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef Weights w = self.scheme.weights
     cdef double *b0 = self.scheme.b0
     cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), stop, i
-    while begin < end:  # in pieces, so that later loops find in the cache what the first has read
+    while begin < end:  # in pieces that stay in the cache from the first loop to the last
         stop = min(begin + PIECE, end)
         if not self.ahead:
             push(self, 1.0, begin, stop)

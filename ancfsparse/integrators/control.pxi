@@ -1,8 +1,8 @@
-"""The error of a step and what follows from it for the next one; text for `_march.pyx`."""
+"""Error estimate and step size control; included by `_march.pyx`."""
 from libc.math cimport fmax, sqrt
 
 
-cdef double NEWEST = 0.25  # share of the last step in the mean rate of the accelerations
+cdef double NEWEST = 0.25  # weight of the last step in the mean rate of the accelerations
 
 
 cdef struct Control:
@@ -18,11 +18,12 @@ cdef struct Control:
 
 cdef bint accurate(Control *self, const ancf_system *system, double dt, const double *a0,
                    const double *a, double *scratch) noexcept nogil:
-    """Estimate the error of the step just solved; say whether it is one that it may have.
+    """Estimate the error of the step just solved; return whether it is within the limit.
 
-    It is a constant times dt^2 and the change of the acceleration, which stiff modes that the step
-    does not resolve would fill: ``S^-1 M``, S the matrix of the step, leaves slow modes alone and
-    takes modes of dt omega >> 1 for what they are, and keeps what constraints allow.
+    The estimate is a constant times dt^2 and the change of the acceleration, which would be
+    dominated by stiff modes that the step does not resolve.  The filter ``S^-1 M``, where S is the
+    iteration matrix, leaves slow modes unchanged, damps modes with dt omega >> 1, and respects
+    constraints.
     """
     cdef ptrdiff_t i
     cdef double total = 0.0
@@ -44,10 +45,10 @@ cdef bint accurate(Control *self, const ancf_system *system, double dt, const do
 
 
 cdef bint follow(Control *self, ptrdiff_t n, double dt) noexcept nogil:
-    """Take the step just judged into the mean rate of the accelerations; say if steps may grow."""
+    """Update the mean rate of the accelerations; return whether the step size may grow."""
     cdef ptrdiff_t i
     cdef double newest
-    # Stiff modes change sides with every step: a mean over some steps leaves little of them.
+    # Stiff modes alternate in sign from step to step: averaging over some steps removes them.
     self.judged += 1
     newest = fmax(1.0 / self.judged, NEWEST)
     for i in range(n):

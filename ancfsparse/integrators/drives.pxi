@@ -1,7 +1,7 @@
-"""Supports that move: coordinates and equations that follow functions of time; text for `loop.pxi`.
+"""Moving supports: prescribed coordinates and time-dependent constraints; included by `loop.pxi`.
 
 The last coordinates of the system are prescribed, with their velocities and accelerations; the last
-constraint equations have a value that changes, ``phi(q) = s(t)``.  What drives them does work.
+constraint equations have a right-hand side, ``phi(q) = s(t)``.  The drives do work.
 """
 
 
@@ -10,7 +10,7 @@ cdef inline bint is_driven(const Motion *self) noexcept nogil:
 
 
 cdef inline void lead(Motion *self) noexcept nogil:
-    """Take what equations are to have off what they have."""
+    """Subtract the prescribed values from those of the driven equations."""
     cdef const Drives *drives = &self.drives
     cdef ptrdiff_t first = self.m - drives.n_equations, k
     for k in range(drives.n_equations):
@@ -18,10 +18,10 @@ cdef inline void lead(Motion *self) noexcept nogil:
 
 
 cdef double work_of_drives(Motion *self) noexcept nogil:
-    """What the drives do in the step under way [J]; the iterate is its solution.
+    """Work of the drives in the current step [J], whose solution is the iterate.
 
-    Forces on the prescribed coordinates are what is missing for equilibrium there.  By the
-    trapezoidal rule, or with the mean force of the step where the scheme has one.
+    The forces on prescribed coordinates follow from equilibrium.  Their work is computed by the
+    trapezoidal rule, or with the mean force over the step if the scheme has one.
     """
     cdef Drives *drives = &self.drives
     cdef const double *s = drives.row + 3 * drives.n
@@ -39,7 +39,7 @@ cdef double work_of_drives(Motion *self) noexcept nogil:
 
 
 cdef void accept_drives(Motion *self) noexcept nogil:
-    """The prescribed state after the step in the place of the one before."""
+    """Accept the prescribed state at the end of the step."""
     cdef Drives *drives = &self.drives
     cdef ptrdiff_t base = self.n_all - drives.n
     memcpy(self.q0 + base, drives.row, drives.n * sizeof(double))
@@ -50,7 +50,7 @@ cdef void accept_drives(Motion *self) noexcept nogil:
 
 
 cdef void swap_speeds(Motion *self) noexcept nogil:
-    """The prescribed velocities after the step in the place of those before, or back."""
+    """Advance the prescribed velocities to the end of the step, or back."""
     cdef Drives *drives = &self.drives
     cdef ptrdiff_t base = self.n_all - drives.n
     cdef bint back = self.factor < 0.0

@@ -1,24 +1,24 @@
-"""Coordinates that follow functions of time; text for the explicit time loop.
+"""Coordinates that are functions of time; included by the explicit time loop.
 
 The last coordinates of the system are prescribed.  Each stage takes their positions, velocities and
-accelerations from its row of inputs; the latter act on the others by their inertia.  With W' the
-power of the forces that this takes, work is one more component of the motion, and what a step adds
-to it is of the order of the method: h sum_j b_j W'_j.
+accelerations from its row of inputs; the accelerations couple to the other coordinates by inertia.
+The work W of the driving forces is integrated like another component of the motion, from their
+power W' and to the order of the method: a step adds h sum_j b_j W'_j.
 """
 
 
 cdef struct Drives:
-    ptrdiff_t n, base  # how many, and the place of the first
-    ptrdiff_t column  # of inputs, where their positions begin; velocities and accelerations follow
-    double *given     # (n_all,) accelerations of the stage under way: zero but for driven ones
-    double *moved     # (n_all,) those of the others
-    double *inertia   # (n_all,) forces of the latter
+    ptrdiff_t n, base  # number of prescribed coordinates, and index of the first
+    ptrdiff_t column  # of inputs: the first of positions, before velocities and accelerations
+    double *given     # (n_all,) accelerations of the current stage: zero except for prescribed ones
+    double *moved     # (n_all,) those of the other coordinates
+    double *inertia   # (n_all,) inertia forces of the latter
     double power      # of the last stage [W]
     double power0     # of the last accepted state [W]
 
 
 cdef void follow(Drives *self, const double *inputs, double *q, double *v) noexcept nogil:
-    """Set what is prescribed in a state, and its accelerations."""
+    """Set the prescribed coordinates and velocities of a state, and their accelerations."""
     cdef const double *row = inputs + self.column
     cdef ptrdiff_t size = self.n * sizeof(double)
     memcpy(q + self.base, row, size)
@@ -31,8 +31,8 @@ cdef double power_of_drives(Drives *self, const ancf_system *system, const Held 
                             const double *r) noexcept nogil:
     """Power of the forces on driven coordinates [W].
 
-    They are what is missing for equilibrium there: of the residual ``r`` with the accelerations of
-    the driven coordinates alone, of the inertia of the others, ``-rate``, and of constraints.
+    The forces follow from equilibrium: the residual ``r`` with the accelerations of the driven
+    coordinates only, the inertia forces of the others, ``-rate``, and the constraint forces.
     """
     cdef ptrdiff_t i, j, k, n = system.n_free
     cdef double out = 0.0, force

@@ -1,19 +1,18 @@
-"""Accelerations that few constraints allow; text for the explicit time loop.
+"""Accelerations under a few constraints; included by the explicit time loop.
 
-With G = phi_q and gamma = (phi_q v)_q v, constraints ask G a = -gamma.  Forces r alone make
-a = -M^-1 r, and multipliers add what is missing of it:
+With G = phi_q and gamma = (phi_q v)_q v, the constraints require G a = -gamma:
 
     a = -M^-1 (r + G^T lam),    (G M^-1 G^T) lam = gamma - G M^-1 r.
 
-That takes a solution with M for each constraint, and a dense matrix as large as there are.
+This takes one solve with M per constraint, and a dense matrix of their number.
 """
 
 
 cdef struct Held:
     const ancf_seed *seed
     ptrdiff_t n, m, terms
-    bint straight  # no equation is quadratic: G never changes
-    # One entry for each term of a constraint, as in `system.constraints`.
+    bint straight  # no equation is quadratic: G is constant
+    # One entry per term of a constraint, as in `system.constraints`.
     const int32_t *row
     const int32_t *i
     const int32_t *j
@@ -26,7 +25,7 @@ cdef struct Held:
 
 
 cdef void gradient(Held *self, const double *q) noexcept nogil:
-    """Set G at a position; it is zero but for the places of the terms."""
+    """Set G at a position; its entries are zero except those of the terms."""
     cdef ptrdiff_t k, i, j
     cdef double c, a
     cdef double *row
@@ -47,7 +46,7 @@ cdef void gradient(Held *self, const double *q) noexcept nogil:
 
 
 cdef bint held_factor(Held *self, const double *q) noexcept nogil:
-    """Factor G M^-1 G^T at a position; whether that is positive definite."""
+    """Factor G M^-1 G^T at a position; return whether it is positive definite."""
     cdef ptrdiff_t n = self.n, m = self.m, i, j, k
     cdef double value, whole
     cdef double *row
@@ -71,9 +70,9 @@ cdef bint held_factor(Held *self, const double *q) noexcept nogil:
 
 cdef bint hold(Held *self, const double *q, const double *v, const double *given,
                double *rate) noexcept nogil:
-    """Turn M^-1 r, r the forces alone, into -a, and set the multipliers; whether there are any.
+    """Replace M^-1 r, with r from the forces only, by -a; set the multipliers; return success.
 
-    Accelerations that are ``given`` to other than the free coordinates count in G a.
+    The accelerations ``given`` for prescribed coordinates are included in G a.
     """
     cdef ptrdiff_t n = self.n, m = self.m, i, j, k
     cdef double about, value

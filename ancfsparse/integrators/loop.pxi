@@ -1,14 +1,14 @@
-"""The time loop of the implicit integrators; text for the modules that include it.
+"""The time loop of the implicit integrators, included by their modules.
 
-Such a module brings the formulas of its integrator: before this text a struct ``Scheme`` of what it
-alone keeps, after it a class made of `TimeLoop` and the functions ``set_weights``, ``set_load``,
+Such a module supplies the formulas of its integrator: before this file a struct ``Scheme`` with its
+own data, after it a subclass of `TimeLoop` and the functions ``set_weights``, ``set_load``,
 ``restart_part``, ``coast``, ``correct_part``, ``evaluate``, ``matrix``, ``material``,
 ``start_velocity``, ``solve_step`` and ``accept_part``; ``prescribe`` and ``take_prescribed`` for
-coordinates that are functions of time, and ``MEAN_FORCES``, whether forces and multipliers are
-means over the step.
+coordinates that are functions of time; and ``MEAN_FORCES``, which is true if forces and multipliers
+are means over the step.
 
-The dynamic rows are multiplied by ``scale`` and the multipliers divided by it, so the matrix of a
-step, ``[M + scale K, phi_q^T; phi_q, 0]``, does not degrade as dt goes to zero.
+The dynamic rows are multiplied by ``scale`` and the multipliers divided by it, so the iteration
+matrix ``[M + scale K, phi_q^T; phi_q, 0]`` stays well conditioned as dt goes to zero.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 
@@ -17,8 +17,8 @@ include "../abi/outcome.pxi"
 include "motion.pxi"
 
 
-# Arrays that make the next steps, beside the state: the integrator's own acceleration, coordinates
-# one step before, where steps start, the course of the loads, and the forces of supports that move.
+# Arrays that determine the next steps, besides the state: the integrator's own acceleration,
+# coordinates one step before, the choice of predictor, history of loads, forces of moving supports.
 REMEMBERED = ("b0", "before", "earlier", "phase", "amplitudes0", "rate", "bend", "size", "past",
               "force0")
 
@@ -34,8 +34,8 @@ cdef class TimeLoop:
     integrator : Implicit
         The weights.
     q, v, a, b : (n_all,) float
-        State at the start: free coordinates first, then fixed ones, which never move; ``b`` is
-        the integrator's own acceleration.
+        Initial state: free coordinates first, then fixed ones, which never change; ``b`` is the
+        integrator's own acceleration.
     lam : (m,) float
         Multipliers at the start.
     dead_load : (n_all,) float
@@ -43,14 +43,14 @@ cdef class TimeLoop:
     amplitudes : (n_amplitudes,) float
         Changing loads at the start.
     largest_gain : float
-        Share of the energy exchanged so far by which the energy may exceed what was given.
+        Largest energy gain, as a fraction of the energy exchanged so far.
     noise : float
-        Energy that rounding makes [J].
+        Energy due to rounding [J].
     """
 
     cdef ancf_equations interface
     cdef Motion motion
-    cdef object owner, loads  # the loads are pointed into until the next ones come
+    cdef object owner, loads  # kept alive: pointers refer to the loads until new ones are set
     cdef const double[::1] mass
     cdef dict arrays
     cdef readonly object capsule
@@ -64,7 +64,7 @@ cdef class TimeLoop:
         motion.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
         motion.n_free, motion.n_all = motion.system.n_free, motion.system.n_all
         motion.m = motion.system.n_multipliers
-        # Never empty, so that a pointer to the first multiplier or amplitude always exists.
+        # Never empty, so that the address of the first multiplier or amplitude is always valid.
         lam, amplitudes = np.append(lam, 0.0), np.append(amplitudes, 0.0)
         motion.q0, motion.q = kept(own, "q0", q), kept(own, "q", q)
         motion.a0, motion.a = kept(own, "a0", a), kept(own, "a", a)
@@ -103,7 +103,7 @@ cdef class TimeLoop:
             remember(motion, motion.system.begin)
 
     def change_step(self, double dt, integrator, change_b, change_v):
-        """Go on with another step: its weights, and what a smooth motion asks of ``b``, ``v``."""
+        """Change the step size: set the weights, and ``b`` and ``v`` as for a smooth motion."""
         set_weights(&self.motion, dt, integrator)
         self.motion.phase[0] = UNKNOWN
         if "b0" in self.arrays:
@@ -111,19 +111,19 @@ cdef class TimeLoop:
         self.arrays["v0"] += change_v
 
     def drive(self, ptrdiff_t n, ptrdiff_t n_equations, start, force):
-        """Let the last coordinates and the last equations follow functions of time.
+        """Declare the last coordinates and the last equations functions of time.
 
-        Rows of loads then go on with positions, velocities and accelerations of the coordinates,
-        and with what the equations are to have.
+        Rows of loads are then extended by positions, velocities and accelerations of the
+        coordinates, and by the right-hand sides of the equations.
 
         Parameters
         ----------
         n, n_equations : int
-            How many coordinates and equations.
+            Number of these coordinates and equations.
         start : (n_equations,) float
-            What the equations have at the start [m].
+            Initial right-hand sides of the equations [m].
         force : (n,) float
-            Of the coordinates on the system there [N].
+            Initial forces of the coordinates on the system [N].
         """
         cdef Drives *drives = &self.motion.drives
         drives.n, drives.n_equations = n, n_equations
@@ -133,7 +133,7 @@ cdef class TimeLoop:
         drives.speeds = kept(self.arrays, "speeds", np.zeros(n + 1))
 
     def may_shorten(self):
-        """Let steps that would gain energy be refused: shorter ones may not."""
+        """Reject steps that would gain energy, as shorter ones may not."""
         self.motion.shortens = True
 
     def soften(self, double softness):
@@ -149,12 +149,12 @@ cdef class TimeLoop:
         self.motion.softness = softness
 
     def weigh(self, const double[::1] mass, double total):
-        """Measure motions and corrections by mass: that of each coordinate, and of all places."""
+        """Weight the norms by mass: the mass of each coordinate, and that of all positions."""
         self.mass = mass
         self.interface.mass, self.interface.mass_total = &mass[0], total
 
     def set_threads(self, ptrdiff_t threads):
-        """Set the number of threads for passes over vectors."""
+        """Set the number of threads for vector operations."""
         self.motion.n_parts = threads
         self.motion.squares = kept(self.arrays, "squares", np.zeros(threads))
         self.motion.others = kept(self.arrays, "others", np.zeros(threads))
@@ -168,7 +168,7 @@ cdef class TimeLoop:
 
     @property
     def memory(self):
-        """What the next steps depend on beside the state: energy watch, course of the loads."""
+        """What the next steps depend on besides the state: energy watch, history of the loads."""
         out = {"watch": watch_memory(&self.motion.watch)}
         for name in REMEMBERED:
             if name in self.arrays:
@@ -176,7 +176,7 @@ cdef class TimeLoop:
         return out
 
     def recall(self, memory):
-        """Go on with the `memory` of a march that came to the present state."""
+        """Restore the `memory` of a time loop that reached the current state."""
         recall_watch(&self.motion.watch, memory["watch"])
         for name in REMEMBERED:
             if name in self.arrays:
@@ -190,52 +190,52 @@ cdef class TimeLoop:
 
     @property
     def energy_gain(self):
-        """Energy above what was given, and the largest energy exchanged, at the last look [J]."""
+        """Energy gain, and the largest energy exchanged, at the last check [J]."""
         return self.motion.watch.gain, self.motion.watch.exchanged
 
     @property
     def unsure_work(self):
-        """Work that jumps of loads may have done, beyond what was counted [J]."""
+        """Uncertainty of the work of loads, due to their jumps [J]."""
         return self.motion.watch.unsure ** 0.5
 
     @property
     def largest_gain(self):
-        """Most energy above what was given, what it is compared with [J], and after which step."""
+        """Largest energy gain, the energy it is compared with [J], and the step it occurred in."""
         cdef const ancf_watch *watch = &self.motion.watch
         return watch.most, ancf_watch_motion(watch), watch.when
 
     def gained_energy(self):
-        """Whether the energy was ever too far above what was given: the last look of a run."""
+        """Whether the energy gain was ever too large: the final check of a run."""
         measure(&self.motion)
         ancf_watch_remember(&self.motion.watch)
         return bool(ancf_watch_gained(&self.motion.watch))
 
     def prepare(self, const double[:, ::1] amplitudes):
-        """Set the loads of the next step and put its predictor in place."""
+        """Set the loads of the next step and evaluate its predictor."""
         self.loads = amplitudes
         load(&self.motion, &amplitudes[0, 0] if amplitudes.shape[1] > 0 else NULL)
         restart(&self.motion)
 
     def residual(self):
-        """Return the scaled residual ``(n,)`` at the present iterate."""
+        """Return the scaled residual ``(n,)`` at the current iterate."""
         out = np.empty(self.interface.n)
         cdef double[::1] view = out
         residual(&self.motion, &view[0])
         return out
 
     def correct(self, const double[::1] s):
-        """Add a correction ``(n,)`` to the present iterate."""
+        """Add a correction ``(n,)`` to the current iterate."""
         correct(&self.motion, 1.0, &s[0])
 
     def matrix(self):
-        """Return the values of the scaled iteration matrix at the present iterate."""
+        """Return the values of the scaled iteration matrix at the current iterate."""
         out = np.empty(self.interface.n_values + 1)
         cdef double[::1] view = out
         matrix(&self.motion, &view[0])
         return out[: self.interface.n_values]
 
     def material(self):
-        """Return those of its definite neighbour, without what stresses add."""
+        """Return those of its positive definite approximation, without geometric stiffness."""
         out = np.empty(self.interface.n_values + 1)
         cdef double[::1] view = out
         material(&self.motion, &view[0])
@@ -246,8 +246,8 @@ cdef class TimeLoop:
                 double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] lam_out):
         """Take steps; return ``(steps taken, outcome)``, outcome 0 if all of them were accepted.
 
-        What the handler of a signal raises, such as KeyboardInterrupt, comes out between two steps.
-        Then `steps` tells how many were taken, and the outputs hold them.
+        Exceptions from signal handlers, such as KeyboardInterrupt, are raised between two steps.
+        `steps` is then the number of completed steps, which the outputs contain.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""What a motion is made of, and sums over its coordinates in parts; text for `loop.pxi`."""
+"""Data of a time loop, and sums over its coordinates in parts; included by `loop.pxi`."""
 from libc.math cimport fabs, sqrt
 from libc.string cimport memcpy
 
@@ -17,39 +17,39 @@ cdef extern from "vectors.h":
     void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
 
 
-cdef double STILL = 5e-28  # (100 eps)^2: squares of motions below that share of places are rounding
-cdef ptrdiff_t PIECE = 512  # of vectors that are passed over more than once
+cdef double STILL = 5e-28  # (100 eps)^2: smaller squares of relative displacements are rounding
+cdef ptrdiff_t PIECE = 512  # length of the pieces of vectors that are read more than once
 
 
 cdef struct Drives:
-    # What follows functions of time, see drives.pxi.
+    # Prescribed functions of time, see drives.pxi.
     ptrdiff_t n, n_equations
-    const double *row  # of the step under way: n places, velocities, accelerations, and all of s
+    const double *row  # of the current step: n positions, velocities, accelerations, and all of s
     double *force0  # of the prescribed coordinates on the system, after the last accepted step
-    double *force  # and after the step under way, once its work is known
+    double *force  # and after the current step, once its work is known
     double *lead0  # s after the last accepted step
-    double *speeds  # room for velocities
+    double *speeds  # workspace for velocities
 
 
 cdef struct Motion:
     const ancf_system *system
     ptrdiff_t n_free, n_all, m, n_parts
-    bint corrected  # whether the iterate is no longer a predictor
-    bint elsewhere  # whether the last predictor had another acceleration than the last
-    bint ahead  # whether v0 and the work of the loads are already those of the step under way
-    bint shortens  # whether a step that would gain energy may be tried again in shorter ones
+    bint corrected  # whether the iterate is no longer the predictor
+    bint elsewhere  # whether the last predictor did not use the last acceleration
+    bint ahead  # whether v0 and the work of the loads are already those of the current step
+    bint shortens  # whether a step that would gain energy may be repeated in shorter ones
     double dt
-    double scale  # metres that a unit of new acceleration moves a coordinate by [s2]
-    double softness  # by which a multiplier of one violates its equation, over `scale` [1/kg]
-    double jump_share  # of |jump| |motion| that the scheme may give or take where a load jumps
+    double scale  # derivative of a coordinate with respect to its new acceleration [s2]
+    double softness  # violation of an equation per unit of its multiplier, over `scale` [1/kg]
+    double jump_share  # fraction of |jump| |motion| by which the scheme's work may be off at a jump
     ancf_watch watch
     ancf_jumps jumps
-    # Last accepted state, and the iterate of the step under way.
+    # Last accepted state, and the iterate of the current step.
     double *q0
     double *v0
     double *a0
     const double *start  # the acceleration of the predictor
-    double *earlier  # that before a0, if the phase says that it is kept
+    double *earlier  # the acceleration before a0, if the phase is not UNKNOWN
     double *phase  # of the accelerations, see start.pxi
     double *lam0
     double *q
@@ -61,33 +61,33 @@ cdef struct Motion:
     const double *amplitudes
     double *r
     double *phi
-    const double *s  # the correction under way, its factor, and the squares of each part
+    const double *s  # the current correction, its factor, and the sum of squares of each part
     double factor
-    ptrdiff_t corrections  # of the step under way, from its last start
+    ptrdiff_t corrections  # in the current step, since its last start
     double *squares
     double *others
     Drives drives
-    double *ways  # squares of the way of each part, kept up to date by a scheme that keeps energy
+    double *ways  # squared displacement of each part, updated by an energy-conserving scheme
     ancf_equations *interface
     Scheme scheme
 
 
 cdef double *kept(dict own, str name, values) except NULL:
-    """Keep a copy of an array under its name; return its first place."""
+    """Store a copy of an array by name; return its address."""
     cdef double[::1] view
     own[name] = view = np.array(values, dtype=float)
     return &view[0]
 
 
 cdef double *reserved(dict own, str name, ptrdiff_t n) except NULL:
-    """Keep room for numbers, which takes memory where it is written to."""
+    """Allocate an array, which takes up memory only once it is written to."""
     cdef double[::1] view
     own[name] = view = np.zeros(n)
     return &view[0]
 
 
 cdef inline ptrdiff_t share(const Motion *self, ptrdiff_t part) noexcept nogil:
-    """Where the share of a part begins among the free coordinates: whole cache lines for each."""
+    """First free coordinate of a part: each part has whole cache lines."""
     if part == self.n_parts:
         return self.n_free
     return self.n_free // 8 * part // self.n_parts * 8
@@ -95,7 +95,7 @@ cdef inline ptrdiff_t share(const Motion *self, ptrdiff_t part) noexcept nogil:
 
 cdef inline double weighed(const Motion *self, const double *x, ptrdiff_t begin,
                            ptrdiff_t end) noexcept nogil:
-    """Sum of mass x^2 over a range of free coordinates; ``x`` begins with the range."""
+    """Sum of mass x^2 over a range of free coordinates; ``x`` starts at that range."""
     if self.interface.mass == NULL:
         return dot(x, x, end - begin)
     return weigh(self.interface.mass + begin, x, end - begin)

@@ -1,13 +1,13 @@
-"""Which solution of a hard step is accepted, by its energy; text for `_march.pyx`."""
+"""Selection of the solution of a hard step by its energy; included by `_march.pyx`."""
 
 
 cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
-    """Look at the energy of a hard step before it is accepted; whether a solution passes.
+    """Check the energy of a hard step before it is accepted; return whether a solution passes.
 
-    Such a step can have several.  One whose energy rises is compared with that of Newton.  One that
-    gains energy is refused as long as there is another that may not, or as steps can be made
-    shorter; if all of them gain, the one that gains least passes unless it gains much, and the next
-    regular look decides.  Steps that errors are estimated of are made shorter at once.
+    Such a step can have several solutions.  One whose energy rises is compared with Newton's.  One
+    that gains energy is rejected as long as there may be another that does not, or as the step can
+    be shortened; if all gain energy, the one with the smallest gain passes unless that is large,
+    and the next regular check decides.  Under step size control the step is shortened at once.
     """
     cdef ancf_watch before = self.watch, best
     cdef bint varies = self.scheme.control.seed == NULL
@@ -46,9 +46,9 @@ cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
 
 
 cdef bint see(Motion *self, bint strict) noexcept nogil:
-    """Look at the energy that the step under way would lead to; whether that has gained too much.
+    """Evaluate the energy after the current step; return whether the gain is too large.
 
-    The new velocity stands in the place of the old one while it is looked at, which needs no room.
+    The new velocity temporarily takes the place of the old one, which needs no extra memory.
     """
     add_work(self)
     self.factor = 1.0
@@ -76,7 +76,7 @@ cdef bint pass_it(Motion *self) noexcept nogil:
 
 
 cdef void keep(Motion *self, bint there) noexcept nogil:
-    """Put the solution aside, or back."""
+    """Copy the solution aside, or back."""
     cdef double *aside = self.scheme.aside
     cdef double *of[4]
     cdef ptrdiff_t n[4]

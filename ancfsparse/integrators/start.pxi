@@ -1,21 +1,22 @@
-"""Where a step starts: its predictor, and whether accelerations alternate; text for `loop.pxi`.
+"""The predictor of a step, and detection of alternating accelerations; included by `loop.pxi`.
 
-Vibrations that steps do not resolve change sides in each: there the acceleration before the last is
-nearer to the next one than the last is.  It is kept and compared only where steps are hard.
+Vibrations that steps do not resolve alternate in sign: the next acceleration is then closer to the
+one before the last than to the last one.  It is stored and compared only where steps are hard.
 """
 
 cdef enum:
-    UNKNOWN, KEPT, ALTERNATES  # phases: no acceleration before the last; one; it is the better start
+    # Phases: the acceleration before the last is not stored; stored; the better start.
+    UNKNOWN, KEPT, ALTERNATES
 
-# Corrections from which a step is hard enough for another start to pay.
+# Number of corrections from which a step is hard enough for another start to pay off.
 cdef ptrdiff_t HARD_TO_START = 3
-# Squared distance from the acceleration before the last, over that from the last, at which it is the
-# better start.  At 1 smooth motions change to and fro, which costs Newton up to 8 %.
+# Squared distance from the acceleration before the last, over that from the last, at which it is
+# the better start.  With 1, smooth motions switch back and forth, which costs Newton up to 8 %.
 cdef double NEARER = 0.5
 
 
 cdef void predict(Motion *self, const double *a) noexcept nogil:
-    """The predictor with an acceleration, and with the multipliers of the last step (equation 4)."""
+    """Set the predictor from an acceleration and the multipliers of the last step (equation 4)."""
     self.start = a
     in_parts(self.n_parts, restart_part, self)
     self.interface.moved = sqrt(total(self, self.squares) / self.interface.mass_total)
@@ -26,22 +27,22 @@ cdef void predict(Motion *self, const double *a) noexcept nogil:
 
 
 cdef void restart(void *context) noexcept nogil:
-    """The predictor, the sure one if the solver has chosen it.
+    """Set the predictor: the default one if the solver has cleared ``leaps``.
 
-    A step can have several solutions, to each of which leads another start.
+    A step can have several solutions, which are reached from different starts.
     """
     cdef Motion *self = <Motion *>context
     predict(self, self.earlier if self.interface.leaps else self.a0)
 
 
 cdef void begin(Motion *self) noexcept nogil:
-    """The predictor that is likely the nearest."""
+    """Set the predictor that is likely to be the closest."""
     self.interface.leaps = self.phase[0] == ALTERNATES
     restart(self)
 
 
 cdef void compare_part(void *context, ptrdiff_t part) noexcept nogil:
-    """Compare the accelerations of the step with both before, and keep the last."""
+    """Compare the accelerations of the step with the last two, and store the last."""
     cdef Motion *self = <Motion *>context
     cdef ptrdiff_t begin = share(self, part), n = share(self, part + 1) - begin
     cdef const double *mass = self.interface.mass + begin
@@ -52,7 +53,7 @@ cdef void compare_part(void *context, ptrdiff_t part) noexcept nogil:
 
 
 cdef void choose_start(Motion *self) noexcept nogil:
-    """Choose where the next step starts: which start would have been nearer in this one."""
+    """Choose the predictor of the next step: the one that would have been closer in this step."""
     if self.interface.mass == NULL or (
             self.phase[0] != ALTERNATES and self.corrections < HARD_TO_START):
         self.phase[0] = UNKNOWN

@@ -1,8 +1,8 @@
-"""One step: corrections, residual, acceptance and energy; text for `loop.pxi`."""
+"""One step: corrections, residual, acceptance and energy; included by `loop.pxi`."""
 
 
 cdef double correct(void *context, double factor, const double *s) noexcept nogil:
-    """Equation 10; where no force depends on it, the velocity follows when the step is accepted."""
+    """Equation 10; if no force depends on the velocity, it is updated when the step is accepted."""
     cdef Motion *self = <Motion *>context
     cdef ptrdiff_t i
     self.s, self.factor, self.corrected = s, factor, True
@@ -27,7 +27,7 @@ cdef void residual(void *context, double *r) noexcept nogil:
 
 
 cdef void load(Motion *self, const double *amplitudes) noexcept nogil:
-    """Set the loads of the next step, and find where they jump in it."""
+    """Set the loads of the next step, and find their jumps in it."""
     set_load(self, amplitudes)
     if is_driven(self):
         self.drives.row = amplitudes + self.system.n_amplitudes
@@ -55,14 +55,14 @@ cdef void accept(Motion *self) noexcept nogil:
 
 cdef void remember(Motion *self,
                    void (*keep)(void *, const ancf_state *) noexcept nogil) noexcept nogil:
-    """Show the system the last accepted state, for what it keeps from step to step."""
+    """Pass the last accepted state to the system, which updates its memory."""
     cdef ancf_state x
     x.q, x.v, x.a, x.lam, x.amplitudes = self.q0, self.v0, self.a0, self.lam0, self.amplitudes0
     keep(self.system.context, &x)
 
 
 cdef void add_work(Motion *self) noexcept nogil:
-    """Add what loads and drives do in the step under way, and how much of that is unsure."""
+    """Add the work of loads and drives in the current step, and the uncertain part of it."""
     cdef const ancf_system *system = self.system
     cdef ancf_state x0, x1
     cdef double work, unsure
@@ -83,14 +83,14 @@ cdef void add_work(Motion *self) noexcept nogil:
 
 
 cdef bint is_still(const Motion *self) noexcept nogil:
-    """Whether the step under way moves nothing further than rounding does."""
+    """Whether the displacement in the current step is no larger than rounding error."""
     return way(self, 0, self.n_free) <= STILL * weighed(self, self.q0, 0, self.n_free)
 
 
 cdef bint look(Motion *self) noexcept nogil:
-    """Look at the energy of some steps; return whether it is a reason to stop.
+    """Check the energy of some steps; return whether it is a reason to stop.
 
-    Only regular looks are: they come after the same steps whatever solves them.
+    Only regular checks are: they follow the same steps whatever the solver.
     """
     cdef bint seen = self.ahead  # before the step was accepted
     self.ahead = False

@@ -20,9 +20,9 @@ def call(
     const int32_t[::1] set_of, const double[:, :, ::1] parameters,
     const double[::1] q, const double[::1] a, double[::1] out, ptrdiff_t repeat=1,
 ):
-    """Add what a kernel computes to `out`, `repeat` times.
+    """Add the result of a kernel to `out`, `repeat` times.
 
-    The arrays are those of `layout.Layout`; places are trusted.
+    The arrays are those of `layout.Layout`; their indices are not checked.
     """
     cdef ancf_kernel run = <ancf_kernel>PyCapsule_GetPointer(kernel, ANCF_KERNEL_SIGNATURE)
     cdef ptrdiff_t n_blocks = set_of.shape[0]
@@ -30,7 +30,7 @@ def call(
     if n_blocks == 0:
         return
     if gather.shape[0] != n_blocks or scatter.shape[0] != n_blocks or a.shape[0] != q.shape[0]:
-        raise ValueError("gather, scatter and set_of need one entry per block, a is as long as q.")
+        raise ValueError("gather, scatter and set_of need one entry per block; a and q, equal size")
     with nogil:
         for i in range(repeat):
             run(n_blocks, &gather[0, 0, 0], &scatter[0, 0, 0], &set_of[0],

@@ -1,24 +1,24 @@
-/* The one calling convention of every element kernel, generated or a user's own.
+/* The calling convention of all element kernels, generated or user-defined.
  *
- * A kernel works on blocks of LANES elements that are computed side by side, one per SIMD lane.
- * It gathers its own coordinates and scatters its own result:
+ * A kernel works on blocks of LANES elements that are computed in parallel, one per SIMD lane.
+ * It gathers its coordinates and scatters its result:
  *
- *   gather[b][i][lane]   place in q and in a of coordinate i of the element in that lane
- *   scatter[b][k][lane]  place in out to which number k of that element is added
- *   set_of[b]            which set of parameters block b uses; ~set_of[b] if that is negative, and then
+ *   gather[b][i][lane]   index in q and in a of coordinate i of the element in that lane
+ *   scatter[b][k][lane]  index in out to which component k of that element is added
+ *   set_of[b]            parameter set of block b; a negative entry stands for set ~set_of[b], and then
  *                        the block is a chain: the second node of each lane is the first of the next,
- *                        in gather and in a scatter of n numbers
- *   parameters[s][p][lane]   derived parameters (what the module's prepare() returns)
+ *                        in gather and in a scatter of n components
+ *   parameters[s][p][lane]   derived parameters (returned by the module's prepare())
  *   q, a                 coordinates and accelerations of the whole system
  *   out                  is added to, never cleared
  *
- * Which kernels an element has, what they read and what they add is in kernel_list.h, which the
+ * The kernels of an element, their inputs and results are listed in kernel_list.h, which the
  * generator writes.
  *
- * The last block is filled up by repeating its last element with every parameter except the length
- * set to zero, so the extra lanes add exact zeros to valid places.
+ * The last block is padded by repeating its last element with every parameter except the length set
+ * to zero, so the extra lanes add exact zeros to valid entries.
  *
- * A kernel travels in a PyCapsule whose name is ANCF_KERNEL_SIGNATURE.
+ * A kernel is passed in a PyCapsule named ANCF_KERNEL_SIGNATURE.
  */
 #ifndef ANCF_KERNEL_ABI_H
 #define ANCF_KERNEL_ABI_H

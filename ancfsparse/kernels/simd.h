@@ -1,7 +1,7 @@
 /* One vector type per instruction set: `vec` holds ANCF_LANES doubles, one element in each lane.
  *
- * GCC's vector extension gives + - * between vectors and with numbers; the rest is below.  The type is
- * aligned like a double because NumPy promises no more, and may alias because it reads such arrays.
+ * GCC's vector extension supports + - * with vectors and scalars; the rest is below.  The type has the
+ * alignment of a double because NumPy guarantees no more, and may alias because it reads such arrays.
  */
 #ifndef ANCF_SIMD_H
 #define ANCF_SIMD_H
@@ -77,7 +77,7 @@ static __attribute__((noinline)) void vec_scatter_add(double *out, const int32_t
 #endif
 }
 
-/* Orders for __builtin_shuffle, which wants vectors without the attributes of `vec`. */
+/* Masks for __builtin_shuffle, which requires vectors without the attributes of `vec`. */
 typedef double vec_plain __attribute__((vector_size(8 * ANCF_LANES)));
 typedef int64_t vec_order __attribute__((vector_size(8 * ANCF_LANES)));
 #if ANCF_LANES == 8
@@ -91,8 +91,8 @@ typedef int64_t vec_order __attribute__((vector_size(8 * ANCF_LANES)));
 #define VEC_BEFORE {2, 0}
 #endif
 
-/* Coordinates of the second nodes.  In a chain they are those of the first nodes, one lane on, and one
- * number is read instead of one for each lane. */
+/* Coordinates of the second nodes.  In a chain they are those of the first nodes shifted by one lane,
+ * so one number is loaded instead of one per lane. */
 static inline vec vec_gather_next(const double *p, const int32_t *at, vec before, int chained)
 {
     if (chained)
@@ -101,8 +101,8 @@ static inline vec vec_gather_next(const double *p, const int32_t *at, vec before
     return vec_gather(p, at);
 }
 
-/* Add what the elements give to their first and to their second nodes.  In a chain a lane's first node is
- * the second node of the lane before, and both numbers are added at once. */
+/* Add the results of the elements to their first and second nodes.  In a chain the first node of a lane
+ * is the second node of the previous lane, and both numbers are added together. */
 static inline void vec_scatter_add_nodes(double *out, const int32_t *first, const int32_t *second,
                                          vec u, vec v, int chained)
 {

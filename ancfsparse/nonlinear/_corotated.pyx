@@ -1,7 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""An inverse that turns with the body: R H R^T, where H is kept in the axes of the seed.
+"""An inverse that rotates with the body: R H R^T, where H is stored in the axes of the seed.
 
-Secant pairs are learned in those axes too, so they stay valid when R changes.
+Secant pairs are stored in those axes too, so they stay valid when R changes.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.string cimport memcpy
@@ -16,7 +16,7 @@ cdef struct Turned:
     const ancf_inverse *inverse
     const ancf_frame *frame
     ptrdiff_t n
-    # In the axes of the seed: what the last product was of, what it gave, and a pair.
+    # In the axes of the seed: argument and result of the last product, and a pair.
     double *r
     double *z
     double *s
@@ -25,7 +25,7 @@ cdef struct Turned:
 
 
 cdef class Corotated:
-    """Put a frame around an inverse.
+    """Apply an inverse in a rotating frame.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ cdef class Corotated:
         return z
 
     def learn(self, const double[::1] s, const double[::1] y, const double[::1] r_new):
-        """Take in the pair; return ``(product with r_new, accepted)``; it follows a product."""
+        """Update with the pair of the last product; return ``(product with r_new, accepted)``."""
         z = np.empty(self.data.n)
         cdef double[::1] view = z
         return z, bool(learn(&self.data, &s[0], &y[0], &r_new[0], &view[0]))
@@ -89,7 +89,7 @@ cdef void apply(void *context, const double *r, double *z) noexcept nogil:
 
 cdef int learn(void *context, const double *s, const double *y, const double *r_new,
                double *z) noexcept nogil:
-    """The pair is that of the last product, s = -z and y = r_new - r, so it need not be turned."""
+    """Update with the pair of the last product, s = -z, y = r_new - r, which needs no rotation."""
     cdef Turned *self = <Turned *>context
     cdef ptrdiff_t i
     cdef int taken

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""The quasi-Newton inverse as a matrix to which each pair adds terms ``a w^T`` (the paper's form)."""
+"""The quasi-Newton inverse as a dense matrix; each pair adds terms ``a w^T`` (the paper's form)."""
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.string cimport memcpy
 
@@ -28,10 +28,10 @@ cdef struct DenseData:
 
 
 cdef class Dense:
-    """The inverse as a full matrix that learns for as long as the run lasts (``memory="full"``).
+    """The inverse as a dense matrix that keeps all pairs of the run (``memory="full"``).
 
-    Columns are stored one after another, padded to whole cache lines.  The terms of the newest pair
-    wait until the next product, so that a correction passes over the matrix once.
+    Columns are stored contiguously, padded to whole cache lines.  The terms of the newest pair are
+    added in the next product, so that each correction passes over the matrix once.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ cdef class Dense:
     rule : str
         Name of the update.
     weights : (n,) float, optional
-        Inner product for Broyden's update; without it the plain one.
+        Inner product for Broyden's update; default: the Euclidean one.
     """
 
     cdef ancf_inverse interface
@@ -75,18 +75,18 @@ cdef class Dense:
         self.capsule = PyCapsule_New(&self.interface, "ancf_inverse", NULL)
 
     def set_threads(self, ptrdiff_t threads):
-        """Take no notice: a matrix this small belongs to one thread."""
+        """Ignored: matrices this small are processed by one thread."""
 
     def set_guard(self, weight, double smallest_y, double largest_ratio=INFINITY):
-        """Say which pairs are skipped.
+        """Set the criteria for skipping pairs.
 
         Parameters
         ----------
         weight : (n,) float
-            Of the squares in the norm of a step, by which those of a difference of residuals are
-            divided.  Denominators are compared with norms.
+            Weights of the squares in the norm of a step; their inverses are those of a difference
+            of residuals.  Denominators are compared with these norms.
         smallest_y : float
-            Skip differences of residuals that are no longer than this: rounding.
+            Differences of residuals up to this norm are rounding, and skipped.
         largest_ratio : float, optional
             Skip pairs of DFP and BFGS whose ``s.y`` and ``y.H y`` differ in sign or by this factor.
         """
@@ -94,7 +94,7 @@ cdef class Dense:
 
     @property
     def matrix(self):
-        """The inverse as an array (n, n), newest pair included."""
+        """The inverse as an array (n, n), including the newest pair."""
         n = self.data.n
         full = self.columns[:, :n].T.copy()
         for k in range(self.data.pending):
@@ -114,7 +114,7 @@ cdef class Dense:
         return z
 
     def learn(self, const double[::1] s, const double[::1] y, const double[::1] r_new):
-        """Take in the pair; return ``(H_new r_new, accepted)``.  ``s`` must be ``-H r_old``."""
+        """Update with the pair; return ``(H_new r_new, accepted)``.  ``s`` must be ``-H r_old``."""
         z = np.empty(self.data.n)
         cdef double[::1] view = z
         return z, bool(dense_learn(&self.data, &s[0], &y[0], &r_new[0], &view[0]))
@@ -132,12 +132,12 @@ cdef int dense_reseed(void *context) noexcept nogil:
 
 
 cdef void dense_forget(void *context) noexcept nogil:
-    # The pairs are in the matrix for good; only the waiting one can be dropped.
+    # The pairs are part of the matrix; only the pending one can be dropped.
     (<DenseData *>context).pending = 0
 
 
 cdef void dense_apply(void *context, const double *r, double *z) noexcept nogil:
-    """Add the waiting terms to the matrix and multiply: one pass."""
+    """Add the pending terms to the matrix and multiply, in one pass."""
     cdef DenseData *self = <DenseData *>context
     cdef ptrdiff_t n = self.n, step = self.padded // LANES, i, j
     cdef vec *h

@@ -1,7 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """One loop for Newton, modified Newton and quasi-Newton, with the rules for new seeds and recovery.
 
-It sees equations as a few functions (restart, correct, residual, matrix) and knows no mechanics.
+Its equations are a few functions (restart, correct, residual, matrix), independent of mechanics.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.math cimport INFINITY
@@ -18,7 +18,7 @@ include "ladder.pxi"
 
 
 cdef class Iteration:
-    """Solve one set of nonlinear equations after another, reusing seed and pairs between them."""
+    """Solve a sequence of nonlinear systems, reusing seed and pairs from one to the next."""
 
     cdef ancf_nonlinear interface
     cdef Loop loop
@@ -43,7 +43,7 @@ cdef class Iteration:
         if frame is not None:
             loop.frame = <const ancf_frame *>PyCapsule_GetPointer(frame.capsule, "ancf_frame")
             if loop.equations.q == NULL:
-                raise ValueError("a frame needs equations that show their coordinates")
+                raise ValueError("a frame needs equations that expose their coordinates")
         loop.rotating, loop.compares_frames = rotating, compares_frames
         loop.n, loop.parts = loop.equations.n, 1
         loop.newton, loop.learns, loop.carry, loop.polishes = newton, learns, carry, polishes
@@ -57,7 +57,7 @@ cdef class Iteration:
         if loop.events == NULL:
             raise MemoryError
         loop.timed = loop.n >= TIMED_FROM
-        # The pair and the product are done with whenever a matrix is assembled: they share its room.
+        # Pair and product are not needed while a matrix is assembled: they share its memory.
         self.arrays = np.zeros((2, loop.n)), np.zeros(max(loop.equations.n_values + 1, 3 * loop.n))
         vectors, values = self.arrays
         loop.r, loop.r_new = &vectors[0, 0], &vectors[1, 0]
@@ -73,7 +73,7 @@ cdef class Iteration:
 
     @property
     def seconds(self):
-        """Time by part [s], empty for systems so small that looking at the clock would count."""
+        """Time by part [s]; empty for systems so small that reading the clock would matter."""
         return dict(self.loop.seconds) if self.loop.timed else {}
 
     @property
@@ -83,21 +83,21 @@ cdef class Iteration:
 
     @property
     def max_iterations(self):
-        """Corrections that an attempt may take."""
+        """Largest number of corrections in an attempt."""
         return self.loop.max_iterations
 
     def set_threads(self, ptrdiff_t threads):
-        """Set the number of threads for passes over vectors."""
+        """Set the number of threads for vector operations."""
         self.loop.parts = threads
 
     @property
     def events(self):
-        """Rungs of the ladder that were climbed, the first thousand.
+        """Fallbacks that were used, up to the first thousand.
 
-        Each as ``(step, rung, cause, contraction)``: number of the step from 1; 1 for a new seed,
-        2 for damped Newton, 3 for Newton after a solution that was refused, 4 for Newton from a
-        start without acceleration, 5 for descent; why the attempt before failed (`nonlinear.outcome`); the
-        contraction of the residual it ended with.
+        Each is ``(step, rung, cause, contraction)``: number of the step, from 1; 1 for a new seed,
+        2 for damped Newton, 3 for Newton after a rejected solution, 4 for Newton from a predictor
+        without acceleration, 5 for descent; why the previous attempt failed (`nonlinear.outcome`);
+        and its last contraction of the residual.
         """
         cdef ptrdiff_t k
         found = []
@@ -107,19 +107,19 @@ cdef class Iteration:
         return found
 
     def take_events(self):
-        """Return the events so far and forget them, to make room for those of the next steps."""
+        """Return the events so far and clear the list, for those of the next steps."""
         found = self.events
         self.loop.n_events = 0
         return found
 
     @property
     def contraction(self):
-        """Last ratio of two residuals in the last attempt; not a number if there was none."""
+        """Ratio of the last two residuals in the last attempt; NaN if there was none."""
         return self.loop.contraction
 
     @property
     def rate(self):
-        """Contraction of the corrections, carried from step to step."""
+        """Contraction of the corrections, kept from step to step."""
         return self.loop.rate
 
     @rate.setter
@@ -127,7 +127,7 @@ cdef class Iteration:
         self.loop.rate = value
 
     def take_seed(self, seed, inverse, bint rounds, double cost_iteration, double cost_seed):
-        """Go on with a seed that has no factor yet, and an inverse on it."""
+        """Replace the seed by one that has no factor yet, and the inverse by one based on it."""
         cdef Loop *loop = &self.loop
         self.owners = (seed, inverse)
         loop.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
@@ -139,18 +139,18 @@ cdef class Iteration:
         loop.frame_cost[0] = loop.frame_cost[1] = 0.0
 
     def mark_seeded(self):
-        """Tell that the inverse was filled from outside (a finite-difference matrix)."""
+        """Mark the inverse as initialized by the caller (a finite-difference matrix)."""
         assemble(&self.loop)
         hold(&self.loop)
         self.loop.seeded = True
 
     @property
     def by_correction(self):
-        """Whether corrections are judged, and not the residual."""
+        """Whether convergence is judged by corrections, not by the residual."""
         return bool(self.loop.by_correction)
 
     def set_tolerance(self, tolerance):
-        """Judge steps by other bounds, an object with the attributes of `iteration.Tolerance`."""
+        """Set new tolerances, an object with the attributes of `iteration.Tolerance`."""
         self.loop.by_correction = tolerance.by_correction
         self.loop.correction_tolerance = tolerance.correction
         self.loop.constraint_tolerance = tolerance.constraint
@@ -160,7 +160,7 @@ cdef class Iteration:
 
     @property
     def step(self):
-        """Number of the last step that was attempted, from 1, as events are listed under."""
+        """Number of the last step attempted, from 1, as used in events."""
         return self.loop.step
 
     @step.setter
@@ -177,10 +177,10 @@ cdef class Iteration:
         self.loop.yields = value
 
     def mark_stale(self):
-        """Tell that the matrix has changed for another reason than motion: a step of other length."""
+        """Request a new seed because the matrix has changed, for instance with the step size."""
         self.loop.reseed_due = True
 
     def solve(self):
-        """Solve the equations from their predictor; return 0 or a reason (`nonlinear.outcome`)."""
+        """Solve the equations from their predictor; return an outcome (`nonlinear.outcome`)."""
         self.loop.equations.restart(self.loop.equations.context)
         return solve(&self.loop)

@@ -9,13 +9,13 @@ include "pairs.pxi"
 
 
 cdef enum:
-    MOST_TERMS = 2  # that any rule makes of one pair
+    MOST_TERMS = 2  # per pair, over all rules
 
 
 cdef struct LimitedData:
     const ancf_seed *seed
     Rule rule
-    ptrdiff_t n, parts, capacity, pairs, count  # pairs and terms held
+    ptrdiff_t n, parts, capacity, pairs, count  # last two: number of pairs and of terms
     Guard guard
     double *a  # terms of n numbers each, like w
     double *w
@@ -23,10 +23,10 @@ cdef struct LimitedData:
 
 
 cdef class Limited:
-    """A sparse seed and the terms of the last pairs; all of them are dropped when there is no room.
+    """A sparse seed and the terms of the last pairs; all pairs are dropped when storage is full.
 
-    A rolling window would be wrong: the denominator of each pair presumes the pairs before it.
-    Broyden works in product form, in the inner product of ``weights``.
+    A rolling window would be wrong: the denominator of each pair depends on the previous pairs.
+    Broyden's update is in product form, in the inner product of ``weights``.
     """
 
     cdef ancf_inverse interface
@@ -60,19 +60,19 @@ cdef class Limited:
         self.capsule = PyCapsule_New(&self.interface, "ancf_inverse", NULL)
 
     def set_threads(self, ptrdiff_t threads):
-        """Set the number of threads for passes over vectors."""
+        """Set the number of threads for vector operations."""
         self.data.parts = threads
 
     def set_guard(self, weight, double smallest_y, double largest_ratio=INFINITY):
-        """Say which pairs are skipped.
+        """Set the criteria for skipping pairs.
 
         Parameters
         ----------
         weight : (n,) float
-            Of the squares in the norm of a step, by which those of a difference of residuals are
-            divided.  Denominators are compared with norms.
+            Weights of the squares in the norm of a step; their inverses are those of a difference
+            of residuals.  Denominators are compared with these norms.
         smallest_y : float
-            Skip differences of residuals that are no longer than this: rounding.
+            Differences of residuals up to this norm are rounding, and skipped.
         largest_ratio : float, optional
             Skip pairs of DFP and BFGS whose ``s.y`` and ``y.H y`` differ in sign or by this factor.
         """
@@ -87,7 +87,7 @@ cdef class Limited:
         return z
 
     def learn(self, const double[::1] s, const double[::1] y, const double[::1] r_new):
-        """Take in the pair; return ``(H_new r_new, accepted)``.  ``s`` must be ``-H r_old``."""
+        """Update with the pair; return ``(H_new r_new, accepted)``.  ``s`` must be ``-H r_old``."""
         z = np.empty(self.data.n)
         cdef double[::1] view = z
         return z, bool(limited_learn(&self.data, &s[0], &y[0], &r_new[0], &view[0]))
@@ -106,7 +106,7 @@ cdef void limited_forget(void *context) noexcept nogil:
 cdef void add_term(const LimitedData *self, ptrdiff_t k, const double *r, double *z) noexcept nogil:
     cdef const double *a = self.a + k * self.n
     cdef double factor
-    # Broyden's terms act on what the earlier terms made of r, the symmetric ones on r itself.
+    # Broyden's terms act on the result of the earlier terms, the symmetric ones on r itself.
     factor = dot_parts(self.parts, self.w + k * self.n,
                        <const double *>z if self.rule == BROYDEN else r, self.n)
     combined(self.parts, z, 1.0, z, factor, a, self.n)
@@ -126,7 +126,7 @@ cdef int limited_learn(void *context, const double *s, const double *y, const do
     cdef ptrdiff_t n = self.n, i, k, terms
     cdef double delta, ss
     cdef double *w
-    if self.pairs == self.capacity:  # also with no room at all, which is modified Newton
+    if self.pairs == self.capacity:  # always if the capacity is zero: modified Newton
         limited_forget(context)
         limited_apply(context, r_new, z)
         return 1

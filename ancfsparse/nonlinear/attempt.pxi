@@ -1,12 +1,12 @@
-"""One attempt at a step: corrections from the predictor until they are small; text for `_iteration`."""
+"""One attempt at a step: iteration from the predictor to convergence; included by `_iteration`."""
 from libc.math cimport NAN, fmin, isfinite
 
 
-cdef double GROWTH = 1e4  # residual beside the predictor's: past this an attempt is given up
-cdef double STALE = 1.2  # a contraction that was not measured again is trusted less in each step
-cdef double TRUST = 0.1  # what a correction whose residual is not looked at surely leaves of it
-cdef double SLUGGISH = 0.2  # a contraction of the residual from which pairs save more than they cost
-cdef double SHAKY = 10.0  # times the bound: what rounding may leave where corrections are rounding
+cdef double GROWTH = 1e4  # ratio of residuals to the predictor's at which an attempt is abandoned
+cdef double STALE = 1.2  # growth per step of a contraction that has not been measured again
+cdef double TRUST = 0.1  # smallest contraction that is assumed without evaluating the residual
+cdef double SLUGGISH = 0.2  # contraction of the residual above which pairs save more than they cost
+cdef double SHAKY = 10.0  # times the bound: residual allowed where corrections are rounding error
 
 
 cdef bint residual_is_small(Loop *self, const double *r) noexcept nogil:
@@ -16,10 +16,10 @@ cdef bint residual_is_small(Loop *self, const double *r) noexcept nogil:
 
 
 cdef inline double bound_of(const Loop *self, double change) noexcept nogil:
-    """What a step may leave [m], from its first correction, which is what it changes.
+    """Allowed error of the iteration in a step [m], from its first correction, ``change``.
 
-    The error of the integrator in the step is a fixed share of that change; and what is left does
-    work along the way.
+    The error of the integrator in the step is a fixed fraction of that change; and the remaining
+    residual does work along the displacement.
     """
     cdef double way = self.equations.moved + change
     return fmax(self.floor, fmin(self.correction_tolerance,
@@ -27,10 +27,10 @@ cdef inline double bound_of(const Loop *self, double change) noexcept nogil:
 
 
 cdef void finish(Loop *self, double size) noexcept nogil:
-    """Learn from the last pair, and correct once more by the residual that is known anyway.
+    """Update with the last pair, and correct once more with the residual already computed.
 
-    This costs no residual.  Davidon's inverse may be far off in a direction it has not seen, so its
-    correction would need a residual to be believed; nor is one believed that is longer than the last.
+    This costs no further residual.  Davidon's inverse may be far off in a new direction, so its
+    correction could not be trusted without one; nor is one trusted that is longer than the last.
     """
     cdef ptrdiff_t n = self.n
     if self.carry:
@@ -45,9 +45,9 @@ cdef void finish(Loop *self, double size) noexcept nogil:
 
 
 cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *used) noexcept nogil:
-    """Iterate from the predictor; return CONVERGED or the reason why not.
+    """Iterate from the predictor; return CONVERGED or the reason of the failure.
 
-    If economical, a new seed is taken wherever waiting would cost more.
+    If economical, a new seed is computed wherever continuing without it would cost more.
     """
     cdef const ancf_equations *eq = self.equations
     cdef double *z = self.z
@@ -55,7 +55,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
     cdef ptrdiff_t n = self.n
     cdef int it, halvings
     cdef bint done, small, closer, learns = not newton and self.learns, always = not self.sparing
-    # Whether the residual is looked at after every correction, or what it will be is foreseen.
+    # Whether the residual is evaluated after every correction, or estimated from the contraction.
     cdef bint looks = ((learns and always) or damped or self.sure or n > eq.n_coordinates
                        or not self.by_correction)
     cdef double size, last_size = 0.0, norm, last_norm = 0.0, norm_new, start, bound = 0.0, allowed, left
@@ -94,7 +94,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         evaluate(self, self.r_new)
         norm_new = unbalance(self, self.r_new)
         if damped:
-            # Halve a step that makes the residual larger; the last try is kept whatever it does.
+            # Halve a step that increases the residual; the last trial is accepted in any case.
             halvings = 0
             while not norm_new <= norm and halvings < 6 and not small:
                 halvings += 1
@@ -110,11 +110,11 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         elif looks:
             left = norm_new
             allowed = bound
-            if self.sure:  # a first correction may lead far away, and the way is known by now
+            if self.sure:  # a first correction may be far too long; now the displacement is known
                 allowed = fmax(self.floor, fmin(bound, self.work * eq.moved))
             if self.polishes and not self.carry and not self.sure and theta < 0.5:
-                left *= fmax(theta / (1.0 - theta), TRUST)  # by the last correction, see finish
-            # An inverse that is singular by accident makes any correction small.
+                left *= fmax(theta / (1.0 - theta), TRUST)  # after the last correction, see finish
+            # With an inverse that is nearly singular by chance, any correction is small.
             done = ((left <= allowed or (size <= self.noise and norm_new <= SHAKY * allowed))
                     and all_below(self.r_new + eq.n_coordinates, n - eq.n_coordinates,
                                   fmax(self.constraint_tolerance, bound)))
@@ -148,7 +148,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                 last_theta = theta
                 continue
         last_theta = theta
-        # Where it is sparing of pairs, conjugate gradients and sweeps that contract well have none.
+        # If pairs are used sparingly, conjugate gradients and sweeps that contract well use none.
         if learns and (always or (theta > SLUGGISH and self.extra == 0.0)):
             scaled(self.parts, self.s, -1.0, z, n)
             combined(self.parts, self.y, 1.0, self.r, -1.0, self.r_new, n)

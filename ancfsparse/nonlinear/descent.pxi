@@ -1,21 +1,22 @@
-"""A last attempt at a step: down the potential that its solution is a minimum of; text for `_iteration`.
+"""The last fallback: minimization of the incremental potential of a step; included by `_iteration`.
 
-Without multipliers the residual of a step is the gradient of a potential, the kinetic energy of
-what the step changes and the strain energy.  Where cables buckle, that has saddles as well, to
-which whole corrections lead as readily, or they lead anywhere.  A definite seed always shows a way
-down, and the slope along it, the product of correction and residual, tells how far to go.
+Without multipliers the residual of a step is the gradient of a potential: the strain energy, and
+the kinetic energy of the change of velocity in the step.  Where cables buckle it has saddle points,
+to which full corrections converge as readily as to minima, if at all.  A positive definite seed
+always gives a direction of descent; the slope along it, the product of correction and residual,
+determines the step length.
 """
 
 
-cdef double LEVEL = 0.5  # share of the slope that may be left the other way, past the lowest point
-cdef double SHORTEST = 0.1  # of a step that was too long
+cdef double LEVEL = 0.5  # largest slope past the minimum, as a fraction of the initial one
+cdef double SHORTEST = 0.1  # smallest factor by which a step that is too long is shortened
 cdef enum:
-    MOST_SHORTER = 20  # tries
-    PATIENT = 4  # times the corrections of another attempt
+    MOST_SHORTER = 20  # trials
+    PATIENT = 4  # times as many corrections as in other attempts
 
 
 cdef double walk(Loop *self, double slope) noexcept nogil:
-    """Go along z as far as the potential falls; return the share of z, 0 if it falls nowhere."""
+    """Search along z; return the step length as a fraction of z, 0 if there is no decrease."""
     cdef const ancf_equations *eq = self.equations
     cdef double whole = 1.0, shorter, here
     cdef int tried
@@ -32,7 +33,7 @@ cdef double walk(Loop *self, double slope) noexcept nogil:
 
 
 cdef int descend(Loop *self, int *used) noexcept nogil:
-    """Iterate downhill from where the coordinates are; return CONVERGED or the reason why not."""
+    """Minimize from the current coordinates; return CONVERGED or the reason of the failure."""
     cdef const ancf_equations *eq = self.equations
     cdef double *swap
     cdef double slope, share, size, norm, norm_new, bound = 0.0

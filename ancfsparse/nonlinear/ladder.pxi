@@ -1,4 +1,4 @@
-"""The ladder of attempts at a step, and what is written down of them; text for `_iteration`."""
+"""The sequence of fallbacks ("ladder") in a step, and its events; included by `_iteration`."""
 
 cdef enum:
     MOST_EVENTS = 1000
@@ -15,7 +15,7 @@ cdef void record(Loop *self, Rung rung, int cause) noexcept nogil:
 
 
 cdef void tally(Loop *self, ptrdiff_t by) noexcept nogil:
-    """Count the step among those that its rung saved, or take it out again."""
+    """Count the step among those recovered by its rung, or undo that."""
     if self.rung == NEW_SEED:
         self.counts.recoveries_reseed += by
     elif self.rung > NEW_SEED:
@@ -23,7 +23,7 @@ cdef void tally(Loop *self, ptrdiff_t by) noexcept nogil:
 
 
 cdef bint retreat(Loop *self) noexcept nogil:
-    """Go on from the sure predictor; whether it is another one."""
+    """Restart from the default predictor; return whether it is a different one."""
     cdef ancf_equations *eq = self.equations
     cdef bint leaps = eq.leaps
     eq.leaps = False
@@ -31,7 +31,7 @@ cdef bint retreat(Loop *self) noexcept nogil:
 
 
 cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
-    """Try to solve the step in the way of a rung, from the start that belongs to it."""
+    """Try to solve the step by the method of a rung, from its predictor."""
     cdef const ancf_equations *eq = self.equations
     cdef int outcome
     if cause != CONVERGED:
@@ -39,7 +39,7 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
     self.rung = rung
     self.doubtful = rung >= NEWTON
     self.reseed_due = True
-    if self.rounded:  # it may be why the step was lost
+    if self.rounded:  # rounding may be the cause of the failure
         self.rounds = False
     used[0] = 0
     if rung == DESCENT:
@@ -52,24 +52,24 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
         eq.restart(eq.context)
         outcome = attempt(self, rung != NEW_SEED, rung == DAMPED_NEWTON, rung == NEW_SEED, used)
         if outcome != CONVERGED and rung != NEW_SEED and not (self.newton and self.leapt == eq.leaps):
-            # Damping can hold back what whole corrections solve, and the other way round.
+            # Damping can prevent convergence where full corrections converge, and vice versa.
             eq.restart(eq.context)
             used[0] = 0
             outcome = attempt(self, True, rung == NEWTON, False, used)
     if outcome == CONVERGED:
         tally(self, 1)
     if rung != NEW_SEED:
-        self.reseed_due = True  # a factor of an iterate on the way
+        self.reseed_due = True  # the factor belongs to an intermediate iterate
     return outcome
 
 
 cdef bint has_saddles(const Loop *self) noexcept nogil:
-    """Whether there is a potential, which was seen to curve downwards in the step under way."""
+    """Whether there is a potential, and its matrix was indefinite in the current step."""
     return self.n == self.equations.n_coordinates and self.counts.indefinite > self.indefinite_before
 
 
 cdef int solve(void *context) noexcept nogil:
-    """Walk the ladder: the chosen method, a new seed, damped Newton, another start, downhill."""
+    """Try in turn the chosen method, a new seed, damped Newton, another predictor, and descent."""
     cdef Loop *self = <Loop *>context
     cdef int used = 0
     cdef int outcome
@@ -83,7 +83,8 @@ cdef int solve(void *context) noexcept nogil:
         outcome = climb(self, NEW_SEED, outcome, &used)
     if outcome != CONVERGED and self.yields:
         return outcome
-    # Incomplete seeds give ways down where the matrix is indefinite, and not Newton's corrections.
+    # If the matrix is indefinite, incomplete seeds give descent directions, not Newton's
+    # corrections.
     if outcome != CONVERGED and inexact and has_saddles(self):
         outcome = climb(self, DESCENT, outcome, &used)
     if outcome != CONVERGED:
@@ -102,7 +103,7 @@ cdef int solve(void *context) noexcept nogil:
 
 
 cdef int confirm(void *context) noexcept nogil:
-    """Find Newton's solution beside one that is not Newton's; it counts only if it is preferred."""
+    """Compute Newton's solution to compare with the one found; it counts only if preferred."""
     cdef Loop *self = <Loop *>context
     cdef Rung rung = self.rung
     cdef int used = 0, outcome = GAINED_ENERGY
@@ -116,7 +117,7 @@ cdef int confirm(void *context) noexcept nogil:
 
 
 cdef void prefer(void *context) noexcept nogil:
-    """Take the solution of `confirm` for what saved the step."""
+    """Count the solution of `confirm` as the recovery of the step."""
     cdef Loop *self = <Loop *>context
     tally(self, -1)
     record(self, NEWTON, GAINED_ENERGY)
@@ -125,10 +126,10 @@ cdef void prefer(void *context) noexcept nogil:
 
 
 cdef int again(void *context, int reason) noexcept nogil:
-    """Look for another solution of the step: by Newton, from another start, and downhill.
+    """Search for another solution: by Newton's method, from another predictor, and by descent.
 
-    A step of rough motion can have several.  Newton's corrections can lead to a saddle from every
-    start, and a solution that gains no energy be a minimum.
+    A step of rough motion can have several.  Newton's corrections can converge to a saddle point
+    from every start, while a minimum gains no energy.
     """
     cdef Loop *self = <Loop *>context
     cdef int used = 0

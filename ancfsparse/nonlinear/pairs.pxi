@@ -1,6 +1,6 @@
-"""What a secant pair adds to an inverse H; text for the two modules of inverses.
+"""Updates of an inverse H with a secant pair; included by the two modules of inverses.
 
-With a full step s = -H r the four updates need no second product with H: p = H r_new gives
+With a full step s = -H r the four updates need no second product with H: with p = H r_new,
 H y = p + s and s - H y = -p.
 """
 from libc.math cimport INFINITY, fabs, sqrt
@@ -30,25 +30,26 @@ cdef enum Rule:
 
 RULES = {"broyden": BROYDEN, "davidon": DAVIDON, "dfp": DFP, "bfgs": BFGS}
 
-# A pair is refused when a denominator is this small beside the norms in it.  The sign is not
-# looked at: on a saddle point it says nothing (a curvature s.y may be negative and right).
+# A pair is rejected if a denominator is this small relative to its norms.  Its sign is not tested:
+# near a saddle point it is irrelevant (a negative curvature s.y may be correct).
 cdef double SMALLEST_COSINE = 1e-8
 cdef double SMALLEST_BROYDEN = 1e-3
 
 
 cdef struct Guard:
     # The norm of a step is the root of sum(weight s^2), that of a difference of residuals the root
-    # of sum(inverse y^2).  Sums of squares of metres, slopes and forces would depend on the units.
+    # of sum(inverse y^2).  Unweighted sums of squares of metres, slopes, forces would depend on the
+    # units.
     double *weight
     double *inverse
     double smallest_y
-    # DFP and BFGS divide by s.y and by y.H y, which are equal when H is right.  On a saddle point
-    # one can vanish by accident, and such a pair takes many iterations to be forgotten.
+    # DFP and BFGS divide by s.y and by y.H y, which are equal if H is exact.  Near a saddle point
+    # one of them can vanish by chance; it takes many iterations to recover from such a pair.
     double largest_ratio
 
 
 cdef void set_guard(Guard *guard, dict own, weight, double smallest_y, double largest_ratio):
-    """Keep the arrays of a guard in ``own``, the owner of its memory."""
+    """Set up a guard; ``own`` keeps its arrays alive."""
     cdef double[::1] ahead = np.array(weight, dtype=float)
     cdef double[::1] inverse = 1.0 / np.asarray(ahead)
     own["weight"], own["inverse"] = ahead, inverse
@@ -57,12 +58,12 @@ cdef void set_guard(Guard *guard, dict own, weight, double smallest_y, double la
 
 
 cdef inline bint vanishes(double product, double one, double other) noexcept nogil:
-    """Whether a product of two vectors is small beside the norms, of which the squares are given."""
-    return not fabs(product) >= SMALLEST_COSINE * sqrt(one * other)  # a NaN vanishes
+    """Whether a product of two vectors is small relative to their norms, given squared."""
+    return not fabs(product) >= SMALLEST_COSINE * sqrt(one * other)  # true for NaN
 
 
 cdef inline bint alike(double a, double b, double ratio) noexcept nogil:
-    """Whether two numbers have the same sign, and sizes within a ratio; any have within infinity."""
+    """Whether two numbers have the same sign and magnitudes within a ratio; true if infinite."""
     return ratio == INFINITY or ((a > 0.0) == (b > 0.0) and fabs(a) < ratio * fabs(b)
                                  and fabs(b) < ratio * fabs(a))
 
@@ -72,8 +73,8 @@ cdef int pair_terms(Rule rule, ptrdiff_t parts, ptrdiff_t n, const double *s, co
                     ptrdiff_t stride) noexcept nogil:
     """Write the terms of a pair to a[0], w[0] (and a[stride], w[stride]); return how many, or 0.
 
-    ``p = H r_new``; so ``h = H y = p + s`` and ``u = s - h = -p``.  Broyden's w is left to the
-    caller, a[0] is u.
+    ``p = H r_new``, so ``h = H y = p + s`` and ``u = s - h = -p``.  For Broyden's update a[0] is u,
+    and the caller sets w.
     """
     cdef double sy, yh, uy, yy
     yy = weigh(parts, guard.inverse, y, n)

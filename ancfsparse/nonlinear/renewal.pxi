@@ -1,32 +1,32 @@
-"""When a seed is renewed, in counts, and whether it turns with the body; text for `_iteration`."""
+"""Renewal of the seed by operation counts, and choice of its frame; included by `_iteration`."""
 from libc.math cimport log
 
 
 cdef enum:
-    TRIAL = 12  # seeds after which the frame that cost more is tried again
+    TRIAL = 12  # number of seeds after which the more expensive frame is tried again
 
-cdef double SLOW = 0.9  # a contraction from which waiting never pays
-# Share of the residual that an incomplete seed may leave: where other corrections follow, and Newton's.
+cdef double SLOW = 0.9  # contraction above which keeping the seed never pays off
+# Relative residual of solves with an incomplete seed: if more corrections follow, and for Newton's.
 cdef double LOOSE = 0.1, CLOSE = 0.01
-cdef double TIRED = 0.6  # a contraction by sweeps from which conjugate gradients pay
-cdef double MARGIN = 0.98  # of the mean cost that a change of frame must undercut
+cdef double TIRED = 0.6  # contraction by sweeps above which conjugate gradients pay off
+cdef double MARGIN = 0.98  # fraction of the mean cost below which the frame is changed
 
 
 cdef inline double iteration_cost(const Loop *self) noexcept nogil:
-    """What the next iteration will cost, as far as the last one tells."""
+    """Cost of the next iteration, estimated from the last one."""
     return self.cost_iteration + (self.cost_rotation if self.rotating else 0.0) + self.extra
 
 
 cdef inline double attempt_cost(const Loop *self, int used) noexcept nogil:
-    """What the corrections of an attempt have cost."""
+    """Cost of the corrections in an attempt."""
     return (used * (self.cost_iteration + (self.cost_rotation if self.rotating else 0.0))
             + extra_so_far(self) - self.extra_before)
 
 
 cdef void compare_frames(Loop *self, double unfinished) noexcept nogil:
-    """Choose whether the next seed turns: what cost less per step, and now and then the other.
+    """Choose whether the next seed rotates, by the cost per step; at times try the other frame.
 
-    ``unfinished`` is what the step under way has cost so far.
+    ``unfinished`` is the cost of the current step so far.
     """
     cdef ptrdiff_t steps = self.steps_since + (unfinished > 0.0)
     cdef bint other = not self.rotating
@@ -44,11 +44,11 @@ cdef void compare_frames(Loop *self, double unfinished) noexcept nogil:
 
 
 cdef void renew_seed(Loop *self, bint newton, double unfinished) noexcept nogil:
-    """Factor the matrix at the current iterate; a wrong sign of a pivot is counted.
+    """Factor the matrix at the current iterate; pivots of the wrong sign are counted.
 
-    A seed that is kept is better definite: then the material part of the stiffness takes the place
-    of an indefinite tangent.  Newton's own corrections are right whatever the signs.  It also is
-    solved with more than once, so that rounding it to single precision pays.
+    A seed that is kept should be definite: the material part of the stiffness replaces an
+    indefinite tangent.  Newton's own corrections are correct for any signs.  A kept seed is also
+    used for several solves, so rounding it to single precision pays off.
     """
     cdef double start
     assemble(self)
@@ -86,7 +86,7 @@ cdef void renew_seed(Loop *self, bint newton, double unfinished) noexcept nogil:
 
 
 cdef bint solves_closer(Loop *self, double progress) noexcept nogil:
-    """Let an incomplete seed leave less from now on, if corrections by sweeps contract too slowly."""
+    """Tighten the solves with an incomplete seed if corrections by sweeps contract too slowly."""
     if (self.seed.refine == NULL or progress < TIRED
             or not self.seed.refine(self.seed.context, LOOSE)):
         return False
@@ -97,7 +97,7 @@ cdef bint solves_closer(Loop *self, double progress) noexcept nogil:
 
 
 cdef void start_from_seed(Loop *self) noexcept nogil:
-    """Turn the seed to the predictor; drop pairs that are not carried from step to step."""
+    """Rotate the seed to the predictor; drop pairs that are not kept from step to step."""
     if self.rotating:
         self.frame.turn(self.frame.context, self.equations.q)
     if not self.carry:
@@ -105,9 +105,9 @@ cdef void start_from_seed(Loop *self) noexcept nogil:
 
 
 cdef bint waiting_costs_more(Loop *self, double progress, double remaining) noexcept nogil:
-    """Whether a new seed now is cheaper than the corrections still needed at this contraction.
+    """Whether a new seed is cheaper than the corrections still needed at this contraction.
 
-    A new seed needs two corrections; an incomplete one as many as it did when it was new.
+    A new seed needs two corrections; an incomplete one, as many as at its first contraction.
     """
     cdef double needed = 2.0
     if progress >= SLOW:
@@ -121,7 +121,7 @@ cdef bint waiting_costs_more(Loop *self, double progress, double remaining) noex
 
 
 cdef void count_cost(Loop *self, double cost) noexcept nogil:
-    """Take in the cost of a step; say whether steps now cost more than the mean since the seed."""
+    """Record the cost of a step; return whether it exceeds the mean since the last seed."""
     if self.steps_since > 0 and (cost - self.patience * iteration_cost(self)
                                  > self.cost_since / self.steps_since):
         self.reseed_due = True

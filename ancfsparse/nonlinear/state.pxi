@@ -1,4 +1,4 @@
-"""What the nonlinear loop knows, and its passes over vectors, matrix and factor; text for `_iteration`."""
+"""State of the nonlinear loop, and its vector and matrix operations; included by `_iteration`."""
 from libc.math cimport fabs, fmax, sqrt
 
 
@@ -26,20 +26,20 @@ include "../abi/solver_abi.pxi"
 include "../abi/outcome.pxi"
 
 
-cdef ptrdiff_t TIMED_FROM = 1000  # unknowns: a look at the clock costs 20 ns, a few in each iteration
+cdef ptrdiff_t TIMED_FROM = 1000  # unknowns: a few clock readings per iteration cost 20 ns each
 
 
 cdef struct Counts:
     ptrdiff_t iterations, residual_evaluations, factorizations, solves, pairs, skipped_pairs
-    ptrdiff_t reseeds_between, reseeds_inside  # why a quasi-Newton run factored again
-    ptrdiff_t recoveries_reseed, recoveries_newton  # steps saved by that rung of the ladder
+    ptrdiff_t reseeds_between, reseeds_inside  # new factors between steps and within a step
+    ptrdiff_t recoveries_reseed, recoveries_newton  # steps recovered by these fallbacks
     ptrdiff_t indefinite  # factors with a pivot of the wrong sign
-    ptrdiff_t material_seeds  # those replaced by a factor of the material part, with right signs
-    ptrdiff_t shifted_seeds  # incomplete ones that broke down and were made with a larger diagonal
-    ptrdiff_t refinements  # incomplete ones that had to leave less than a sweep does
-    ptrdiff_t rotating_seeds  # taken to be turned with the body
-    ptrdiff_t single_seeds  # kept in single precision
-    ptrdiff_t last_corrections  # by the residual that ended a step, see finish
+    ptrdiff_t material_seeds  # those replaced by a factor of the material part, with correct signs
+    ptrdiff_t shifted_seeds  # incomplete ones that broke down and got a larger diagonal
+    ptrdiff_t refinements  # incomplete ones with solves more accurate than one sweep
+    ptrdiff_t rotating_seeds  # rotated with the body
+    ptrdiff_t single_seeds  # stored in single precision
+    ptrdiff_t last_corrections  # with the last residual of a step, see finish
 
 
 cdef struct Seconds:
@@ -56,7 +56,7 @@ cdef struct Loop:
     ancf_equations *equations
     const ancf_seed *seed
     const ancf_inverse *inverse
-    const ancf_frame *frame  # NULL if seeds do not turn
+    const ancf_frame *frame  # NULL if seeds do not rotate
     ptrdiff_t n, parts
     bint yields  # whether a step that a new seed does not save is given back
     bint newton, learns, sparing, carry, polishes, economical, by_correction, sure
@@ -64,23 +64,23 @@ cdef struct Loop:
     double force_tolerance, constraint_tolerance, correction_tolerance, noise
     double share, work, floor
     double cost_iteration, cost_rotation, cost_seed
-    double patience  # iterations above the mean that a step may take before a new seed is due
+    double patience  # iterations in excess of the mean per step at which a new seed is due
     bint seeded, reseed_due, indefinite
-    bint rounds, rounded  # whether seeds are kept in single precision, and this one is
+    bint rounds, rounded  # whether seeds are stored in single precision, and whether this one is
     bint rotating, compares_frames
     double frame_cost[2]  # of a step with a fixed and with a rotating seed, 0 if not known
     ptrdiff_t seeds_since_trial
-    double rate  # contraction of the corrections, carried from step to step
-    double fresh  # the first contraction that was seen of an incomplete seed, 0 if none was
+    double rate  # contraction of the corrections, kept from step to step
+    double fresh  # first contraction measured with an incomplete seed, 0 if none
     double extra, extra_before  # cost of the last solve beyond a sweep; of all before this attempt
-    double cost_since  # since the last seed, its own cost included
+    double cost_since  # cost since the last seed, including that of the seed
     ptrdiff_t steps_since
     ptrdiff_t step
     ptrdiff_t indefinite_before  # factors with a pivot of the wrong sign before this step
-    Rung rung  # the last one climbed in this step
+    Rung rung  # the last fallback used in this step
     int doubtful
-    bint leapt  # whether the first attempt at this step did not begin at the sure predictor
-    double contraction  # of the residual, the last one seen
+    bint leapt  # whether the first attempt at this step did not start from the default predictor
+    double contraction  # of the residual, the last one measured
     ptrdiff_t n_events
     Event *events
     double *r
@@ -123,7 +123,7 @@ cdef void multiply(Loop *self, const double *r) noexcept nogil:
 
 
 cdef void learn(Loop *self, const double *r_new) noexcept nogil:
-    """Take in the pair (s, y) and set z = H r_new."""
+    """Update with the pair (s, y) and set z = H r_new."""
     cdef double start = clock(self)
     self.counts.pairs += 1
     self.counts.skipped_pairs += 1 - self.inverse.learn(
@@ -135,7 +135,7 @@ cdef void learn(Loop *self, const double *r_new) noexcept nogil:
 cdef bint all_below(const double *x, ptrdiff_t n, double bound) noexcept nogil:
     cdef ptrdiff_t i
     for i in range(n):
-        if not fabs(x[i]) < bound:  # a NaN is not below anything
+        if not fabs(x[i]) < bound:  # true for NaN
             return False
     return True
 
@@ -149,7 +149,7 @@ cdef double largest(const double *x, ptrdiff_t n) noexcept nogil:
 
 
 cdef inline double length(const Loop *self, const double *x) noexcept nogil:
-    """Of a correction [m]: root of the mean square of places, weighed by mass as slopes are."""
+    """Norm of a correction [m]: root mean square of positions and slopes, weighted by mass."""
     cdef const ancf_equations *eq = self.equations
     if eq.mass == NULL:
         return sqrt(dot(self.parts, x, x, eq.n_coordinates) / eq.n_coordinates)
@@ -157,7 +157,7 @@ cdef inline double length(const Loop *self, const double *x) noexcept nogil:
 
 
 cdef inline double unbalance(const Loop *self, const double *r) noexcept nogil:
-    """Size of a residual [m]: what mass alone would make of it, and what constraints are off."""
+    """Norm of a residual [m]: displacement if there were only inertia, and constraint violation."""
     cdef const ancf_equations *eq = self.equations
     cdef ptrdiff_t nq = eq.n_coordinates, m = self.n - nq
     if eq.mass == NULL:
@@ -173,13 +173,13 @@ cdef void assemble(Loop *self) noexcept nogil:
 
 
 cdef void hold(Loop *self) noexcept nogil:
-    """Make the current iterate the state that the seed is turned from."""
+    """Make the current iterate the reference state of the seed's rotation."""
     if self.frame != NULL:
         self.frame.hold(self.frame.context, self.equations.q)
 
 
 cdef bint factor(Loop *self) noexcept nogil:
-    """Factor the values; return whether all pivots have the signs they must have."""
+    """Factor the values; return whether all pivots have the required signs."""
     cdef double start = clock(self)
     cdef ptrdiff_t bad = self.seed.factor(self.seed.context, self.values)
     self.seconds.factor += clock(self) - start

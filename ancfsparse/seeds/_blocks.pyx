@@ -1,7 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Product with the inverse of a matrix that falls apart into small dense blocks.
+"""Product with the inverse of a block-diagonal matrix with small dense blocks.
 
-A triangular sweep waits for every number before it can go on; a product does not.
+A triangular solve is sequential, since each unknown depends on the previous ones; a product is not.
 """
 from cpython.pycapsule cimport PyCapsule_New
 from libc.stdint cimport int32_t, int64_t
@@ -20,9 +20,9 @@ include "../abi/solver_abi.pxi"
 cdef struct Inverse:
     ptrdiff_t n, n_blocks
     const int32_t *order  # unknowns, block by block
-    const int64_t *first  # where a block begins in `order`, and the end
+    const int64_t *first  # first entry of each block in `order`, and the end
     const int64_t *start  # and in `columns`
-    const double *columns  # of each inverse, an even number of them, each an even number of vectors
+    const double *columns  # of each inverse: an even number, each of an even number of SIMD vectors
     double *right
     double *left
 
@@ -33,7 +33,7 @@ cdef class Blocks:
     Parameters
     ----------
     members : sequence of (n_k,) int arrays
-        Unknowns of each block; together all of them.
+        Unknowns of each block, which partition all unknowns.
     inverses : sequence of (n_k, n_k) float arrays
         Inverse of each block.
     """
@@ -96,7 +96,7 @@ cdef void solve(void *context, const double *r, double *x) noexcept nogil:
         for j in range(size):
             self.right[j] = r[order[j]]
         self.right[even - 1] = self.right[even - 1] if even == size else 0.0
-        # Four sums at once: one alone would wait for the last addition.
+        # Four independent sums: a single one would be limited by the latency of additions.
         i = 0
         while i < step:
             column = <const vec *>(self.columns + self.start[b]) + i

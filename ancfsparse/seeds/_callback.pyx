@@ -1,7 +1,7 @@
 # cython: language_level=3
-"""A seed written in Python behind the same structure as the compiled ones.
+"""A seed written in Python with the same interface as the compiled ones.
 
-For factors so large that a call through Python does not count.
+For factors so large that the cost of a Python call is negligible.
 """
 from cpython.pycapsule cimport PyCapsule_New
 
@@ -12,10 +12,10 @@ include "../abi/solver_abi.pxi"
 
 
 cdef class Callback:
-    """Hand the compiled loop an object with ``factor(values)`` and ``solve(r)``.
+    """Adapt an object with ``factor(values)`` and ``solve(r)`` to the compiled loop.
 
-    An exception cannot pass through compiled code: it is kept in ``error`` and every solution from
-    then on is not a number, which ends the step.
+    An exception cannot propagate through compiled code: it is stored in ``error``, and all later
+    solutions are NaN, which ends the step.
     """
 
     cdef ancf_seed interface
@@ -35,7 +35,7 @@ cdef ptrdiff_t factor(void *context, const double *values) noexcept with gil:
     cdef Callback self = <Callback>context
     try:
         return self.seed.factor(np.asarray(<double[:self.n_values]>values))
-    except BaseException as error:  # nothing passes through C: the march raises it when it is back
+    except BaseException as error:  # cannot propagate through C: the caller of C raises it
         self.error = error
         return 1
 

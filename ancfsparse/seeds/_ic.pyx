@@ -1,7 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Incomplete factor of a sparse symmetric positive definite matrix in blocks of three, and its solves.
 
-``ic.h`` says what is kept; this file lays out the arrays.
+``ic.h`` describes the factor; this file allocates the arrays.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.stdint cimport int32_t, int64_t
@@ -94,17 +94,17 @@ cdef class Ic:
     Parameters
     ----------
     indptr, indices : int64 and int32 arrays
-        Lower triangle of the matrix by columns, equations after the coordinates.
+        Lower triangle of the matrix by columns, with equations after the coordinates.
     n : int
         Number of coordinates.
     unknown : (n_triples, 3) int32
-        Unknowns of each triple in order of elimination, each in one of them; -1 where none is.
+        Unknowns of each triple in order of elimination; each unknown is in one triple; -1: none.
     start, row : (n_triples + 1,) and (at least 1,) int32
-        Blocks below the diagonal, by columns of blocks, rows ascending.  Those of the middle count
-        from the number of triples on, in its image, in columns of the second front.
+        Blocks below the diagonal, by block columns, rows ascending.  In columns of the second
+        front, rows of the middle refer to its image: they are numbered after all triples.
     first : (4,) int
-        First triple of each of two fronts, which do not meet, and of the middle, which both meet;
-        and the end.
+        First triple of each of two fronts, which are not coupled, and of the middle, which is
+        coupled to both; and the end.
     """
 
     cdef ancf_seed interface
@@ -129,7 +129,7 @@ cdef class Ic:
         middle, width = first[FRONTS], data.n_triples - first[FRONTS]
         data.longest, data.n_threads = int(np.max(np.diff(start), initial=1)), 1
         image = width + start[data.n_triples] - start[middle]
-        # A little more room than needed here and there, so that a pointer to the first always exists.
+        # Some arrays have an extra entry, so that the address of the first one is always valid.
         self.arrays = a = {
             "indptr": np.asarray(indptr), "indices": np.asarray(indices),
             "unknown": np.asarray(unknown), "start": np.asarray(start), "row": np.asarray(row),
@@ -160,18 +160,18 @@ cdef class Ic:
 
     @property
     def nbytes(self):
-        """Bytes of all arrays but the pattern of the matrix, which is not ours."""
+        """Bytes of all arrays except the sparsity pattern of the matrix, which the caller owns."""
         return sum(array.nbytes for name, array in self.arrays.items()
                    if name not in ("indptr", "indices"))
 
     @property
     def sweeps(self):
-        """Sweeps so far in solves, each down and up the factor."""
+        """Number of sweeps so far in solves, each forward and backward."""
         return self.data.sweeps
 
     @property
     def products(self):
-        """Products with the matrix so far in solves."""
+        """Number of products with the matrix so far in solves."""
         return self.data.products
 
     @property
@@ -180,7 +180,7 @@ cdef class Ic:
         return self.data.mode == PLAIN
 
     def take_modes(self, modes):
-        """Take modes that conjugate gradients may use, a `modes.Coarse`, before the first factor."""
+        """Set modes that conjugate gradients may use, a `modes.Coarse`, before the first factor."""
         cdef Ways *own = &self.data.modes
         cdef const int32_t[::1] triple = modes.triple, mode = modes.mode
         cdef const int32_t[::1] block = modes.block, row = modes.row, column = modes.column
@@ -204,7 +204,7 @@ cdef class Ic:
         own.factor = <const ancf_seed *>PyCapsule_GetPointer(self.coarse.capsule, "ancf_seed")
 
     def take_border(self, border):
-        """Take the equations, a `border.Border`, before the first factor."""
+        """Set the equations, a `border.Border`, before the first factor."""
         cdef Equations *own = &self.data.border
         cdef const int32_t[::1] first = border.first, unknown = border.unknown, place = border.place
         cdef const int32_t[::1] own_place = border.own_place
@@ -225,12 +225,12 @@ cdef class Ic:
 
     @property
     def sizes(self):
-        """By what each equation is multiplied to be compared with residuals of one, (m,)."""
+        """Scale factors that make the equations comparable with unit residuals, (m,)."""
         return self.arrays["rows"][0] if "rows" in self.arrays else np.zeros(0)
 
     @property
     def coarse_values(self):
-        """Entries of the coarse matrix, of the last factor that used the modes."""
+        """Entries of the coarse matrix of the last factor that used the modes."""
         return self.arrays["values"][: self.data.modes.n_values].copy()
 
     @property
@@ -239,30 +239,30 @@ cdef class Ic:
         return bool(self.data.slides)
 
     def set_threads(self, ptrdiff_t threads):
-        """Set the number of threads, of which two find work."""
+        """Set the number of threads; at most two are used."""
         self.data.n_threads = threads
 
     def factor(self, const double[::1] values):
-        """Factor; return 0, or 1 + the first unknown whose pivot is not positive, and no factor."""
+        """Factor; return 0, or 1 + the first unknown whose pivot is not positive (no factor)."""
         return factor(&self.data, &values[0])
 
     def mend(self, const double[::1] values):
-        """Factor with a larger diagonal; return whether that could be done."""
+        """Factor with a larger diagonal; return whether that succeeded."""
         return bool(mend(&self.data, &values[0]))
 
     def refine(self, double share):
-        """Leave no more than a share of the residual in solves; return whether that is new."""
+        """Reduce the residual of solves to a fraction; return whether that is a change."""
         return bool(refine(&self.data, share))
 
     def solve(self, const double[::1] r):
-        """Return the solution ``x (n,)`` for the right-hand side ``r (n,)`` as compiled callers get it."""
+        """Return the solution ``x (n,)`` of ``r (n,)``, as for compiled callers."""
         x = np.empty(self.interface.n)
         cdef double[::1] view = x
         solve(&self.data, &r[0], &view[0])
         return x
 
     def sweep(self, const double[::1] r):
-        """Return what one sweep makes of ``r (n,)``, without equations; it is not counted."""
+        """Return the result of one sweep for ``r (n,)``, without equations; it is not counted."""
         x = np.empty(self.data.n)
         cdef double[::1] view = x
         cdef int power = gather(&self.data, &r[0], self.data.x)
@@ -272,16 +272,16 @@ cdef class Ic:
         return x
 
     def solve_to(self, const double[::1] r, double share, ptrdiff_t most):
-        """Return a solution by conjugate gradients, and how many rounds they took; none is counted.
+        """Return a solution by conjugate gradients, and the number of iterations; none is counted.
 
         Parameters
         ----------
         r : (n,) float
             Right-hand side.
         share : float
-            Of it what may be left, in the norm of the factor.
+            Relative residual to reach, in the norm of the factor.
         most : int
-            Rounds that are allowed.
+            Largest number of iterations.
         """
         x = np.empty(self.interface.n)
         cdef double[::1] view = x
@@ -308,9 +308,9 @@ cdef class Ic:
 def places(const int64_t[::1] indptr, const int32_t[::1] indices, ptrdiff_t n,
            const int32_t[:, ::1] unknown, const int32_t[::1] start, const int32_t[::1] row, first,
            ptrdiff_t beside):
-    """Return for each entry of the coordinates its place among the numbers of the blocks, int32.
+    """Return the index of each entry of the coordinates in the values of the blocks, int32.
 
-    Those of equations are put `beside`, where each front has a place for what is not read.
+    Entries of equations go to `beside`, where each front has a slot that is never read.
     """
     cdef ptrdiff_t n_triples = unknown.shape[0], t, k, j
     cdef int64_t p, low, high, between, block

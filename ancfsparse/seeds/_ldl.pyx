@@ -1,8 +1,9 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Factor of a sparse symmetric quasi-definite matrix in a given order, and its solves.
 
-Written here because the time loop refactors thousands of small matrices.  What is kept of a supernode,
-and how parts are divided among threads, is described in ``ldl.h``; this file lays out the arrays.
+Not from a library because the time loop factors thousands of small matrices.  The storage of
+supernodes and the division of parts among threads are described in ``ldl.h``; this file allocates
+the arrays.
 """
 from cpython.pycapsule cimport PyCapsule_New
 from libc.stdint cimport int32_t, int64_t
@@ -58,7 +59,7 @@ cdef extern from "ldl_single.h":
     void round_to_single "ldl_round" (void *) noexcept nogil
 
 
-# Entries of the matrix up to which the place of each is kept: 1 MB.
+# Number of matrix entries up to which the index of each is stored: 1 MB.
 cdef ptrdiff_t FEW_ENTRIES = 250_000
 
 
@@ -70,13 +71,13 @@ cdef class Ldl:
     indptr, indices : (n + 1,) int64 and int32 arrays
         Lower triangle of the matrix by columns.
     permutation : (n,) int32
-        ``permutation[k]`` is the unknown eliminated in place k.
+        ``permutation[k]`` is the unknown eliminated k-th.
     n_positive : int
         The first unknowns must have positive pivots (coordinates), the others negative ones.
     shape : Shape
         Supernodes and parts.
     row : int32 array
-        Rows below the supernodes, as ``shape.rows`` returns them; it is written to.
+        Rows below the supernodes, as ``shape.rows`` returns them; modified in place.
     may_round : bool, optional
         Whether compiled callers may round the factor to single precision.
     """
@@ -104,7 +105,7 @@ cdef class Ldl:
         root = int(first[parts[-2]])
         boundary = images(row, row_start, n, root, parts)
         kept = [width[s] * stride_of(rows[s]) for s in boundary]
-        # A little more room than needed here and there, so that a pointer to the first always exists.
+        # Some arrays have an extra entry, so that the address of the first one is always valid.
         self.arrays = {
             "indptr": np.asarray(indptr), "indices": np.asarray(indices),
             "permutation": np.asarray(permutation), "place": place, "super_of": super_of,
@@ -146,13 +147,13 @@ cdef class Ldl:
 
     @property
     def nbytes(self):
-        """Bytes of all arrays but the pattern of the matrix, which is not ours."""
+        """Bytes of all arrays except the sparsity pattern of the matrix, which the caller owns."""
         return sum(array.nbytes for name, array in self.arrays.items()
                    if name not in ("indptr", "indices"))
 
     @property
     def negative_pivots(self):
-        """How many pivots of the last factor are negative; None if one was zero or no number."""
+        """Number of negative pivots of the last factor; None if one was zero or NaN."""
         if self.data.is_single:
             raise ValueError("the factor is rounded to single precision: factor again")
         inverses = self.arrays["entries"][:self.data.n]
@@ -163,7 +164,7 @@ cdef class Ldl:
         return factor(&self.data, &values[0])
 
     def round_to_single(self):
-        """Round the factor to single precision, until the next one."""
+        """Round the factor to single precision, until the next factorization."""
         round_to_single(&self.data)
 
     def solve(self, const double[::1] r):
@@ -209,7 +210,7 @@ cdef class Ldl:
 
 
 cdef images(int32_t[::1] row, row_start, ptrdiff_t n, ptrdiff_t root, parts):
-    """Let rows of the root point to the image of their part; return the supernodes that have such."""
+    """Redirect rows of the root to the image of their part; return supernodes with such rows."""
     boundary = []
     if root == n:
         return np.empty(0, dtype=np.int32)
@@ -218,7 +219,7 @@ cdef images(int32_t[::1] row, row_start, ptrdiff_t n, ptrdiff_t root, parts):
         mine = rows[row_start[begin]:row_start[end]]
         in_root = mine >= root
         mine[in_root] += np.int32(n - root + t * (n - root))
-        # Rows ascend, so the last one tells.
+        # Rows are sorted, so it suffices to check the last one.
         starts = row_start[begin:end + 1] - row_start[begin]
         filled = np.flatnonzero(np.diff(starts))
         boundary.append(begin + filled[in_root[starts[filled + 1] - 1]])

@@ -1,7 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""What a factor L D L^T looks like before there are numbers: elimination tree, supernodes, parts.
+"""Symbolic factorization for L D L^T: elimination tree, supernodes, parts.
 
-All of it is made once for a pattern.
+It is done once per sparsity pattern.
 """
 from libc.stdint cimport INT64_MAX, int32_t, int64_t
 
@@ -19,7 +19,7 @@ def permuted_upper(const int64_t[::1] indptr, const int32_t[::1] indices,
     indptr, indices : (n + 1,) int64 and (nnz,) int32
         Lower triangle by columns.
     permutation : (n,) int32
-        Unknown that comes to each place.
+        Unknown at each position.
     """
     cdef ptrdiff_t n = permutation.shape[0], j
     cdef int64_t p, to
@@ -30,7 +30,7 @@ def permuted_upper(const int64_t[::1] indptr, const int32_t[::1] indices,
     cdef int32_t[::1] place = places, out_row = rows
     for j in range(n):
         place[permutation[j]] = <int32_t>j
-    # Count the columns two places on, so that filling moves every count to its own start.
+    # Counts are stored two positions ahead, so that filling turns each of them into a column start.
     for j in range(n):
         for p in range(indptr[j], indptr[j + 1]):
             start[max(place[indices[p]], place[j]) + 2] += 1
@@ -48,7 +48,7 @@ def permuted_upper(const int64_t[::1] indptr, const int32_t[::1] indices,
 
 
 def lower_columns(const int64_t[::1] upper_start, const int32_t[::1] upper_row):
-    """Return what an upper triangle by columns has below the diagonal, by columns, rows ascending."""
+    """Transpose an upper triangle by columns, without the diagonal; rows are ascending."""
     cdef ptrdiff_t n = upper_start.shape[0] - 1, j
     cdef int64_t p
     starts = np.zeros(n + 2, dtype=np.int64)
@@ -72,7 +72,7 @@ def lower_columns(const int64_t[::1] upper_start, const int32_t[::1] upper_row):
 
 def contracted(const int64_t[::1] indptr, const int32_t[::1] indices, const int32_t[::1] group,
                ptrdiff_t n_groups):
-    """Return the lower triangle by columns of the groups that meet, the diagonal included.
+    """Return the lower triangle by columns of coupled groups of unknowns, including the diagonal.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def contracted(const int64_t[::1] indptr, const int32_t[::1] indices, const int3
     starts, ends = np.zeros(n_groups + 2, dtype=np.int64), np.zeros(n_groups + 1, dtype=np.int64)
     cdef int64_t[::1] start = starts, end = ends
     cdef int32_t[::1] found, seen
-    # Pairs of groups, those that stand one after the other in a column counted once.
+    # Pairs of groups; consecutive equal ones in a column are counted once.
     for j in range(n):
         before = -1
         for p in range(indptr[j], indptr[j + 1]):
@@ -128,9 +128,9 @@ def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_ro
                      int64_t most=INT64_MAX):
     """Return the elimination tree and the length below the diagonal of each column of L, ``(n,)``.
 
-    Row k of L has an entry in every column that a walk from the entries of column k of the upper
-    triangle up the tree meets below k.  With more than ``most`` entries in all the walk is broken
-    off and None returned.
+    Row k of L has an entry in each column below k on the paths up the tree that start from the
+    entries of column k of the upper triangle.  If there are more than ``most`` entries in total,
+    the search stops and None is returned.
     """
     cdef ptrdiff_t n = upper_start.shape[0] - 1, k, i
     cdef int64_t total = 0
@@ -157,15 +157,15 @@ def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_ro
 def supernodes(parent, column_length, breaks=()):
     """Return first columns (and n), supernode of each column, their tree, and starts of their rows.
 
-    A column joins the one before if it is its parent and its pattern is that of the one before
-    without itself.
+    A column joins the previous one if it is its parent and has the same pattern below the diagonal,
+    except for itself.
 
     Parameters
     ----------
     parent, column_length : (n,) int32
         As `elimination_tree` returns them.
     breaks : sequence of int, optional
-        Columns that start a supernode in any case.
+        Columns that always start a supernode.
     """
     n = len(parent)
     starts = np.ones(n, dtype=bool)
@@ -206,7 +206,7 @@ def supernode_rows(const int64_t[::1] upper_start, const int32_t[::1] upper_row,
 
 
 def subtree_sums(const int32_t[::1] parent, const int64_t[::1] work):
-    """Return for each supernode the work in the whole subtree below and with it, int64."""
+    """Return for each supernode the work of the subtree rooted at it, int64."""
     cdef ptrdiff_t s
     totals = np.array(work)
     cdef int64_t[::1] total = totals
@@ -217,7 +217,7 @@ def subtree_sums(const int32_t[::1] parent, const int64_t[::1] work):
 
 
 def inherit(const int32_t[::1] parent, int32_t[::1] owner):
-    """Give every supernode below one with an owner (not -1) that owner too, in place."""
+    """Pass the owner (not -1) of each supernode on to all its descendants, in place."""
     cdef ptrdiff_t s
     for s in range(parent.shape[0] - 1, -1, -1):
         if owner[s] == -1 and parent[s] >= 0:

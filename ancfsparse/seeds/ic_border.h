@@ -1,23 +1,23 @@
-/* Equations beside an incomplete factor M ~ A: few, and held exactly.
+/* A few constraints in addition to an incomplete factor M ~ A, satisfied exactly.
  *
- * Of the system with multipliers l of equations B x - E l = g,
+ * For the system with multipliers l of equations B x - E l = g,
  *
  *     [ A   B^T ] [ x ]   [ f ]
- *     [ B   -E  ] [ l ] = [ g ] ,   E diagonal or nearly, positive,
+ *     [ B   -E  ] [ l ] = [ g ] ,   E diagonal or nearly so, positive,
  *
- * a sweep solves the one with M in the place of A: l = S^-1 (B M^-1 f - g), x = M^-1 (f - B^T l), with
- * S = B M^-1 B^T + E, which is small and dense.  What that leaves has nothing in the equations, and
- * conjugate gradients preconditioned by it stay there: in exact arithmetic they are those of
- * A + B^T E^-1 B, which is positive definite (Gould, Hribar, Nocedal 2001; Dollar, Gould, Schilders,
- * Wathen 2006).
+ * a sweep solves it with A replaced by M: l = S^-1 (B M^-1 f - g), x = M^-1 (f - B^T l), with the Schur
+ * complement S = B M^-1 B^T + E, which is small and dense.  The remaining residual is zero in the
+ * constraints, and conjugate gradients with this (constraint) preconditioner keep it so: in exact
+ * arithmetic they are those of A + B^T E^-1 B, which is positive definite (Gould, Hribar, Nocedal 2001;
+ * Dollar, Gould, Schilders, Wathen 2006).
  */
 #ifndef ANCF_IC_BORDER_H
 #define ANCF_IC_BORDER_H
 
 #include "ic_sweeps.h"
 
-/* Share of a diagonal entry of S below which a pivot is rounding: the equation follows from others,
- * and its multiplier is left alone. */
+/* Pivots of S below this fraction of the diagonal entry are rounding: the equation depends on others,
+ * and its multiplier is not changed. */
 #define IC_DEPENDENT 1e-5
 
 IC_INLINE int ic_is_held(const ic *self) { return self->border.n > 0; }
@@ -58,7 +58,7 @@ static void ic_border_solve(const ic_border *border, double *x)
     }
 }
 
-/* Cholesky's factor of S in its place. */
+/* Cholesky factor of S, in place. */
 static void ic_border_factor(ic_border *border)
 {
     ptrdiff_t n = border->n;
@@ -76,7 +76,7 @@ static void ic_border_factor(ic_border *border)
     }
 }
 
-/* Take the equations of the values, and what the factor makes of them: a sweep for each. */
+/* Set B and S from the values and the factor: one sweep per equation. */
 static void ic_find_border(ic *self)
 {
     ic_border *border = &self->border;
@@ -97,7 +97,7 @@ static void ic_find_border(ic *self)
     self->sweeps = sweeps;
 }
 
-/* The largest that the equations are off, by what a residual of one moves them. */
+/* Largest violation of the equations, relative to the effect of a unit residual on them. */
 static double ic_largest_off(const ic_border *border, const double *g)
 {
     double largest = 0.0;
@@ -106,7 +106,7 @@ static double ic_largest_off(const ic_border *border, const double *g)
     return largest;
 }
 
-/* l = S^-1 (B M^-1 r - g), z = M^-1 (r - B^T l); the sum of r z.  Without g, zero. */
+/* l = S^-1 (B M^-1 r - g), z = M^-1 (r - B^T l); returns r.z.  NULL: g is zero. */
 static double ic_hold(ic *self, const double *g, const float *r, float *z, double *l)
 {
     const ic_border *border = &self->border;
@@ -121,7 +121,7 @@ static double ic_hold(ic *self, const double *g, const float *r, float *z, doubl
     return ic_sweep(self, r, z);
 }
 
-/* Put x where the equations hold, r -= A x + B^T l; the work along x. */
+/* Set x to satisfy the equations, r -= A x + B^T l; returns the work along x. */
 static double ic_hold_first(ic *self)
 {
     const ic_border *border = &self->border;
@@ -146,7 +146,7 @@ static double ic_hold_first(ic *self)
     return work;
 }
 
-/* z += B^T l of p; what that adds to p.z */
+/* z += B^T l of p; returns the change of p.z. */
 static double ic_add_border(ic *self)
 {
     const ic_border *border = &self->border;

@@ -1,25 +1,26 @@
-/* A coarse space for long steps: each cable may slide along itself.
+/* A coarse space for long steps: each cable can slide along itself.
  *
- * A step in which a wave runs along a whole cable leaves it stiff in itself and free to slide, held by the
- * bending of those that it crosses.  There are as many such modes Z as cables, and a factor without fill
- * does not see them.  Conjugate gradients start from, and each sweep is followed by, the correction
+ * In a step longer than the time in which an axial wave traverses a cable, the cable acts as axially rigid
+ * but free to slide, restrained only by the bending of the cables it crosses.  There is one such mode per
+ * cable, a column of Z, and a factor without fill-in does not capture them.  Conjugate gradients start
+ * from, and each sweep is followed by, the correction
  *
  *     Z E^-1 Z^T (r - A y),   E ~ Z^T A Z ,
  *
- * where E leaves out what couples cables at about right angles, which is less by far: so its factor costs
- * next to nothing in lattices.
+ * where E omits the coupling of cables at about right angles, which is far weaker: so the cost of its
+ * factor is negligible in lattices.
  */
 #ifndef ANCF_IC_COARSE_H
 #define ANCF_IC_COARSE_H
 
 #include "ic_sweeps.h"
 
-/* Whether the modes are used: not tried yet, always, never. */
+/* Use of the modes: not tried yet, always, never. */
 enum { IC_UNTRIED, IC_KEPT, IC_LEFT };
 
 IC_INLINE double ic_dot(short_quad a, short_quad b) { return quad_sum(ic_products(a, b)); }
 
-/* The modes in our scale: a share of their ways. */
+/* Scale the modes, for the ways of a front. */
 static void ic_scale_ways(void *context, ptrdiff_t front)
 {
     const ic *self = context;
@@ -63,7 +64,7 @@ static int ic_find_modes(ic *self)
     return modes->factor->factor(modes->factor->context, modes->values) == 0;
 }
 
-/* Z^T of `of`, and of `less` if there is one, of a front and, with the second one, of the middle. */
+/* Z^T of `of`, and of `less` if given, for a front, the middle belonging to the second one. */
 static void ic_project(void *context, ptrdiff_t front)
 {
     ic *self = context;
@@ -79,7 +80,7 @@ static void ic_project(void *context, ptrdiff_t front)
     }
 }
 
-/* to += Z of the coefficients */
+/* to += Z times the coefficients */
 static void ic_prolong(void *context, ptrdiff_t front)
 {
     ic *self = context;
@@ -91,7 +92,7 @@ static void ic_prolong(void *context, ptrdiff_t front)
     }
 }
 
-/* to += Z E^-1 Z^T (of - less); the work of `of` along that */
+/* to += Z E^-1 Z^T (of - less); returns the work of `of` along that. */
 static double ic_slide(ic *self, const float *of, const float *less, float *to)
 {
     ic_modes *modes = &self->modes;
@@ -110,7 +111,7 @@ static double ic_slide(ic *self, const float *of, const float *less, float *to)
     return work;
 }
 
-/* x += Z E^-1 Z^T r, r -= A x, from x = 0; the work of r along x */
+/* x += Z E^-1 Z^T r, r -= A x, from x = 0; returns the work of r along x. */
 static double ic_slide_first(ic *self)
 {
     double work = ic_slide(self, self->r, NULL, self->x);
@@ -119,7 +120,7 @@ static double ic_slide_first(ic *self)
     return work;
 }
 
-/* z += Z E^-1 Z^T (r - A z); what that adds to r.z */
+/* z += Z E^-1 Z^T (r - A z); returns the change of r.z. */
 static double ic_slide_after(ic *self)
 {
     ic_product(self, self->z, self->w);

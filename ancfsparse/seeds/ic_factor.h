@@ -1,11 +1,11 @@
-/* Incomplete elimination, column of blocks by column of blocks. */
+/* Incomplete elimination by block columns. */
 #ifndef ANCF_IC_FACTOR_H
 #define ANCF_IC_FACTOR_H
 
 #include "ic_border.h"
 #include "ic_coarse.h"
 
-/* What is first added to the diagonal where elimination breaks down, and how often that is doubled. */
+/* Initial shift of the diagonal if elimination breaks down, and how often it may be doubled. */
 #define IC_SHIFT 1e-3
 enum { IC_MOST_SHIFTS = 30 };
 
@@ -34,7 +34,7 @@ static void ic_find_scale(void *context, ptrdiff_t front)
     }
 }
 
-/* A, scaled, into cleared blocks; its diagonal, which is near one, enlarged. */
+/* Copy A, scaled, into cleared blocks, with its diagonal, which is near one, increased by the shift. */
 static void ic_spread(void *context, ptrdiff_t front)
 {
     const ic *self = context;
@@ -57,7 +57,7 @@ static void ic_spread(void *context, ptrdiff_t front)
         }
 }
 
-/* Clear a share of the blocks, and the second front the image. */
+/* Clear the blocks of a front; for the second front, also the image. */
 static void ic_clear(void *context, ptrdiff_t front)
 {
     const ic *self = context;
@@ -67,14 +67,14 @@ static void ic_clear(void *context, ptrdiff_t front)
     memset(self->blocks + IC_BLOCK * begin, 0, IC_BLOCK * (end - begin) * sizeof(double));
 }
 
-/* Invert a block of the diagonal, of which the lower triangle is read; 0, or 1 + the first lane whose
+/* Invert a diagonal block, of which the lower triangle is read; returns 0, or 1 + the first lane whose
  * pivot is not positive. */
 IC_INLINE int ic_invert(double *d)
 {
     double d0 = d[0], l1 = d[1] / d0, l2 = d[2] / d0;
     double d1 = d[4] - l1 * d[1], u = d[5] - l1 * d[2], l = u / d1;
     double d2 = d[8] - l2 * d[2] - l * u, m = l1 * l - l2;
-    if (!(d0 > 0.0 && d0 < INFINITY)) /* a NaN ends here too */
+    if (!(d0 > 0.0 && d0 < INFINITY)) /* true for NaN */
         return 1;
     if (!(d1 > 0.0 && d1 < INFINITY))
         return 2;
@@ -98,14 +98,14 @@ IC_INLINE void ic_subtract_product(double *out, const quad *n, const double *b)
                  quad_load(out + 3 * c) - (n[0] * b[c] + n[1] * b[3 + c] + n[2] * b[6 + c]));
 }
 
-/* Eliminate a front or the middle; 0, or 1 + the first unknown whose pivot is not positive. */
+/* Eliminate a front or the middle; the outcome is 0, or 1 + the first unknown with a nonpositive pivot. */
 static void ic_eliminate(void *context, ptrdiff_t front)
 {
     ic *self = context;
     ptrdiff_t middle = self->first[IC_MIDDLE], width = ic_width(self);
     double *blocks = self->blocks, *below = blocks + IC_BLOCK * self->n_triples;
     double *column = self->column + (front % IC_FRONTS) * (IC_BLOCK * self->longest + IC_PAST);
-    /* Where blocks of the middle are, seen from this front. */
+    /* Offset of the blocks of the middle, as this front addresses them. */
     ptrdiff_t on = front == 1 ? self->n_blocks - middle : 0;
     ptrdiff_t off =
         front == 1 ? self->n_blocks + width - self->n_triples - self->start[middle] : 0;
@@ -133,7 +133,7 @@ static void ic_eliminate(void *context, ptrdiff_t front)
             if (k >= self->n_triples)
                 k -= width;
             here = k >= middle;
-            to = self->row[b] - k; /* from the places of the middle to those of the image */
+            to = self->row[b] - k; /* offset from the rows of the middle to those of the image */
             ptrdiff_t at = self->start[k], last = self->start[k + 1];
             quad n[3];
             ic_load(n, below + IC_BLOCK * b);
@@ -145,7 +145,7 @@ static void ic_eliminate(void *context, ptrdiff_t front)
                 if (at == last)
                     break;
                 if (self->row[at] != row)
-                    continue; /* dropped */
+                    continue; /* fill-in is dropped */
                 ic_load(n, below + IC_BLOCK * i);
                 ic_subtract_product(below + IC_BLOCK * (at + (here ? off : 0)), n, held);
             }
@@ -153,7 +153,7 @@ static void ic_eliminate(void *context, ptrdiff_t front)
     }
 }
 
-/* Add the image of the middle to it. */
+/* Add the image to the middle. */
 static void ic_join(const ic *self)
 {
     ptrdiff_t middle = self->first[IC_MIDDLE], width = ic_width(self);
@@ -167,7 +167,7 @@ static void ic_join(const ic *self)
         below[k] += image[IC_BLOCK * width + k];
 }
 
-/* Round the factor, from the first block on, as it goes to the front of its own room. */
+/* Round the factor in place, in ascending order: it moves to the first half of its memory. */
 static void ic_round(const ic *self)
 {
     float *factor = ic_factor_singles(self);
@@ -187,7 +187,7 @@ static void ic_clear_matrix(void *context, ptrdiff_t front)
     memset(ic_matrix_singles(self) + (front ? half : 0), 0, (front ? all - half : half) * sizeof(float));
 }
 
-/* Write A in single precision. */
+/* Store A in single precision. */
 static void ic_spread_singles(void *context, ptrdiff_t front)
 {
     const ic *self = context;
@@ -199,7 +199,7 @@ static void ic_spread_singles(void *context, ptrdiff_t front)
                 (float)(self->values[p] * self->scale[j] * self->scale[self->indices[p]]);
 }
 
-/* Write the upper triangles of blocks on the diagonal. */
+/* Fill the upper triangles of diagonal blocks. */
 static void ic_mirror(void *context, ptrdiff_t front)
 {
     const ic *self = context;
@@ -211,7 +211,7 @@ static void ic_mirror(void *context, ptrdiff_t front)
     }
 }
 
-/* Make solves give no numbers, since there is no factor. */
+/* Make solves return NaN, since there is no factor. */
 static void ic_spoil(const ic *self)
 {
     float *factor = ic_factor_singles(self), *matrix = ic_matrix_singles(self);
@@ -247,7 +247,7 @@ static ptrdiff_t ic_factor_shifted(ic *self, const double *values, double shift)
     return 0;
 }
 
-/* Factor the values; 0, or 1 + the first unknown whose pivot is not positive, and then no factor. */
+/* Factor the values; returns 0, or 1 + the first unknown whose pivot is not positive (no factor). */
 static ptrdiff_t ic_factor(void *context, const double *values)
 {
     ptrdiff_t bad = ic_factor_shifted(context, values, 0.0);
@@ -256,8 +256,8 @@ static ptrdiff_t ic_factor(void *context, const double *values)
     return bad;
 }
 
-/* Factor a neighbour of the values, whose diagonal is as much larger as it must be; whether there is
- * one.  Conjugate gradients go on with the values themselves. */
+/* Factor the values with a diagonal increased as far as needed; returns whether that succeeded.
+ * Conjugate gradients still use the values themselves. */
 static int ic_mend(void *context, const double *values)
 {
     double shift = IC_SHIFT;

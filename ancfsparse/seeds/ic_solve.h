@@ -6,14 +6,14 @@
 #include "ic_coarse.h"
 #include "ic_sweeps.h"
 
-/* Up to so many sweeps of a first solve one for each correction is enough. */
+/* If a first solve takes at most this many sweeps, one per correction is enough; limit on iterations. */
 enum { IC_FEW = 3, IC_MOST_ROUNDS = 200 };
-/* Rounds from which modes are tried, which must save one of three. */
+/* Number of iterations from which modes are tried; they must save a third of them. */
 enum { IC_MANY = 6 };
-/* Unknowns that tell the size of a residual. */
+/* Number of unknowns from which the magnitude of a residual is estimated. */
 enum { IC_SAMPLE = 256 };
 
-/* From z, which is r, what a sweep and the modes or the equations make of it; the sum of r z */
+/* Apply to z, which equals r, the preconditioner with its modes or equations; returns r.z. */
 static double ic_precondition(ic *self)
 {
     double sum;
@@ -56,15 +56,15 @@ static void ic_turn(void *context, ptrdiff_t front)
         ic_put(p + k, ic_get(self->z + k) + weight * ic_get(p + k));
 }
 
-/* to = a + weight from, of multipliers */
+/* to = a + weight from, for multipliers */
 static void ic_border_sum(const ic *self, double *to, const double *a, double weight, const double *from)
 {
     for (ptrdiff_t i = 0; i < self->border.n; ++i)
         to[i] = a[i] + weight * from[i];
 }
 
-/* Conjugate gradients from x = 0, until z.r has come down by share^2; how many rounds.  Where A curves
- * the wrong way they end with what there is. */
+/* Conjugate gradients from x = 0 until z.r is reduced by share^2; returns the number of iterations.  They
+ * stop at a direction of negative curvature with the current iterate. */
 static ptrdiff_t ic_conjugate(ic *self, double share, ptrdiff_t most)
 {
     const ic_border *border = &self->border;
@@ -85,7 +85,7 @@ static ptrdiff_t ic_conjugate(ic *self, double share, ptrdiff_t most)
         double curvature = ic_product(self, self->p, self->z);
         if (ic_is_held(self))
             curvature += ic_add_border(self);
-        if (!(curvature > 0.0)) { /* a NaN ends here too */
+        if (!(curvature > 0.0)) { /* true for NaN */
             if (k == 0)
                 for (ptrdiff_t i = 0; i < IC_TRIPLE * self->n_triples; i += 4)
                     ic_put(self->x + i, ic_get(self->x + i) + ic_get(self->p + i));
@@ -109,7 +109,7 @@ static ptrdiff_t ic_conjugate(ic *self, double share, ptrdiff_t most)
     return k;
 }
 
-/* The largest |scaled residual| of one unknown in so many. */
+/* Largest |scaled residual| over every step-th unknown. */
 static double ic_largest(const ic *self, const double *r, ptrdiff_t step)
 {
     double largest = 0.0;
@@ -118,8 +118,8 @@ static double ic_largest(const ic *self, const double *r, ptrdiff_t step)
     return largest;
 }
 
-/* Places of triples in vectors over the unknowns are scattered all over them: they are asked for so
- * many triples ahead. */
+/* The unknowns of consecutive triples are scattered in memory: they are prefetched this many triples
+ * ahead. */
 enum { IC_AHEAD = 24 };
 
 IC_INLINE ptrdiff_t ic_ahead(const ic *self, ptrdiff_t t)
@@ -157,8 +157,8 @@ static void ic_scatter_front(void *context, ptrdiff_t front)
     }
 }
 
-/* A residual, scaled, and by a power of two into the middle of single precision; that power.  A few
- * unknowns tell it: single precision has room for thirty powers of ten above them. */
+/* Copy a residual, scaled by a power of two to the middle of the range of single precision; returns the
+ * exponent.  A few unknowns suffice to choose it: the range exceeds them by thirty powers of ten. */
 static int ic_gather(ic *self, const double *r, float *out)
 {
     int power = 0;
@@ -183,7 +183,7 @@ static void ic_scatter(ic *self, double *out, int power)
         out[self->n + i] = self->weight * self->border.of_x[i];
 }
 
-/* Solve again for the same right-hand side with the modes, which are kept if that takes fewer rounds. */
+/* Solve for the same right-hand side with the modes, which are kept if that takes fewer iterations. */
 static void ic_try_modes(ic *self, const double *r, ptrdiff_t rounds)
 {
     self->use = IC_LEFT;
@@ -215,7 +215,7 @@ static void ic_solve(void *context, const double *r, double *x)
     ic_scatter(self, x, power);
 }
 
-/* Leave no more than a share of the residual from now on, until the next factor; whether that is new. */
+/* Reduce the residual to this fraction until the next factorization; returns whether that is a change. */
 static int ic_refine(void *context, double share)
 {
     ic *self = context;

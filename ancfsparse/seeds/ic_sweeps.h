@@ -4,13 +4,13 @@
 
 #include "ic.h"
 
-/* Numbers of blocks ahead of those in use that are asked for: hardware stops at each page. */
+/* Prefetch distance, 30 blocks: hardware prefetching stops at page boundaries. */
 enum { IC_FAR = 30 * IC_BLOCK };
 
 IC_INLINE short_quad ic_get(const float *p) { return *(const short_quad *)p; }
 IC_INLINE void ic_put(float *p, short_quad v) { *(short_quad *)p = v; }
 
-/* Clear the fourth number, which a column of a block leaves to the next one. */
+/* Clear the fourth number, which belongs to the next column of the block. */
 IC_INLINE short_quad ic_three(short_quad v)
 {
     return (short_quad)((ic_mask)v & (ic_mask){-1, -1, -1, 0});
@@ -27,7 +27,7 @@ IC_INLINE short_quad ic_times(const short_quad *block, short_quad x)
     return block[0] * x[0] + block[1] * x[1] + block[2] * x[2];
 }
 
-/* (sum of a, sum of b, sum of c, 0); the fourth numbers are zero */
+/* (sum of a, sum of b, sum of c, 0); the fourth numbers must be zero */
 IC_INLINE short_quad ic_sums(short_quad a, short_quad b, short_quad c)
 {
     typedef int32_t order __attribute__((vector_size(16)));
@@ -64,7 +64,7 @@ static void ic_forward(void *context, ptrdiff_t front)
     }
 }
 
-/* x <- (I + N)^-T D^-1 x; the sum of r x, if there is an r */
+/* x <- (I + N)^-T D^-1 x; and r.x if r is given */
 static void ic_backward(void *context, ptrdiff_t front)
 {
     ic *self = context;
@@ -94,7 +94,7 @@ static void ic_backward(void *context, ptrdiff_t front)
     self->sum[front] = quad_sum(sum);
 }
 
-/* The image of the middle: cleared, added to the middle, or set to it. */
+/* Operations on the image of the middle: clear it, add it to the middle, copy the middle to it. */
 static void ic_clear_image(const ic *self, float *x)
 {
     memset(x + IC_TRIPLE * self->n_triples, 0, IC_TRIPLE * ic_width(self) * sizeof(float));
@@ -119,7 +119,7 @@ static double ic_sum(const ic *self)
     return self->sum[0] + self->sum[1] + self->sum[IC_MIDDLE];
 }
 
-/* x <- (I + N)^-T D^-1 (I + N)^-1 x; the sum of r x, r being the old one. */
+/* x <- (I + N)^-T D^-1 (I + N)^-1 x; returns r.x, where r is the previous x. */
 static double ic_sweep(ic *self, const float *r, float *x)
 {
     self->of = r, self->to = x;
@@ -157,7 +157,7 @@ static void ic_leave(void *context, ptrdiff_t front)
         ic_put(self->r + k, ic_get(self->r + k) - ic_get(self->w + k));
 }
 
-/* y += A x, of a front or the middle; x.y */
+/* y += A x for a front or the middle; and x.y */
 static void ic_multiply(void *context, ptrdiff_t front)
 {
     ic *self = context;
@@ -189,7 +189,7 @@ static void ic_multiply(void *context, ptrdiff_t front)
     self->sum[front] = quad_sum(sum);
 }
 
-/* y = A x; x.y */
+/* y = A x; returns x.y. */
 static double ic_product(ic *self, float *x, float *y)
 {
     ptrdiff_t middle = self->first[IC_MIDDLE];

@@ -1,20 +1,20 @@
-/* A symmetric quasi-definite matrix, factored by supernodes: what its parts are and where they lie.
+/* Supernodal factorization of a symmetric quasi-definite matrix: its parts and their storage.
  *
- * A supernode s is a run of columns with one and the same pattern below: the coordinates of a node, or
- * more.  Of what is left of the matrix when its turn comes, P is the square block at the diagonal and B
- * are the rows below, one for each row of the pattern.  Kept are
+ * A supernode s is a set of consecutive columns with the same pattern below: the coordinates of a node, or
+ * more.  In the Schur complement at its elimination, P is the square diagonal block and B the rows below,
+ * one per row of the pattern.  Stored are
  *
  *     P = L D L^T,  as 1/D and the packed strict triangle of L,   and   G = B P^-1, row by row.
  *
- * Beside L and D of the whole matrix this takes as much room and as many operations in a solve, but the
- * way from one supernode to the next does not lead through a triangle: down x_rows -= G x_s, up
- * x_s = P^-1 x_s - G^T x_rows.  It is as stable as L D L^T up to the root of the condition of P (block LU
- * of a definite matrix: Demmel, Higham and Schreiber 1995); with P^-1 itself it would not be.
+ * Compared with L and D of the whole matrix, memory and operations of a solve are the same, but the
+ * critical path from one supernode to the next contains no triangular solve: forward x_rows -= G x_s,
+ * backward x_s = P^-1 x_s - G^T x_rows.  It is as stable as L D L^T up to the root of the condition number
+ * of P (block LU of a definite matrix: Demmel, Higham and Schreiber 1995); with P^-1 it would not be.
  *
- * For several threads the supernodes stand in parts that do not update one another, disjoint subtrees of
- * the elimination tree, and a root that all of them may update and that is left to one thread.  In the
- * sweeps every part has an image of the root's unknowns behind its own: there it adds, and from there it
- * reads, so rows of a part that belong to the root are numbered as places of the image.
+ * For several threads the supernodes are divided into parts that do not update one another, disjoint
+ * subtrees of the elimination tree, and a root that all of them may update and that one thread processes.
+ * In the sweeps each part has an image of the root's unknowns after its own, to which it adds and from
+ * which it reads; rows of a part that belong to the root are numbered as entries of the image.
  */
 #ifndef ANCF_LDL_H
 #define ANCF_LDL_H
@@ -26,30 +26,30 @@
 
 typedef struct {
     ptrdiff_t n, n_super, n_positive;
-    const int32_t *permutation, *place; /* unknown eliminated in each place, and its inverse */
+    const int32_t *permutation, *place; /* unknowns in order of elimination, and its inverse */
     const int64_t *start;               /* lower triangle of the matrix by columns */
     const int32_t *index;
     const int32_t *super_of, *first; /* supernode of each column; first column of each, and the end */
     const int64_t *row_start, *triangle_start, *block_start;
     const int32_t *row;
-    double *entries; /* diagonals, triangles and blocks one after another */
+    double *entries; /* diagonals, triangles and blocks, in this order */
     double *diagonal, *triangle, *block;
     int is_single; /* whether they are rounded to single precision, see ldl_single.h */
-    const int32_t *place_of_entry; /* of the matrix in them; null where these would be too many */
+    const int32_t *place_of_entry; /* index of each matrix entry in them; null if there are too many */
     double *work;                  /* unknowns in order of elimination, then the images */
-    /* First supernode of each part, of the root and the end; first column and columns of the root. */
+    /* First supernode of each part, of the root, and the end; first column and columns of the root. */
     ptrdiff_t n_parts, root_column, n_root;
     const int32_t *part;
-    /* Supernodes of the parts with rows in the root, and where what they leave for it is kept. */
+    /* Supernodes of the parts with rows in the root, and storage of their updates of it. */
     ptrdiff_t n_boundary;
     const int32_t *boundary;
     const int64_t *kept_start;
     double *kept;
-    double *space; /* for one supernode, for each part: ldl_space numbers */
+    double *space; /* workspace for one supernode per part: ldl_space numbers */
     ptrdiff_t space_of_part;
     ptrdiff_t *outcome;   /* of each part */
-    const double *values; /* what is being factored */
-    const double *r;      /* what is being solved for */
+    const double *values; /* matrix being factored */
+    const double *r;      /* current right-hand side */
     double *x;
 } ldl;
 
@@ -57,7 +57,7 @@ typedef struct {
 
 typedef float ldl_single __attribute__((may_alias));
 
-/* Numbers in double or single precision; which of them is known where the code is compiled. */
+/* Numbers in double or single precision; which of the two is known at compile time. */
 typedef struct {
     const void *first;
     int single;
@@ -84,7 +84,7 @@ LDL_INLINE quad ldl_four(ldl_numbers x, ptrdiff_t i)
     return x.single ? quad_of_singles((const float *)x.first + i) : quad_load((const double *)x.first + i);
 }
 
-/* Whether loops over a width are unrolled and best left to single numbers: nodes of cables. */
+/* Whether loops over a width are unrolled and best done with scalars: nodes of cables. */
 #define LDL_NARROW(width) (__builtin_constant_p(width) && (width) < 8)
 
 LDL_INLINE ptrdiff_t ldl_width(const ldl *self, ptrdiff_t s)
@@ -97,10 +97,10 @@ LDL_INLINE ptrdiff_t ldl_rows(const ldl *self, ptrdiff_t s)
     return self->row_start[s + 1] - self->row_start[s];
 }
 
-/* The widest node with loops of known length. */
+/* Width of the widest node with loops of known length. */
 enum { LDL_SHORT = 12 };
 
-/* g . y, in two chains of additions, so that neither is long */
+/* g . y, in two independent sums, which shortens the chain of dependent additions */
 LDL_INLINE double ldl_dot(ldl_numbers g, const double *restrict y, ptrdiff_t width)
 {
     double even = 0.0, odd = 0.0;
@@ -139,14 +139,14 @@ LDL_INLINE void ldl_subtract(double *restrict out, double a, ldl_numbers x, ptrd
         out[i] -= a * ldl_one(x, i);
 }
 
-/* Passes in vectors may read and write so many numbers behind what they are for, and the sweeps read
- * so many behind the entries. */
+/* Vector operations may read and write this many numbers past the end of their range, and the sweeps may
+ * read this many past the end of the entries. */
 enum { LDL_SLACK = 31, LDL_TAIL = 3 };
 
-/* The rows of a supernode, transposed, stand this far apart: whole vectors. */
+/* Leading dimension of the transposed rows of a supernode: whole vectors. */
 LDL_INLINE ptrdiff_t ldl_stride(ptrdiff_t n_rows) { return (n_rows + 3) / 4 * 4; }
 
-/* How many rows of a supernode come before a column. */
+/* Number of rows of a supernode before a column. */
 LDL_INLINE ptrdiff_t ldl_rows_before(const ldl *self, ptrdiff_t s, ptrdiff_t column)
 {
     const int32_t *row = self->row + self->row_start[s];
@@ -156,7 +156,7 @@ LDL_INLINE ptrdiff_t ldl_rows_before(const ldl *self, ptrdiff_t s, ptrdiff_t col
     return n;
 }
 
-/* How far the image of the root in the part of supernode s is behind the root. */
+/* Offset from the root to its image in the part of supernode s. */
 LDL_INLINE ptrdiff_t ldl_image_shift(const ldl *self, ptrdiff_t s)
 {
     ptrdiff_t part = 0;

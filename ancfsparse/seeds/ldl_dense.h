@@ -1,14 +1,14 @@
-/* Products and triangles of small dense blocks: the arithmetic of the elimination. */
+/* Products and triangular solves of small dense blocks: the arithmetic of the elimination. */
 #ifndef ANCF_LDL_DENSE_H
 #define ANCF_LDL_DENSE_H
 
 #include "ldl.h"
 #include "simd.h"
 
-/* Rows that are multiplied together, and vectors of them that are divided together. */
+/* Number of rows multiplied together, and of vectors of rows solved together. */
 enum { LDL_ROWS = 4, LDL_ABREAST = 4 };
 
-/* product[k] = sum over c of g[c] b[c * stride + k], for k < n; up to LDL_SLACK more are read and written. */
+/* product[k] = sum over c of g[c] b[c * stride + k], for k < n; reads and writes up to LDL_SLACK more. */
 LDL_INLINE void ldl_products(const double *restrict g, ptrdiff_t width, const double *restrict b,
                              ptrdiff_t stride, ptrdiff_t n, double *restrict product)
 {
@@ -54,7 +54,7 @@ LDL_INLINE void ldl_products_of_rows(const double *restrict g, ptrdiff_t width, 
     }
 }
 
-/* Four rows times the inverse of the block, by its factor: y[c] holds column c of them. */
+/* Four rows times the inverse of the block, by its factor: y[c] is column c of them. */
 LDL_INLINE void ldl_divide(const double *triangle, const double *inverse, ptrdiff_t width, quad *y)
 {
     const double *entry = triangle;
@@ -72,7 +72,7 @@ LDL_INLINE void ldl_divide(const double *triangle, const double *inverse, ptrdif
     }
 }
 
-/* The same for some vectors of rows, of which y holds column c from y[abreast c] on. */
+/* The same for several vectors of rows: column c starts at y[abreast c]. */
 LDL_INLINE void ldl_divide_abreast(const double *triangle, const double *inverse, ptrdiff_t width,
                                    vec *y, int abreast)
 {
@@ -91,7 +91,7 @@ LDL_INLINE void ldl_divide_abreast(const double *triangle, const double *inverse
     for (ptrdiff_t c = width - 1; c >= 0; --c) {
         for (int j = 0; j < abreast; ++j)
             sum[j] = inverse[c] * y[abreast * c + j];
-        entry = triangle + c * (c + 1) / 2 + c; /* row c + 1, and on to the next below */
+        entry = triangle + c * (c + 1) / 2 + c; /* row c + 1; then the rows below */
         for (ptrdiff_t below = c + 1; below < width; ++below) {
             for (int j = 0; j < abreast; ++j)
                 sum[j] -= *entry * y[abreast * below + j];

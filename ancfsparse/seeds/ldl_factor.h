@@ -1,4 +1,4 @@
-/* Elimination, supernode by supernode: each, once factored, updates those that its rows belong to. */
+/* Right-looking elimination by supernodes: each, once factored, updates those its rows belong to. */
 #ifndef ANCF_LDL_FACTOR_H
 #define ANCF_LDL_FACTOR_H
 
@@ -11,18 +11,18 @@
 #include "parallel.h"
 #include "simd.h"
 
-/* Numbers between the products of one row and of the next. */
+/* Distance between the products of consecutive rows. */
 LDL_INLINE ptrdiff_t ldl_product_room(ptrdiff_t n_rows) { return ldl_stride(n_rows) + LDL_SLACK; }
 
-/* Numbers of working space for a supernode: its rows transposed, their products, and those divided. */
+/* Size of the workspace for a supernode: its rows transposed, their products, and the rows of G. */
 static inline ptrdiff_t ldl_space(ptrdiff_t width, ptrdiff_t n_rows)
 {
     return width * ldl_stride(n_rows) + LDL_SLACK + LDL_ROWS * ldl_product_room(n_rows) +
            LDL_ABREAST * ANCF_LANES * width;
 }
 
-/* Factor the block at the diagonal of a supernode, L D L^T in place, D inverted; 0, 1 + the first unknown
- * whose pivot has the wrong sign, or minus that where the pivot is none. */
+/* Factor the diagonal block of a supernode, L D L^T in place, D inverted; returns 0, 1 + the first unknown
+ * whose pivot has the wrong sign, or the negative of that if the pivot is zero or not finite. */
 LDL_INLINE ptrdiff_t ldl_pivots(const ldl *self, ptrdiff_t s, ptrdiff_t width)
 {
     const int32_t *permutation = self->permutation + self->first[s];
@@ -42,7 +42,7 @@ LDL_INLINE ptrdiff_t ldl_pivots(const ldl *self, ptrdiff_t s, ptrdiff_t width)
             entry[k] = scaled;
         }
         inverse[c] = 1.0 / pivot;
-        if (!(pivot * sign > 0.0 && pivot * sign < INFINITY)) { /* a NaN ends here too */
+        if (!(pivot * sign > 0.0 && pivot * sign < INFINITY)) { /* true for NaN */
             if (bad == 0)
                 bad = 1 + permutation[c];
             if (pivot == 0.0 || !isfinite(pivot))
@@ -53,7 +53,7 @@ LDL_INLINE ptrdiff_t ldl_pivots(const ldl *self, ptrdiff_t s, ptrdiff_t width)
     return bad;
 }
 
-/* G of a wide supernode, for up to abreast vectors of rows from row r on. */
+/* G of a wide supernode, for up to `abreast` vectors of rows, starting from row r. */
 LDL_INLINE void ldl_divide_rows(const ldl *self, ptrdiff_t s, ptrdiff_t r, const double *b, vec *y,
                                 int abreast)
 {
@@ -70,7 +70,7 @@ LDL_INLINE void ldl_divide_rows(const ldl *self, ptrdiff_t s, ptrdiff_t r, const
             g[k * width + c] = ((const double *)y)[abreast * ANCF_LANES * c + k];
 }
 
-/* G of a wide supernode, from its transposed rows; as many vectors abreast as there are rows for. */
+/* G of a wide supernode, from its transposed rows; as many vectors at once as there are rows. */
 static void ldl_divide_wide(const ldl *self, ptrdiff_t s, const double *b, vec *y)
 {
     ptrdiff_t n_rows = ldl_rows(self, s), r = 0;
@@ -82,8 +82,8 @@ static void ldl_divide_wide(const ldl *self, ptrdiff_t s, const double *b, vec *
         ldl_divide_rows(self, s, r, b, y, 1);
 }
 
-/* Subtract what supernode s gives to the columns of its rows r to end; `b` are its rows, transposed.
- * These rows are numbered from `shift` on: zero, or where the image of the root is. */
+/* Subtract the update by supernode s from the columns of its rows r to end; `b` are its rows, transposed.
+ * Row numbers include `shift`: zero, or the offset of the image of the root. */
 LDL_INLINE void ldl_update(const ldl *self, ptrdiff_t s, ptrdiff_t width, ptrdiff_t r, ptrdiff_t end,
                            ptrdiff_t shift, const double *b, double *products)
 {
@@ -93,7 +93,7 @@ LDL_INLINE void ldl_update(const ldl *self, ptrdiff_t s, ptrdiff_t width, ptrdif
     ptrdiff_t room = ldl_product_room(n_rows);
     double *product;
     while (r < end) {
-        /* The rows up to `behind` are columns of supernode t. */
+        /* The rows before `behind` are columns of supernode t. */
         ptrdiff_t t = self->super_of[row[r] - shift], first = self->first[t] + shift, behind = r + 1;
         while (behind < end && row[behind] < self->first[t + 1] + shift)
             ++behind;
@@ -131,8 +131,8 @@ LDL_INLINE void ldl_update(const ldl *self, ptrdiff_t s, ptrdiff_t width, ptrdif
     }
 }
 
-/* Eliminate a supernode and update its part; return as `ldl_pivots` does.  What it has for the root, if
- * anything, is kept: the root comes later, from one thread.  In the root itself there are only such rows. */
+/* Eliminate a supernode and update its part; returns like `ldl_pivots`.  Its update of the root, if any,
+ * is stored: one thread processes the root later.  Supernodes of the root itself update only the root. */
 LDL_INLINE ptrdiff_t ldl_eliminate(const ldl *self, ptrdiff_t s, ptrdiff_t width, double *space,
                                    double **kept)
 {
@@ -169,14 +169,14 @@ LDL_INLINE ptrdiff_t ldl_eliminate(const ldl *self, ptrdiff_t s, ptrdiff_t width
     return bad;
 }
 
-/* Eliminate supernodes s to end; return as `ldl_pivots` does. */
+/* Eliminate supernodes s to end; returns like `ldl_pivots`. */
 static ptrdiff_t ldl_eliminate_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, double *space,
                                      double *kept)
 {
     ptrdiff_t bad = 0;
     for (; s < end; ++s) {
         ptrdiff_t width = ldl_width(self, s), found;
-        /* Nodes of planar and of spatial cables: loops of known length. */
+        /* Nodes of planar and spatial cables: loops of known length. */
         if (width == 4)
             found = ldl_eliminate(self, s, 4, space, &kept);
         else if (width == 6)
@@ -202,7 +202,7 @@ static void ldl_eliminate_part(void *context, ptrdiff_t part)
                             self->space + part * self->space_of_part, self->kept + self->kept_start[b]);
 }
 
-/* Factor the values; 0, or 1 + the first unknown whose pivot has the wrong sign. */
+/* Factor the values; returns 0, or 1 + the first unknown whose pivot has the wrong sign. */
 static ptrdiff_t ldl_factor(void *context, const double *values)
 {
     ldl *self = context;

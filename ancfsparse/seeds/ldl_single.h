@@ -1,8 +1,8 @@
 /* The factor rounded to single precision, so that a solve reads half as much memory.
  *
- * It is rounded in place, which takes no room: the numbers of a part, and those of the root, move to the
- * front of what they had.  The unknowns of a solve remain in double precision.  The next factorisation
- * begins from the values of the matrix, in double precision again.
+ * It is rounded in place, without extra memory: the numbers of each part, and those of the root, are
+ * packed into the first half of their range.  The unknowns of a solve remain in double precision.  The
+ * next factorization starts again from the matrix in double precision.
  */
 #ifndef ANCF_LDL_SINGLE_H
 #define ANCF_LDL_SINGLE_H
@@ -18,12 +18,13 @@ static void ldl_round_numbers(double *x, ptrdiff_t n)
         *(short_quad *)(out + i) = __builtin_convertvector(quad_load(x + i), short_quad);
     for (; i < n; ++i)
         out[i] = (float)x[i];
-    /* What is read behind them, times zero, must be numbers; fewer are not read in fours. */
+    /* Numbers read past the end are multiplied by zero, so they must be finite; shorter ranges are not
+     * read in fours. */
     for (ptrdiff_t k = 0; n > LDL_TAIL && k < LDL_TAIL; ++k)
         out[n + k] = 0.0f;
 }
 
-/* Round what is kept of supernodes s to end. */
+/* Round the factor of supernodes s to end. */
 static void ldl_round_range(const ldl *self, ptrdiff_t s, ptrdiff_t end)
 {
     ldl_round_numbers(self->diagonal + self->first[s], self->first[end] - self->first[s]);

@@ -1,4 +1,4 @@
-/* The entries of a matrix, written to the places where its factor will be. */
+/* Copy the entries of a matrix to the storage of its factor. */
 #ifndef ANCF_LDL_SPREAD_H
 #define ANCF_LDL_SPREAD_H
 
@@ -6,7 +6,7 @@
 
 #include "ldl.h"
 
-/* What was found for the last entry: the next one is likely in the same supernode, and close. */
+/* Location of the last entry: the next one is probably in the same supernode, and close. */
 typedef struct {
     ptrdiff_t first, end, width, n_rows, in_triangle, in_block, image;
     const int32_t *rows;
@@ -27,7 +27,7 @@ LDL_INLINE void ldl_point(const ldl *self, ptrdiff_t column, ldl_finger *finger)
     finger->at = 0;
 }
 
-/* Where the entry between two unknowns, given by their places, has its own. */
+/* Index of the entry in a row and column, both given in order of elimination. */
 LDL_INLINE ptrdiff_t ldl_locate(const ldl *self, ptrdiff_t row, ptrdiff_t column, ldl_finger *finger)
 {
     if (row == column)
@@ -53,7 +53,7 @@ LDL_INLINE ptrdiff_t ldl_locate(const ldl *self, ptrdiff_t row, ptrdiff_t column
     else if (at > 0 && rows[at - 1] == row)
         --at; /* the next column of the same row */
     else {
-        at = 0; /* the first row of the next column, or any */
+        at = 0; /* the first row of the next column, or elsewhere */
         while (high - at > 1 && rows[at] != row) {
             ptrdiff_t middle = (at + high) / 2;
             if (rows[middle] <= row)
@@ -66,7 +66,7 @@ LDL_INLINE ptrdiff_t ldl_locate(const ldl *self, ptrdiff_t row, ptrdiff_t column
     return finger->in_block + at * finger->width + column;
 }
 
-/* Clear a part's share; the last part takes that of the root too. */
+/* Clear the storage of a part; the last part also clears that of the root. */
 static void ldl_clear(void *context, ptrdiff_t part)
 {
     const ldl *self = context;
@@ -78,7 +78,7 @@ static void ldl_clear(void *context, ptrdiff_t part)
     memset(self->block + at, 0, (self->block_start[b] - at) * sizeof(double));
 }
 
-/* Write the entries of a range of the matrix' columns to their places. */
+/* Copy the entries of a range of matrix columns. */
 static void ldl_spread(void *context, ptrdiff_t part)
 {
     const ldl *self = context;
@@ -96,7 +96,7 @@ static void ldl_spread(void *context, ptrdiff_t part)
             entries[ldl_locate(self, self->place[self->index[p]], self->place[j], &finger)] = values[p];
 }
 
-/* The place of every entry of the matrix. */
+/* Index of every entry of the matrix. */
 static void ldl_places(const ldl *self, int32_t *place)
 {
     ldl_finger finger = {0};

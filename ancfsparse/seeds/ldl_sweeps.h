@@ -1,4 +1,4 @@
-/* The two sweeps of a solve with a factor in supernodes. */
+/* The forward and backward sweeps of a solve with a supernodal factor. */
 #ifndef ANCF_LDL_SWEEPS_H
 #define ANCF_LDL_SWEEPS_H
 
@@ -7,19 +7,19 @@
 #include "ldl.h"
 #include "parallel.h"
 
-/* x_rows -= G x_s, for supernodes of known width */
+/* x_rows -= G x_s, for supernodes of a width known at compile time */
 LDL_INLINE void ldl_forward(ldl_numbers g, const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width,
                             double *x, const double *y)
 {
-    double held[LDL_SHORT]; /* in registers: no store to x can change them */
+    double held[LDL_SHORT]; /* in registers, since stores to x cannot alias them */
     for (ptrdiff_t c = 0; c < width; ++c)
         held[c] = y[c];
     for (ptrdiff_t r = 0; r < n_rows; ++r)
         x[row[r]] -= ldl_dot(ldl_ahead(g, r * width), held, width);
 }
 
-/* The same for wide supernodes, four rows at a time; `held` is working space.  The fours at the end of a
- * row reach into the next one, times zero. */
+/* The same for wide supernodes, four rows at a time; `held` is workspace.  The last four columns of a row
+ * may overlap the next row, multiplied by zero. */
 LDL_INLINE void ldl_forward_wide(ldl_numbers g, const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width,
                                  double *x, const double *y, double *restrict held)
 {
@@ -49,7 +49,7 @@ LDL_INLINE void ldl_forward_wide(ldl_numbers g, const int32_t *row, ptrdiff_t n_
     }
 }
 
-/* low = G^T x_rows, for wide supernodes; the fours at the end of a row reach behind `low`. */
+/* low = G^T x_rows, for wide supernodes; the last four columns of a row may exceed the end of `low`. */
 LDL_INLINE void ldl_gather_wide(ldl_numbers g, const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width,
                                 const double *x, double *restrict low)
 {
@@ -74,7 +74,7 @@ LDL_INLINE void ldl_gather_wide(ldl_numbers g, const int32_t *row, ptrdiff_t n_r
 LDL_INLINE void ldl_divide_one(ldl_numbers entry, ldl_numbers inverse, ptrdiff_t width,
                                double *restrict y)
 {
-    if (__builtin_constant_p(width)) { /* straight lines, so that all that does not wait overlaps */
+    if (__builtin_constant_p(width)) { /* unrolled, so that independent operations overlap */
 #pragma GCC unroll 12
         for (ptrdiff_t c = 1; c < width; ++c)
 #pragma GCC unroll 12
@@ -102,13 +102,13 @@ LDL_INLINE void ldl_divide_one(ldl_numbers entry, ldl_numbers inverse, ptrdiff_t
     }
 }
 
-/* y = P^-1 y - G^T x_rows, of the unknowns of a supernode; `low` is working space. */
+/* y = P^-1 y - G^T x_rows, for the unknowns of a supernode; `low` is workspace. */
 LDL_INLINE void ldl_backward(ldl_numbers g, ldl_numbers inverse, ldl_numbers triangle,
                              const int32_t *row, ptrdiff_t n_rows, ptrdiff_t width, const double *x,
                              double *restrict y, double *restrict low)
 {
-    /* What comes from above is waited for; all else can be done before. */
-    if (__builtin_constant_p(width)) { /* in registers; the last four may reach into the next row */
+    /* Only the rows of ancestors depend on earlier results; everything else can be done before. */
+    if (__builtin_constant_p(width)) { /* in registers; the last four may overlap the next row */
         quad even[LDL_SHORT / 4] = {{0}}, odd[LDL_SHORT / 4] = {{0}};
         ptrdiff_t fours = (width + 3) / 4, r = 0;
         for (; r + 2 <= n_rows; r += 2)
@@ -128,8 +128,8 @@ LDL_INLINE void ldl_backward(ldl_numbers g, ldl_numbers inverse, ldl_numbers tri
         y[c] -= low[c];
 }
 
-/* Sweep over supernodes s to end.  The right-hand side comes in just before it is needed, from column
- * `gathered` on.  Supernodes s to end are a part or the root, which are rounded each for itself. */
+/* Sweep over supernodes s to end.  The right-hand side is loaded just before it is needed, from column
+ * `gathered` on.  Supernodes s to end are a part or the root, each of which is rounded separately. */
 LDL_INLINE void ldl_forward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, ptrdiff_t gathered,
                                   double *space, int single)
 {
@@ -147,7 +147,7 @@ LDL_INLINE void ldl_forward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, p
             }
         for (; gathered < needed; ++gathered)
             x[gathered] = self->r[self->permutation[gathered]];
-        /* Nodes of cables and of thick beams, in the plane and in space: loops of known length. */
+        /* Nodes of cables and of thick beams, planar and spatial: loops of known length. */
         if (width == 3)
             ldl_forward(g, row, n_rows, 3, x, x + column);
         else if (width == 4)
@@ -215,7 +215,7 @@ LDL_INLINE void ldl_backward_range(const ldl *self, ptrdiff_t s, ptrdiff_t end, 
     }
 }
 
-/* Supernodes of a part, or of the root; the two precisions are compiled apart. */
+/* Supernodes of a part, or of the root; the two precisions are compiled separately. */
 static void ldl_down(const ldl *self, ptrdiff_t s, ptrdiff_t end, ptrdiff_t gathered, double *space)
 {
     if (self->is_single)

@@ -1,4 +1,4 @@
-/* Four numbers at once; like `vec` in simd.h, but of one length whatever the instruction set. */
+/* Vectors of four numbers; like `vec` in simd.h, but of the same length for all instruction sets. */
 #ifndef ANCF_QUAD_H
 #define ANCF_QUAD_H
 
@@ -16,7 +16,7 @@ QUAD_INLINE void quad_store(double *p, quad v) { *(quad *)p = v; }
 QUAD_INLINE quad quad_of_singles(const float *p)
 {
 #ifdef __AVX__
-    return _mm256_cvtps_pd(_mm_loadu_ps(p)); /* GCC 12 would take two steps */
+    return _mm256_cvtps_pd(_mm_loadu_ps(p)); /* GCC 12 would use two conversions */
 #else
     return __builtin_convertvector(*(const short_quad *)p, quad);
 #endif

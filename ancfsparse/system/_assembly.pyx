@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Residual, matrix and energies of a system: sums of what its contributions add."""
+"""Residual, matrix and energies of a system: sums over its contributions."""
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.stdint cimport int64_t
 from libc.stdlib cimport calloc, free
@@ -22,7 +22,7 @@ cdef extern from "vectors.h":
 include "../abi/system_abi.pxi"
 
 
-# Entries of a matrix up to which that of the masses is kept, not made again each time: 2 MB.
+# Number of matrix entries up to which the mass matrix is stored instead of recomputed: 2 MB.
 cdef ptrdiff_t FEW_VALUES = 250_000
 
 
@@ -30,26 +30,26 @@ cdef struct Flat:
     ptrdiff_t n_contributions
     const ancf_contribution **contributions
     ptrdiff_t n_all, n_multipliers, n_values
-    ptrdiff_t n_parts  # threads for passes over vectors
+    ptrdiff_t n_parts  # threads for vector operations
     bint damped
-    const double *mass_values  # of the matrix; NULL where they would be too many
+    const double *mass_values  # of the matrix; NULL if there are too many
     const int64_t *diagonal  # slots of the multipliers
     double regularization
 
 
 cdef struct Range:
-    # Numbers that the threads clear together.
+    # An array that the threads clear in parts.
     ptrdiff_t parts, n
     double *out
 
 
 cdef class Assembly:
-    """Add up what the contributions to a system add to its equations.
+    """Assemble the equations of a system from its contributions.
 
     Parameters
     ----------
     n_free, n_all, n_amplitudes : int
-        Free and all coordinates; numbers that are functions of time.
+        Number of free and of all coordinates, and of functions of time.
     indptr : (n + 1,) int64
         Columns of the matrix over coordinates and multipliers, as in `system.pattern`.
     contributions : sequence of objects with a ``capsule`` "ancf_contribution"
@@ -68,7 +68,7 @@ cdef class Assembly:
         cdef Flat *flat = &self.flat
         cdef const ancf_contribution *each
         cdef bint keeps = False
-        # The structures below point into these.
+        # Kept alive: the structures below hold pointers to these.
         self.contributions, self.indptr = tuple(contributions), indptr
         flat.n_contributions = len(self.contributions)
         flat.contributions = <const ancf_contribution **>calloc(
@@ -110,12 +110,12 @@ cdef class Assembly:
         self.flat.regularization = value
 
     def set_threads(self, ptrdiff_t threads):
-        """Set the number of threads for passes over vectors."""
+        """Set the number of threads for vector operations."""
         self.flat.n_parts = threads
 
     @property
     def threads(self):
-        """Number of threads for passes over vectors."""
+        """Number of threads for vector operations."""
         return self.flat.n_parts
 
     @property
@@ -124,7 +124,7 @@ cdef class Assembly:
         return bool(self.flat.damped)
 
     def check(self):
-        """Raise what went wrong in the last call of a function of the user's, if anything did."""
+        """Raise the error of the last call of a user function, if there was one."""
         for each in self.contributions:
             error = getattr(each, "error", None)
             if error is not None:
@@ -132,7 +132,7 @@ cdef class Assembly:
 
     @property
     def memory(self):
-        """What the contributions keep from one accepted step to the next, a copy ``(k,)``."""
+        """History variables of the contributions, kept between accepted steps, a copy ``(k,)``."""
         cdef const ancf_contribution *each
         cdef ptrdiff_t k, i
         out = []
@@ -157,7 +157,7 @@ cdef class Assembly:
     @property
     def mass(self):
         """Values of the mass matrix on the pattern, lower triangle [kg, kg m, kg m^2]."""
-        # One more place than values: kernels throw the entries of fixed coordinates into it.
+        # One extra entry, which receives the contributions of fixed coordinates.
         values = np.zeros(self.flat.n_values + 1)
         cdef double[::1] view = values
         cdef ancf_state x
@@ -200,7 +200,7 @@ cdef class Assembly:
 
     def material(self, double mass_factor, double stiffness_factor, const double[::1] q, *,
                  double damping_factor=0.0, out=None):
-        """Return the matrix with the material part of the stiffness alone, as `matrix` does."""
+        """Return the matrix with only the material part of the stiffness; as `matrix`."""
         values = np.empty(self.flat.n_values + 1) if out is None else out
         cdef double[::1] view = values
         material(&self.flat, mass_factor, stiffness_factor, damping_factor, &q[0], &view[0])
@@ -218,7 +218,7 @@ cdef class Assembly:
 
     def load_reach(self, const double[::1] q0, const double[::1] q1,
                    const double[::1] amplitudes):
-        """Return the most work that loads of any signs could do between two states [J]."""
+        """Return an upper bound of the work of loads of any signs between two states [J]."""
         cdef double[::1] scratch = np.empty(self.flat.n_all)
         return load_reach(&self.flat, &q0[0], &q1[0], first(amplitudes), &scratch[0])
 
@@ -241,7 +241,7 @@ cdef class Assembly:
         return out
 
     def damping(self, const double[::1] q, const double[::1] v):
-        """Return the force of damping, shape (n_all,) [N, N m]."""
+        """Return the damping force, shape (n_all,) [N, N m]."""
         out = np.zeros(self.flat.n_all)
         cdef double[::1] view = out
         add_damping(&self.flat, &q[0], &v[0], &view[0])

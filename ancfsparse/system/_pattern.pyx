@@ -15,8 +15,8 @@ def lower_triangle(ptrdiff_t n, const int64_t[::1] start, const int32_t[::1] mem
     n : int
         Number of unknowns.
     start, member : (n_cliques + 1,) int64 and int32 arrays
-        Clique c holds ``member[start[c]:start[c + 1]]``, all of which meet; negative ones are
-        left out.
+        Clique c is ``member[start[c]:start[c + 1]]``, all of which are coupled; negative entries
+        are ignored.
     """
     cdef ptrdiff_t n_cliques = start.shape[0] - 1, c, j
     cdef int64_t p, s, where, begin
@@ -35,7 +35,7 @@ def lower_triangle(ptrdiff_t n, const int64_t[::1] start, const int32_t[::1] mem
             if member[p] >= 0:
                 clique[first[member[p]]] = <int32_t>c
                 first[member[p]] += 1
-    # Each first[j] now is where the list of j ends, so the list of j begins where that of j - 1 ends.
+    # Now first[j] is the end of list j, so list j begins at the end of list j - 1.
     for j in range(n):
         seen[j] = <int32_t>j
         indptr[j + 1] = indptr[j] + 1
@@ -65,14 +65,14 @@ def lower_triangle(ptrdiff_t n, const int64_t[::1] start, const int32_t[::1] mem
 
 
 def pair_slots(const int64_t[::1] indptr, const int32_t[::1] indices, const int32_t[:, ::1] members):
-    """Return where the pairs of each row's unknowns are stored, lower triangle by rows.
+    """Return the slots of the pairs of each row's unknowns, lower triangle by rows.
 
     Parameters
     ----------
     indptr, indices : arrays
         The pattern.
     members : (n_cliques, k) int32
-        Unknowns; a pair with a negative one gets the slot after the last.
+        Unknowns; pairs with a negative one get the slot after the last.
 
     Returns
     -------

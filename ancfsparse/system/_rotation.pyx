@@ -1,8 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Rotations of the nodes between two states, and vectors of unknowns turned by them.
+"""Rotations of the nodes between two states, and their application to vectors of unknowns.
 
 A rotation belongs to a row (a node with one slope), or is the average over all rows that share a
-position.  Every vector among the coordinates, a position or a slope, turns with one of them.
+position.  Every vector among the coordinates, a position or a slope, rotates with one of them.
 """
 from cpython.pycapsule cimport PyCapsule_New
 from libc.math cimport fabs, sqrt
@@ -15,7 +15,7 @@ import numpy as np
 include "../abi/solver_abi.pxi"
 
 
-# Of the cosine to minus one: nearer to it the axis of the smallest rotation is rounding.
+# Distance of the cosine from minus one below which the axis of the smallest rotation is rounding.
 cdef double OPPOSITE = 1e-12
 
 
@@ -34,22 +34,22 @@ cdef struct Turn:
 cdef class Frame:
     """Rotations R of all nodes since a reference state, as a block-diagonal matrix.
 
-    In the plane a row turns with its slope r_x; in space a cable by the smallest rotation that
-    takes one tangent to the other, a beam with section vectors with r_x and r_y made orthonormal.
+    In the plane a row rotates with its slope r_x; in space, a cable by the smallest rotation that
+    maps one tangent to the other, a beam with section vectors with r_x and r_y orthonormalized.
 
     Parameters
     ----------
     n : int
-        Number of unknowns: free coordinates, then multipliers, which do not turn.
+        Number of unknowns: free coordinates, then multipliers, which are not rotated.
     axes : (n_rows, dim or 6) int32
-        Places in q of r_x, and in space of r_y, -1 where there is none.
+        Indices in q of r_x, and in space of r_y; -1 if there is none.
     average_start : (n_averages + 1,) int32
     average_rows : int32
-        The rows of each average, one after another.
+        The rows of each average, concatenated.
     places : (n_vectors, dim) int32
-        The vectors among the unknowns that turn; all others stay.
+        The vectors among the unknowns that are rotated; all others are unchanged.
     rotation_of : (n_vectors,) int32
-        The row each vector turns with, or ``n_rows`` plus an average.
+        The row each vector rotates with, or ``n_rows`` plus the index of an average.
     """
 
     cdef ancf_frame interface
@@ -81,11 +81,11 @@ cdef class Frame:
 
     @property
     def operations(self):
-        """Arithmetic operations to turn a vector of unknowns, there and back."""
+        """Arithmetic operations to rotate a vector of unknowns back and forth."""
         return self.data.n_vectors * (12 if self.data.dim == 2 else 30)
 
     def hold(self, const double[::1] q):
-        """Take the state q ``(n_all,)`` as the reference, where R is the identity."""
+        """Make the state q ``(n_all,)`` the reference, where R is the identity."""
         hold(&self.data, &q[0])
 
     def turn(self, const double[::1] q):
@@ -127,7 +127,7 @@ cdef inline void normalize(double *a, ptrdiff_t dim) noexcept nogil:
 
 
 cdef inline void normalize_across(double *b, const double *t) noexcept nogil:
-    """Make b a unit vector at a right angle to the unit vector t."""
+    """Make b a unit vector orthogonal to the unit vector t."""
     cdef double along = dot(b, t)
     cdef ptrdiff_t d
     for d in range(3):
@@ -137,9 +137,9 @@ cdef inline void normalize_across(double *b, const double *t) noexcept nogil:
 
 cdef inline void axes_at(const Turn *self, ptrdiff_t row, const double *q,
                          double *out) noexcept nogil:
-    """Write the unit tangent of a row, and where there are sections a unit normal after it.
+    """Compute the unit tangent of a row, followed by a unit normal if it has section vectors.
 
-    A row without a tangent, of a string, gets an axis of space instead, and so does not turn.
+    A row without a tangent, of a string, gets a fixed axis instead, so it does not rotate.
     """
     cdef ptrdiff_t d
     cdef const int32_t *place = self.axes + (2 if self.dim == 2 else 6) * row
@@ -169,7 +169,7 @@ cdef void hold(void *context, const double *q) noexcept nogil:
 
 
 cdef void frame_rotation(const double *old, const double *new, double *r) noexcept nogil:
-    """The rotation from one pair of orthonormal vectors to another, by rows."""
+    """Rotation from one pair of orthonormal vectors to another, by rows."""
     cdef double n_old[3]
     cdef double n_new[3]
     cdef ptrdiff_t i, j
@@ -181,11 +181,11 @@ cdef void frame_rotation(const double *old, const double *new, double *r) noexce
 
 
 cdef void smallest_rotation(const double *old, const double *new, double *r) noexcept nogil:
-    """The smallest rotation from one unit vector to another, by rows: c 1 + [w] + w w^T / (1 + c)."""
+    """Smallest rotation from one unit vector to another, by rows: c 1 + [w] + w w^T / (1 + c)."""
     cdef double w[3]
     cdef double c = dot(old, new), factor
     cdef ptrdiff_t i, j, least = 0
-    if 1.0 + c <= OPPOSITE:  # half a turn about some axis across, 2 w w^T - 1
+    if 1.0 + c <= OPPOSITE:  # half a turn about some orthogonal axis, 2 w w^T - 1
         for i in range(3):
             if fabs(old[i]) < fabs(old[least]):
                 least = i
@@ -212,7 +212,7 @@ cdef void smallest_rotation(const double *old, const double *new, double *r) noe
 
 
 cdef void average(const Turn *self, ptrdiff_t k, double *r) noexcept nogil:
-    """The sum of the rotations of some rows, its columns made orthonormal again."""
+    """Average rotation of some rows: their sum with orthonormalized columns."""
     cdef ptrdiff_t size = 2 if self.dim == 2 else 9, m, d
     cdef const double *one
     cdef double columns[9]

@@ -1,8 +1,8 @@
-"""Pointers into arrays that their owner keeps; text for the modules that include it."""
+"""Pointers to arrays that their owner keeps alive; an include file."""
 
 
 cdef flattened(array):
-    # A copy would be gone when its pointer is used.
+    # A copy would be freed before its pointer is used.
     if not array.flags.c_contiguous:
         raise ValueError("arrays of the assembly must be contiguous")
     return array.reshape(-1)

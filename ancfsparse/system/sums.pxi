@@ -1,4 +1,4 @@
-"""What compiled callers ask of an assembly: sums over its contributions."""
+"""The compiled interface of an assembly: sums over its contributions."""
 from libc.string cimport memset
 
 
@@ -101,7 +101,7 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
                  double *values) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
     cdef ancf_state x
-    # What `values` is counted in until the mass is added.
+    # Unit of `values` until the mass is added.
     cdef double unit = stiffness_factor if stiffness_factor != 0.0 else damping_factor
     set_state(&x, q, v, NULL, lam, amplitudes)
     start_with_damping(self, damping_factor / unit if unit != 0.0 else 0.0, &x, values)
@@ -114,7 +114,7 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
 cdef void start_with_damping(const Flat *self, double factor, const ancf_state *x,
                              double *values) noexcept nogil:
     """Clear the values; set C times a factor."""
-    cdef ptrdiff_t n = self.n_values + 1  # the bin too
+    cdef ptrdiff_t n = self.n_values + 1  # including the entry of fixed coordinates
     clear(self, n, values)
     if self.damped and factor != 0.0:
         add_part(self, DAMPING, x, values)
@@ -134,8 +134,8 @@ cdef void material(void *context, double mass_factor, double stiffness_factor,
 
 cdef void add_masses(const Flat *self, double mass_factor, double unit, const ancf_state *x,
                      double *values) noexcept nogil:
-    """Multiply what there is by its unit, and add the masses."""
-    cdef ptrdiff_t n = self.n_values + 1  # the bin too
+    """Multiply the values by their unit, and add the masses."""
+    cdef ptrdiff_t n = self.n_values + 1  # including the entry of fixed coordinates
     if self.mass_values != NULL:
         vec_sum_parts(self.n_parts, values, unit, values, mass_factor, self.mass_values,
                       self.n_values)
@@ -150,7 +150,7 @@ cdef void add_masses(const Flat *self, double mass_factor, double unit, const an
 
 cdef void add_equations(const Flat *self, double mass_factor, const ancf_state *x,
                         double *values) noexcept nogil:
-    """Add phi_q, the small negative diagonal below it, and what equations add to masses."""
+    """Add phi_q, the small negative diagonal of the multipliers, and the mass of equations."""
     cdef ptrdiff_t k
     if self.n_multipliers == 0:
         return

@@ -31,4 +31,4 @@ def _table() -> dict[str, tuple[str, Callable[[], Element]]]:
 
 
 ELEMENTS = _table()
-"""Name of the module: the file that says what the element is, and how to build it."""
+"""Name of the module: the file that defines the element, and the function that builds it."""

@@ -1,4 +1,4 @@
-"""L2T2: planar cable of Berzeri and Shabana (2000), axial strain L2, bending T2."""
+"""L2T2: planar cable of Berzeri and Shabana (2000), axial model L2, bending model T2."""
 
 from codegen.fields import Element, Term, interpolate, parameter
 

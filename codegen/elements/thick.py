@@ -1,4 +1,4 @@
-"""Thick beam with nodes r, r_x, r_y, r_z: elastic line of Schwab and Meijaard."""
+"""Thick beam with nodal vectors r, r_x, r_y, r_z: elastic line approach of Schwab and Meijaard."""
 
 from collections.abc import Callable
 
@@ -41,15 +41,15 @@ def thick(
     by_quadrature: bool = False,
     curved: bool = False,
 ) -> Element:
-    """U = W_l + W_s + W_t + W_b; in the plane r_z keeps only its component out of it.
+    """U = W_l + W_s + W_t + W_b; in the plane r_z has only its out-of-plane component.
 
     With curvature "axis" the two modes of shear leave bending free of it, and r_x turns with the
     section.  With "section" shear is all of r_x.r_y and r_x.r_z: what two modes do not see of r_x,
     a wave within the element, would cost nothing.  There r_x is free to leave the section.
 
-    `by_quadrature` integrates the same energy at as many Gauss points as each term needs to be
-    exact: slower, and there to be compared with.  Of a `curved` one every strain is less that of
-    its reference.
+    `by_quadrature` integrates the same energy with as many Gauss points as each term requires to be
+    exact: slower, for comparison only.  If `curved`, the strains of the reference shape are
+    subtracted.
     """
     axes, across = ((0, 1), (2,)) if dim == 2 else ((0, 1, 2), (0, 1, 2))
     r = interpolate("r", axes, "r", "r_x")
@@ -110,15 +110,16 @@ def _green(u: Field) -> sp.Expr:
 def _section_and_axis(
     section_strain: str, gamma_yz: sp.Expr, exact: Callable[[int], Rule]
 ) -> tuple[Term, ...]:
-    """W_l, either as published or rearranged around the section that is free of stress.
+    """W_l, either as published or rearranged for a section free of stress.
 
     lam (eps_x + eps_y + eps_z)^2 + 2G (eps_x^2 + eps_y^2 + eps_z^2)
       = E eps_x^2 + (lam + G) (eps_y + eps_z + 2 nu eps_x)^2 + G (eps_y - eps_z)^2.
 
-    Section vectors are interpolated linearly, so between nodes at an angle they shorten and the
-    last two brackets cannot vanish; evaluated at the nodes alone they can, and the beam does not
-    lock.  There eps_x counts with its projection on linear functions: a wave of it within the
-    element would reach the nodes and nothing between them, and save energy on every mesh.
+    Section vectors are interpolated linearly, so they shorten between nodes that are rotated
+    against each other, and the last two brackets cannot vanish; evaluated at the nodes only, they
+    can, and the beam does not lock.  At the nodes eps_x is replaced by its projection on linear
+    functions: otherwise an oscillation of eps_x within the element would affect the nodal values
+    only and lower the energy on every mesh.
     """
     if section_strain == "consistent":
         return (
@@ -136,11 +137,12 @@ def _section_and_axis(
 
 
 def _change_of_section(r_y: Field, r_z: Field, mean: Rule) -> tuple[Term, ...]:
-    """Shear from the change of the section vectors along the beam, in the whole section.
+    """Shear over the section due to the derivatives of the section vectors along the beam.
 
-    At a point y r_y + z r_z off the axis r_x grows by y r_yx + z r_zx, and its products with r_y
-    and r_z, squared and integrated over the section, leave these terms beside torsion.  One mode
-    each: with more of them the section could not shorten between nodes at an angle.
+    At a point y r_y + z r_z off the axis, r_x changes by y r_yx + z r_zx.  Its products with r_y
+    and r_z, squared and integrated over the section, give these terms in addition to torsion.  One
+    mode each: more would prevent the section from shortening between nodes rotated against each
+    other.
     """
     g_y, g_z = (ei / (2 * (1 + poisson_ratio)) for ei in (bending_stiffness_y, bending_stiffness_z))
     r_yx, r_zx = r_y.diff(), r_z.diff()

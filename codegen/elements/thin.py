@@ -22,7 +22,7 @@ def thin(dim: int, strain: str, *, curved: bool = False) -> Element:
     power = 3 if strain == "green" else 2
     curvature = tuple(component / norm(r_x) ** power for component in cross(r_x, r_xx))
     square = None
-    if dim == 3:  # Lagrange's identity
+    if dim == 3:  # Lagrange identity
         stretch = inner(r_x, r_x)
         square = (stretch * inner(r_xx, r_xx) - inner(r_x, r_xx) ** 2) / stretch**power
     if strain == "green":

@@ -1,7 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""SUNDIALS' integrators on a system's compiled forces: no Python between them.
+"""SUNDIALS' integrators with the compiled forces of a system, without Python in between.
 
-Built where the headers of SUNDIALS are found (version 6).  The state is y = (q, v) over the free
+Built if the headers of SUNDIALS are found (version 6).  The state is y = (q, v) over the free
 coordinates, and y' = (v, M^-1 (f - Q(q))), with the factor of M that our explicit integrators use.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer
@@ -95,9 +95,9 @@ cdef extern from "arkode/arkode_erkstep.h":
 
 
 cdef enum:
-    LOOK_EVERY = 256  # right-hand sides between two looks at the clock
+    LOOK_EVERY = 256  # right-hand sides between two readings of the clock
 
-cdef long MOST_STEPS = 10_000_000  # between two instants
+cdef long MOST_STEPS = 10_000_000  # between two output times
 
 TABLES = {
     "ARKODE 5(4)": ARKODE_DORMAND_PRINCE_7_4_5,
@@ -117,7 +117,7 @@ cdef struct Problem:
     const int *indptr           # lower triangle of M, K and their sums
     const int *indices
     double *q                   # all coordinates
-    double *r                   # residual, with room for whole vectors
+    double *r                   # residual, padded to whole vectors
     double *mass_values
     double *stiffness_values
     double *values
@@ -154,7 +154,7 @@ cdef SUNLinearSolver_Type solver_type(SUNLinearSolver solver) noexcept:
 
 cdef int setup(double t, N_Vector y, N_Vector rates, SUNMatrix matrix, int known, int *renewed,
                double gamma, void *user, N_Vector a, N_Vector b, N_Vector c) noexcept:
-    """Factor M + gamma^2 K, what is left of I - gamma J when q is eliminated."""
+    """Factor M + gamma^2 K, the Schur complement of I - gamma J after elimination of q."""
     cdef Problem *p = <Problem *>user
     cdef ptrdiff_t k
     renewed[0] = not known
@@ -207,28 +207,28 @@ def integrate(system, mass, iteration, pattern, const double[::1] mass_values,
     ----------
     system : object with a ``capsule`` "ancf_system", without multipliers and damping
     mass, iteration : objects with a ``capsule`` "ancf_seed"
-        Factor of the mass matrix, and one for the matrices of implicit methods.
+        Factor of the mass matrix, and a factor for the matrices of implicit methods.
     pattern : (indptr, indices)
-        Of the lower triangle of the matrix, int32.
+        Sparsity pattern of the lower triangle of the matrix, int32.
     mass_values : (n_values,) float
         The mass matrix on that pattern.
     q0, y0, dead_load, amplitudes : arrays
         All coordinates and the state at the start; the loads, which are constant.
     t : (k,) float
-        Times to report [s].
+        Output times [s].
     method : str
         One of `METHODS`: Adams by fixed-point iteration, BDF by modified Newton, or an embedded
         Runge-Kutta formula of Dormand and Prince, Verner, or Fehlberg.
     rtol, atol : float
         Relative and absolute tolerance.
     cap : float
-        Wall time it may take [s].
+        Limit of wall time [s].
 
     Returns
     -------
     tuple
         States (k, 2 n_free), wall time [s], counts, and the reason of a failure: empty, ``"late"``
-        or SUNDIALS' own name for it.
+        or its name in SUNDIALS.
     """
     cdef Problem p
     cdef ptrdiff_t n, k
@@ -238,7 +238,7 @@ def integrate(system, mass, iteration, pattern, const double[::1] mass_values,
     p.iteration = <const ancf_seed *>PyCapsule_GetPointer(iteration.capsule, "ancf_seed")
     n = p.system.n_free
     cdef double[::1] q = np.array(q0), r = np.zeros(p.system.n_all + 64)
-    # With a bin behind the values, as matrices are added up.
+    # With an extra entry at the end, as the assembly of matrices requires.
     cdef double[:, ::1] values = np.zeros((3, p.system.n_values + 1))
     values[0, :p.system.n_values] = mass_values
     p.mass_values, p.stiffness_values, p.values = &values[0, 0], &values[1, 0], &values[2, 0]
@@ -284,7 +284,7 @@ def integrate(system, mass, iteration, pattern, const double[::1] mass_values,
                 flag = (flag or CVodeSetLinearSolver(memory, linear, matrix)
                         or CVodeSetLinSysFn(memory, setup))
         if flag:
-            raise RuntimeError(f"SUNDIALS refused the settings of {method} (code {flag})")
+            raise RuntimeError(f"SUNDIALS rejected the settings of {method} (code {flag})")
         memcpy(&out[0, 0], &y0[0], 2 * n * sizeof(double))
         for k in range(1, t.shape[0]):
             if runge_kutta:

@@ -12,7 +12,7 @@ include "../arrays.pxi"
 
 cdef struct Data:
     ptrdiff_t n_equations, n_terms
-    # One entry for each term; places in q, and slots in the values of the matrix.
+    # One entry per term; indices in q, and slots in the values of the matrix.
     const int32_t *row
     const int32_t *i
     const int32_t *j
@@ -22,8 +22,8 @@ cdef struct Data:
     const double *coefficient
     const double *about
     const double *offset
-    # Equations whose gradients count beside the masses: terms, and which coordinates of the
-    # equation each has; slots of all pairs of its coordinates.
+    # Equations whose gradients are added to the mass matrix: their terms, the coordinates of the
+    # equation in each term, and slots of all pairs of the coordinates.
     ptrdiff_t n_massive
     const int32_t *first_term
     const int32_t *first_place
@@ -59,7 +59,7 @@ cdef class Constraints:
     def __cinit__(self, arrays, masses):
         cdef Data *data = &self.data
         cdef double[::1] gradient = np.empty(1 + max(np.diff(masses["first_place"]), default=0))
-        self.owners = (arrays, masses, gradient)  # the pointers below lead into them
+        self.owners = (arrays, masses, gradient)  # the pointers below refer to these
         data.n_massive, data.gradient = len(masses["mass"]), &gradient[0]
         data.first_term = integers(masses["first_term"])
         data.first_place = integers(masses["first_place"])

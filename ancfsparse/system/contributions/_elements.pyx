@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""The elements of a system, group by group and thread by thread: calls of their kernels."""
+"""The elements of a system: kernel calls by groups and threads."""
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.stdint cimport int32_t
 from libc.stdlib cimport calloc, free
@@ -27,7 +27,7 @@ include "../../abi/system_abi.pxi"
 include "../arrays.pxi"
 
 
-# Places of the energies of a block: all in one.
+# Scatter indices for the energies of a block: all lanes add to one number.
 cdef int32_t[16] NOWHERE
 memset(NOWHERE, 0, sizeof(NOWHERE))
 
@@ -36,20 +36,20 @@ cdef struct Group:
     ptrdiff_t n_blocks, n, n_matrix  # numbers per element in a vector and in the matrix
     const int32_t *gather
     const int32_t *matrix_scatter
-    const int32_t *table_of  # NULL if every block has tables of its own
+    const int32_t *table_of  # NULL if every block has its own tables
     const int32_t *base
     const int32_t *matrix_base
     const int32_t *set_of
     const double *parameters
     ancf_kernel[N_KERNELS] kernels
-    # Damping: viscosities for stiffnesses and damped masses for masses.
+    # Damping: viscosities in place of stiffnesses, and damped masses in place of masses.
     bint strains_damped, masses_damped
     const int32_t *damping_set_of
     const double *damping_parameters
 
 
 cdef struct Run:
-    # Blocks of one group that one thread takes one after another.
+    # Consecutive blocks of one group, processed by one thread.
     int32_t group, begin, end
 
 
@@ -57,14 +57,14 @@ cdef struct Flat:
     ptrdiff_t n_groups
     bint damped  # whether any group is
     Group *groups
-    # Runs of each part, and then those that share places with several parts.
+    # Runs of each part, then those that share coordinates with several parts.
     ptrdiff_t n_parts
     const int32_t *run_start
     const Run *runs
 
 
 cdef struct Call:
-    # What the threads work on together: a kernel that adds to `out`.
+    # Arguments of a parallel call of a kernel that adds to `out`.
     const Flat *flat
     int kernel
     bint damped  # with the parameters of damping
@@ -91,7 +91,7 @@ cdef class Elements:
     def __cinit__(self, groups):
         cdef Flat *flat = &self.flat
         cdef Group *group
-        self.groups = groups  # the structures below point into these arrays
+        self.groups = groups  # the structures below hold pointers to these arrays
         flat.n_groups = len(groups)
         flat.groups = <Group *>calloc(max(flat.n_groups, 1), sizeof(Group))
         if flat.groups == NULL:
@@ -130,14 +130,14 @@ cdef class Elements:
         free(self.flat.groups)
 
     def divide(self, run_start, runs):
-        """Share the work among threads.
+        """Distribute the work among threads.
 
         Parameters
         ----------
         run_start : (n_parts + 2,) int
-            Where the runs of each part start, those that come after all parts, and the end.
+            First run of each part, of those that follow all parts, and the end.
         runs : (n_runs, 3) int
-            Group, first block and end of each run.  Runs of different parts have no place in common.
+            Group, first block and end of each run.  Runs of different parts share no coordinates.
         """
         self.runs = [np.array(run_start, dtype=np.int32),
                      np.array(runs, dtype=np.int32).reshape(-1, 3)]
@@ -152,7 +152,7 @@ cdef ancf_kernel pointer(capsule) except NULL:
 
 cdef void add_run(const Flat *self, const Run *run, int kernel, bint damped, const double *q,
                   const double *a, double *out) noexcept nogil:
-    """Let a kernel add what the elements of a run give, with the parameters of damping if asked for."""
+    """Call a kernel for the elements of a run, with damping parameters if requested."""
     cdef const Group *group = &self.groups[run.group]
     cdef ancf_kernel call = group.kernels[kernel]
     cdef bint to_matrix = fills_matrix(kernel), to_masses = is_of_mass(kernel)
@@ -190,7 +190,7 @@ cdef void add_part(void *context, ptrdiff_t part) noexcept nogil:
 
 cdef void add(const Flat *self, int kernel, const double *q, const double *a, double *out,
               bint damped=False) noexcept nogil:
-    """Add what all elements give; runs that share places with several parts come last."""
+    """Call a kernel for all elements; runs that share coordinates with several parts come last."""
     cdef Call call
     call.flat, call.kernel, call.q, call.a, call.out = self, kernel, q, a, out
     call.damped = damped

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""A force f(q, v, t) on points that a function of the caller's gives, in C or in Python."""
+"""A force f(q, v, t) on points, defined by a user function in C or Python."""
 from cpython.pycapsule cimport (
     PyCapsule_GetContext, PyCapsule_GetName, PyCapsule_GetPointer, PyCapsule_New)
 from libc.math cimport NAN, fabs, isfinite
@@ -14,7 +14,7 @@ include "../arrays.pxi"
 ctypedef int (*user_function)(
     ptrdiff_t, double *, double *, double, double *, void *) noexcept nogil
 
-# Share of a size over which the force is differentiated: the cube root of rounding.
+# Relative step of numerical differentiation: the cube root of the unit roundoff.
 cdef double SHARE = 6e-6
 
 
@@ -25,14 +25,14 @@ cdef struct Data:
     const int32_t *place  # (dim, m)
     const double *weight
     const int32_t *slot
-    double way, speed  # what motions are small beside [m], [m/s]
-    user_function function  # NULL if it is in Python
+    double way, speed  # scales of displacements and velocities [m], [m/s]
+    user_function function  # NULL for a Python function
     void *data
     void *owner
     int status  # of the last call of a C function
     bint failed  # whether the last force is not finite
     double t  # of that call [s]
-    # Rows of points: positions, velocities, forces; those of a second state; and differences.
+    # By points: positions, velocities, forces; those of a second state; and differences.
     double *q
     double *v
     double *f
@@ -49,17 +49,17 @@ cdef class UserForce:
     start, place, weight, slot
         The points as sums of coordinates, see `contributions.attach.Points`.
     clock : int
-        Which amplitude is the time.
+        Index of the amplitude that is the time.
     coupled : bool
         Whether the force on one point depends on the motion of others.
     way, speed : float
-        Sizes of motions, beside which small ones are taken for derivatives [m], [m/s].
+        Scales of displacements and velocities, for numerical differentiation [m], [m/s].
     capsule : capsule or None
         The C function.
     function : callable
-        Without one: takes positions, velocities and time, and returns checked forces.
+        Used without a capsule: takes positions, velocities and time, and returns checked forces.
     failure : callable
-        Makes an error of a time and the status of a C function.
+        Returns an error, given a time and the status of a C function.
     """
 
     cdef ancf_contribution interface
@@ -97,7 +97,7 @@ cdef class UserForce:
 
     @property
     def error(self):
-        """What went wrong in the last call; None if nothing did."""
+        """Error of the last call, or None."""
         if self.raised is not None:
             return self.raised
         return self.failure(self.data.t, self.data.status) if self.data.failed else None
@@ -115,21 +115,21 @@ cdef class UserForce:
 
 
 cdef void in_python(Data *self, double t) noexcept with gil:
-    """Call a Python function; once it has failed it is not called again."""
+    """Call the Python function; after a failure it is not called again."""
     cdef UserForce owner = <UserForce>self.owner
     cdef ptrdiff_t i
     cdef const double[:, ::1] found
     shape = self.n, self.dim
     if owner.raised is None:
         try:
-            # Copies: the caller may keep them, or write into them.
+            # Copies, which the user function may keep or modify.
             q = np.array(<double[:self.n, :self.dim]>self.q)
             v = np.array(<double[:self.n, :self.dim]>self.v)
             found = np.ascontiguousarray(owner.call(q, v, t))
             for i in range(self.n * self.dim):
                 self.f[i] = (&found[0, 0])[i]
             return
-        except BaseException as error:  # a function of the caller's may raise anything
+        except BaseException as error:  # a user function may raise anything
             owner.raised = error
     for i in range(self.n * self.dim):
         self.f[i] = NAN
@@ -192,7 +192,7 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
 
 
 cdef void differentiate(Data *self, const ancf_state *x, bint by_velocity) noexcept nogil:
-    """Set rows of the jacobian: by one coordinate of a point, or by one of all points at once."""
+    """Set rows of the Jacobian: derivatives by a coordinate of one point, or of all at once."""
     cdef double t = x.amplitudes[self.clock]
     cdef double *moved = self.v if by_velocity else self.q
     cdef double step = SHARE * (self.speed if by_velocity else self.way)
@@ -223,7 +223,7 @@ cdef inline void shift(double *x, ptrdiff_t begin, ptrdiff_t end, ptrdiff_t stri
 
 cdef inline double entry(const Data *self, ptrdiff_t k, ptrdiff_t c, ptrdiff_t o,
                          ptrdiff_t e) noexcept nogil:
-    """Minus the symmetric part of the derivative of f_kc by the motion oe, and of f_oe by kc."""
+    """Minus the mean of the derivatives of f_kc by the motion oe and of f_oe by kc."""
     cdef ptrdiff_t n = self.n * self.dim, row = self.dim * k + c, column = self.dim * o + e
     if self.coupled:
         return -0.5 * (self.jacobian[column * n + row] + self.jacobian[row * n + column])
@@ -231,7 +231,7 @@ cdef inline double entry(const Data *self, ptrdiff_t k, ptrdiff_t c, ptrdiff_t o
 
 
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
-    """The derivatives by positions and velocities; none of it is definite, so a neighbour has none."""
+    """Add derivatives by positions and velocities, but none to the definite approximation."""
     cdef Data *self = <Data *>context
     cdef const int32_t *slot = self.slot
     cdef ptrdiff_t k, o, i, j, c, e
@@ -247,6 +247,6 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
                         for e in range(self.dim if j < i else c + 1):
                             value = self.weight[i] * self.weight[j] * entry(self, k, c, o, e)
                             if i != j and self.place[c * self.m + i] == self.place[e * self.m + j]:
-                                value *= 2.0  # a coordinate that two of the points share
+                                value *= 2.0  # a coordinate shared by two of the points
                             values[slot[0]] += value
                             slot += 1

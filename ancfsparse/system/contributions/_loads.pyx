@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Loads that change with time: force[place] += weight * amplitude[column]."""
+"""Time-dependent loads: force[place] += weight * amplitude[column]."""
 from cpython.pycapsule cimport PyCapsule_New
 from libc.math cimport fabs
 from libc.stdint cimport int32_t
@@ -21,9 +21,9 @@ cdef class Loads:
     Parameters
     ----------
     place, column : (n,) int32
-        Where in q each of them acts, and which amplitude it takes.
+        Index in q on which each load acts, and index of its amplitude.
     weight : (n,) float
-        By what that is multiplied.
+        Factor of the amplitude.
     """
 
     cdef ancf_contribution interface
@@ -32,7 +32,7 @@ cdef class Loads:
     cdef readonly object capsule
 
     def __cinit__(self, place, column, weight):
-        self.owners = (place, column, weight)  # the pointers below lead into them
+        self.owners = (place, column, weight)  # the pointers below refer to these
         self.data.n = len(place)
         self.data.place, self.data.column = integers(place), integers(column)
         self.data.weight = reals(weight)

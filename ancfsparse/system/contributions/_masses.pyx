@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Constant entries of the mass matrix, beside those of the elements."""
+"""Constant entries of the mass matrix, in addition to those of the elements."""
 from cpython.pycapsule cimport PyCapsule_New
 from libc.stdint cimport int32_t
 
@@ -21,7 +21,7 @@ cdef class Masses:
     Parameters
     ----------
     row, column, slot : (n,) int32
-        Places in q, and where the entry stands in the values of the matrix.
+        Indices in q, and slot of the entry in the values of the matrix.
     value : (n,) float
         The entries [kg, kg m2].
     """
@@ -32,7 +32,7 @@ cdef class Masses:
     cdef readonly object capsule
 
     def __cinit__(self, row, column, slot, value):
-        self.owners = (row, column, slot, value)  # the pointers below lead into them
+        self.owners = (row, column, slot, value)  # the pointers below refer to these
         self.data.n = len(row)
         self.data.row, self.data.column = integers(row), integers(column)
         self.data.slot, self.data.value = integers(slot), reals(value)

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Moments on nodes: forces that follow the slopes, and their derivative with the axes held."""
+"""Moments on nodes: forces that depend on the slopes, and their derivatives for fixed axes."""
 from cpython.pycapsule cimport PyCapsule_New
 from libc.math cimport fabs, sqrt
 from libc.stdint cimport int32_t
@@ -26,10 +26,10 @@ cdef class Moments:
     n_all : int
         Number of coordinates.
     arrays : mapping
-        ``place (n, 3 dim)`` of those of r_x, r_y, r_z in q that the moment acts on, -1 for the
-        others; ``slot``, places of their lower triangle in the values of the matrix; ``column`` of
-        the amplitudes; ``axes (n, 9)``, places of the vectors about which a moment in space
-        follows, or -1.
+        ``place (n, 3 dim)``, indices in q of those of r_x, r_y, r_z that the moment acts on, -1 for
+        the others; ``slot``, indices of their lower triangle in the values of the matrix;
+        ``column`` of the amplitudes; ``axes (n, 9)``, places of the vectors about which a moment in
+        space follows, or -1.
     """
 
     cdef ancf_contribution interface
@@ -39,7 +39,7 @@ cdef class Moments:
 
     def __cinit__(self, ptrdiff_t n_all, arrays):
         cdef Data *data = &self.data
-        self.owner = arrays  # the pointers below lead into it
+        self.owner = arrays  # the pointers below refer to these
         data.n_all = n_all
         data.n, data.dim = len(arrays["place"]), arrays["place"].shape[1] // 3
         data.place, data.slot = integers(arrays["place"]), integers(arrays["slot"])
@@ -85,7 +85,7 @@ cdef inline bint vector_at(const Data *self, ptrdiff_t k, ptrdiff_t v, const dou
 
 
 cdef inline double share_at(const Data *self, ptrdiff_t k) noexcept nogil:
-    """Share of a twist that each of r_y and r_z takes on where moment k acts."""
+    """Fraction of a twist for each of r_y and r_z where moment k acts."""
     cdef const int32_t *place = self.place + 3 * k * self.dim
     return 0.5 if place[self.dim] >= 0 and place[2 * self.dim] >= 0 else 1.0
 
@@ -102,7 +102,7 @@ cdef inline double dot(const double *a, const double *b) noexcept nogil:
 
 cdef inline void section_at(const Data *self, ptrdiff_t k, const double *q,
                             double units[2][3]) noexcept nogil:
-    """Read r_y and r_z, which out of the plane is a unit vector."""
+    """Read r_y and r_z; in the plane, r_z is the unit normal unless it is a coordinate."""
     units[1][0] = units[1][1] = 0.0
     units[1][2] = 1.0
     vector_at(self, k, 1, q, units[0])
@@ -145,9 +145,9 @@ cdef void add_on_section(const Data *self, ptrdiff_t k, const double *m, const d
 
 cdef void stiffness_on_section(const Data *self, ptrdiff_t k, const double *m, const double *q,
                                double derivative[9][9]) noexcept nogil:
-    """Of minus the force w x u on each vector u, where w changes with both.
+    """Derivative of minus the force w x u on each vector u, where w depends on both vectors.
 
-    With w held, w x u has a skew derivative, which the symmetric part has nothing of."""
+    For constant w the derivative of w x u is skew and has no symmetric part."""
     cdef double units[2][3]
     cdef double w[3]
     cdef double pull[3]
@@ -178,7 +178,7 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
 
 cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
                  double *scratch) noexcept nogil:
-    """The residual has the moments with a minus."""
+    """Subtract the moments from the residual."""
     cdef const Data *self = <const Data *>context
     cdef double total = 0.0
     cdef ptrdiff_t i
@@ -204,11 +204,12 @@ cdef double reach(void *context, const double *q0, const double *q1, const doubl
 
 cdef void add(const Data *self, const double *q, const double *amplitudes,
               double *r) noexcept nogil:
-    """A moment m bends by m x r_x / |r_x|^2 on the slope; the part of it along the axis twists by
-    equal shares of itself on the section vectors, if there are any.
+    """A moment m acts as m x r_x / |r_x|^2 on the slope; its component along the axis acts in equal
+    parts on the section vectors, if there are any.
 
-    Where r_x is free of the section, the moment acts on the section vectors alone, with the forces
-    w x u that turn both at one rate w and have the moment m about the node."""
+    If r_x is independent of the section, the moment acts on the section vectors only, by forces w x
+    u
+    with a common vector w whose resultant moment about the node is m."""
     cdef double x[3]
     cdef double y[3]
     cdef double m[3]
@@ -241,7 +242,7 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
 
 cdef void add_stiffness(const Data *self, const double *q, const double *amplitudes,
                         double *values) noexcept nogil:
-    """The symmetric part of the derivative: in space the force of a fixed moment has no potential."""
+    """Add the symmetric part of the derivative: in space a fixed moment has no potential."""
     cdef double x[3]
     cdef double m[3]
     cdef double derivative[9][9]

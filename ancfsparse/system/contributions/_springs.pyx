@@ -5,7 +5,7 @@ Between two states the force is the discrete gradient of the energy U(l - L),
 
     (U1 - U0) / (l1 - l0)  (d0 + d1) / (l0 + l1),    times d1 - d0 it is U1 - U0,
 
-d being the vectors from end to end.
+where d is the vector from end to end.
 """
 from cpython.pycapsule cimport (
     PyCapsule_GetContext, PyCapsule_GetName, PyCapsule_GetPointer, PyCapsule_New)
@@ -25,10 +25,10 @@ cdef struct Law:
     plain_law plain
     data_law with_data
     void *data
-    void *function  # in Python; all are NULL where the spring is linear
+    void *function  # in Python; all of these are NULL if the spring is linear
     void *owner
-    bint failed  # whether the last force is no number
-    double elongation  # where
+    bint failed  # whether the last force was not finite
+    double elongation  # at which it failed
 
 
 cdef struct Data:
@@ -37,7 +37,7 @@ cdef struct Data:
     const int32_t *place  # (dim, m)
     const double *weight
     const int32_t *slot
-    const double *origin  # (n, dim) what is added to the sum of coordinates
+    const double *origin  # (n, dim) constant added to the sum of coordinates
     const double *stiffness
     const double *damping
     const double *length
@@ -54,14 +54,14 @@ cdef class Springs:
     start, place, weight, slot
         The vectors from end to end as sums of coordinates, see `contributions.attach.Points`.
     origin : (n, dim) float
-        What is added to them [m].
+        Constants added to them [m].
     stiffness, damping, length : (n,) float
         [N/m], [N s/m], [m].
     scale : (n,) float
-        A length beside which force laws are differentiated [m].
+        Scale of length for numerical differentiation of force laws [m].
     laws : list
-        Of each spring None, or a function or capsule, the place of its signature in `LAWS`, and
-        what makes an error of a call that failed.
+        For each spring None, or: a function or capsule, the index of its signature in `LAWS`, and
+        a function that returns the error of a failed call.
     """
 
     cdef ancf_contribution interface
@@ -114,7 +114,7 @@ cdef class Springs:
 
     @property
     def error(self):
-        """What went wrong in the last call of a force law; None if nothing did."""
+        """Error of the last call of a force law, or None."""
         if isinstance(self.raised, Exception):
             return self.laws[self.which][2](self.where, self.raised)
         if self.raised is not None:
@@ -154,7 +154,7 @@ cdef inline void push(const Data *self, ptrdiff_t k, double factor, const double
 
 
 cdef inline double over_length(const Data *self, ptrdiff_t k, double length) noexcept nogil:
-    """Force over length, which a spring without a length of its own has where it is a point too."""
+    """Force over length; for a spring of zero natural length also defined at zero length."""
     if length > 0.0:
         return force(self, k, length - self.length[k]) / length
     return slope(self, k, 0.0) if self.length[k] == 0.0 else 0.0
@@ -250,12 +250,12 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
                 across = over_length(self, k, sqrt(square))
             else:
                 along = max(along, 0.0)
-        # along on the line, across beside it
+        # along: in the direction of the line; across: orthogonal to it
         for c in range(self.dim):
             for e in range(self.dim):
                 block[c][e] = (along - across) * d[c] * d[e] / square if square > 0.0 else 0.0
             block[c][c] += across
-        # Coordinates are numbered one after the other, the directions of each together.
+        # Coordinates are numbered consecutively, with the directions of each together.
         for i in range(self.start[k], self.start[k + 1]):
             for c in range(self.dim):
                 for j in range(self.start[k], i + 1):

@@ -1,16 +1,16 @@
 """Force laws of springs: the force, its mean and its integral between two elongations, its slope.
 
-Text for `_springs.pyx`.
+Included by `_springs.pyx`.
 """
 from libc.math cimport NAN, fabs, isfinite
 
 
-# Share of a length over which a force law is differentiated: the cube root of rounding.
+# Relative step of numerical differentiation: the cube root of the unit roundoff.
 cdef double SHARE = 6e-6
-# Share of an integral that may be left, and how often a part is halved at most.
+# Relative error of an integral, and maximum depth of bisection.
 cdef double LEFT = 1e-14
 cdef int MOST_HALVES = 40
-# Gauss's points on (-1, 1), the positive ones, and their weights.
+# The positive Gauss points on (-1, 1), and their weights.
 cdef double[5] POINT = [0.14887433898163122, 0.4333953941292472, 0.6794095682990244,
                         0.8650633666889845, 0.9739065285171717]
 cdef double[5] WEIGHT = [0.29552422471475287, 0.26926671930999635, 0.21908636251598204,
@@ -18,13 +18,13 @@ cdef double[5] WEIGHT = [0.29552422471475287, 0.26926671930999635, 0.21908636251
 
 
 cdef double call(const Law *law, double elongation) noexcept with gil:
-    """A force law in Python; once one has raised an error none is called again."""
+    """Evaluate a force law in Python; after an error no law is called again."""
     cdef Springs owner = <Springs>law.owner
     if owner.raised is not None:
         return NAN
     try:
         return float((<object>law.function)(elongation))
-    except BaseException as error:  # a function of the caller's may raise anything
+    except BaseException as error:  # a user function may raise anything
         owner.raised, owner.where = error, elongation
         owner.which = law - owner.data.laws
         return NAN
@@ -51,7 +51,7 @@ cdef inline bint is_linear(const Data *self, ptrdiff_t k) noexcept nogil:
 
 
 cdef double mean(const Data *self, ptrdiff_t k, double begin, double end) noexcept nogil:
-    """Mean of a force law between two elongations, by Gauss's rule of ten points."""
+    """Mean of a force law between two elongations, by the ten-point Gauss rule."""
     cdef double middle = 0.5 * (begin + end), half = 0.5 * (end - begin), sum = 0.0
     cdef int i
     for i in range(5):
@@ -66,7 +66,7 @@ cdef inline double gauss(const Data *self, ptrdiff_t k, double begin, double end
 
 cdef double refined(const Data *self, ptrdiff_t k, double begin, double end, double whole,
                     double allowed, int halves) noexcept nogil:
-    """Integrate by halves until these add up to the whole, as deep as a kink of the law needs."""
+    """Integrate adaptively: bisect until the halves add up to the whole, for laws with kinks."""
     cdef double middle = 0.5 * (begin + end)
     cdef double left = gauss(self, k, begin, middle), right = gauss(self, k, middle, end)
     cdef double limit = allowed
@@ -85,7 +85,7 @@ cdef double integral(const Data *self, ptrdiff_t k, double begin, double end) no
 
 
 cdef double slope(const Data *self, ptrdiff_t k, double elongation) noexcept nogil:
-    """Derivative of a force by the elongation; it only has to be near."""
+    """Derivative of a force by the elongation; an approximation suffices."""
     cdef double step
     if is_linear(self, k):
         return self.stiffness[k]
