@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ancfsparse.kernels.catalog import ElementKind
@@ -18,6 +19,7 @@ from ancfsparse.scene.spec import specified
 
 if TYPE_CHECKING:
     from ancfsparse.scene.curves import Angle, Direction
+    from ancfsparse.scene.eigenstrain import Eigencurvature, Eigenstrain
     from ancfsparse.scene.paths import AnyCurve
 
 
@@ -43,6 +45,8 @@ class Bodies(Records):
         section_strain: str = "consistent",
         up: Direction = None,
         twist: Angle = None,
+        eigenstrain: Eigenstrain = None,
+        eigencurvature: Eigencurvature = None,
         velocity: ArrayLike | VelocityField | None = None,
         name: str | None = None,
     ) -> Beam:
@@ -100,6 +104,13 @@ class Bodies(Records):
             Of a thick beam in space: angle by which the section is turned further about e_x [rad],
             growing evenly from 0 at the start to this at the end; or a function that maps arc
             lengths (k,) [m] to angles (k,).
+        eigenstrain : float or callable, optional
+            Elongation of the axis that it would have without stress [-], such as thermal expansion
+            times a change of temperature; or a function of the arc coordinate s [m], taken in the
+            middle of every element.  Of ``"thin"`` in a planar scene and ``"thick"``.
+        eigencurvature : float, array_like of shape (2,), or callable, optional
+            Likewise the turn of its sections per length [1/m], counterclockwise in the plane, about
+            e_y and e_z in space: of a strip of two layers, or with a gradient of temperature.
         velocity : array_like of shape (dim,) or callable, optional
             Initial velocity [m/s]: one for all, or a function that maps reference positions
             (k, dim) [m] to velocities (k, dim).  The default is at rest.
@@ -123,6 +134,10 @@ class Bodies(Records):
         beam = beam_of(
             label, self.gravity, element, shape, n_elements, section, material, given, velocity
         )
+        if eigenstrain is not None or eigencurvature is not None:
+            from ancfsparse.scene.eigenstrain import with_eigenstrain  # few beams have any
+
+            beam = with_eigenstrain(beam, eigenstrain, eigencurvature)
         record = BeamSpec(
             element=element,
             start=None if start is None else beam.positions[0],
@@ -140,6 +155,8 @@ class Bodies(Records):
             tension=None if tension is None else float(tension),
             up=specified(up),
             twist=twist if twist is None or callable(twist) else float(twist),
+            eigenstrain=_as_given(eigenstrain),
+            eigencurvature=_as_given(eigencurvature),
             velocity=specified(velocity),
             name=label,
         )
@@ -240,3 +257,10 @@ def _specified_curve(curve: AnyCurve) -> AnyCurve:
     from ancfsparse.scene.paths import specified_curve
 
     return specified_curve(curve)
+
+
+def _as_given(value: Any) -> Any:
+    """Return a number, a vector as a tuple, or a function."""
+    if value is None or callable(value):
+        return value
+    return tuple(map(float, value)) if np.ndim(value) else float(value)

@@ -16,6 +16,7 @@ from ancfsparse.scene.bodies import ElasticBody, Node, Numbers, Vector, Velocity
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection, Taper
 from ancfsparse.scene.spec import Point, Spec
+from ancfsparse.words import numbers
 
 if TYPE_CHECKING:
     from ancfsparse.scene.curves import Angle, Direction
@@ -45,6 +46,8 @@ class BeamSpec(Spec):
     tension: float | None = None
     up: Direction = None
     twist: Angle = None
+    eigenstrain: Any = None
+    eigencurvature: Any = None
     velocity: tuple[float, ...] | VelocityField | None = None
     name: str | None = None
     method = "add_beam"
@@ -55,6 +58,7 @@ class BeamSpec(Spec):
         "length": "m",
         "tension": "N",
         "twist": "rad",
+        "eigencurvature": "1/m",
     }
 
 
@@ -102,11 +106,14 @@ class Beam(ElasticBody):
         section at every node in the reference shape, or one for all, read-only.
     nodes : tuple of float, or None
         Shares of the length at which its nodes stand, if they were given.
+    eigen : ndarray, shape (n_elements, 2 or 3), or None
+        Eigenstrain [-] and eigencurvature [1/m] of every element, read-only.
     """
 
     arcs: Vector
     frames: Vector
     nodes: tuple[float, ...] | None = None
+    eigen: Vector | None = None
 
     def __repr__(self) -> str:
         """Say which beam this is."""
@@ -137,7 +144,17 @@ class Beam(ElasticBody):
             parts["element"] += " curved"
         if not self._is_even:
             parts["mesh"] += f", {self.length:.9g} m"
+        if self.eigen is not None:
+            parts["eigenstrain"] = numbers(self.eigen.ravel())
         return parts
+
+    def free_of_stress(self, ends: Vector) -> Vector:
+        """Return the coordinates of both nodes of every element without stress, (n, 2, n_c)."""
+        if self.eigen is None:
+            return ends
+        from ancfsparse.scene.eigenstrain import strained_ends
+
+        return strained_ends(self.kind, ends, self.lengths, self.eigen)
 
     @property
     def size(self) -> float:

@@ -254,6 +254,13 @@ class ElasticBody(Body):
             "mesh": f"{self.n_elements} elements, {sha256(links.tobytes()).hexdigest()[:16]}",
         }
 
+    def free_of_stress(self, ends: Vector) -> Vector:
+        """Return the coordinates of both nodes of every element without stress, (n, 2, n_c).
+
+        `ends` holds those of the reference shape, from which they may differ by eigenstrains.
+        """
+        return ends
+
     @property
     def speed(self) -> float:
         """Speed of sound in its material [m/s]."""

@@ -157,7 +157,7 @@ def _shaped(
     path, natural, stretch = _strained(label, gravity, name, chosen, section, material, shape)
     across = _narrowed(label, stretch, material.poisson_ratio, kind)
     if _rests_curved(label, shape) and not kind.is_string:
-        kind = _curved(label, name, kind)
+        kind = curved_kind(label, name, kind)
     even = np.arange(count + 1) / count if shares is None else shares
     s = even * path.length
     positions, tangents = path.at(s)
@@ -227,7 +227,7 @@ def _rests_curved(label: str, shape: Shape) -> bool:
     return curved
 
 
-def _curved(label: str, name: str, kind: ElementKind) -> ElementKind:
+def curved_kind(label: str, name: str, kind: ElementKind) -> ElementKind:
     """Return the form of an element that is free of strain in a curved shape."""
     if kind.is_curved:
         return kind

@@ -109,5 +109,6 @@ def base_parameters(body: ElasticBody, kind: ElementKind, common: Mapping[str, f
             base[:, k] = body.lengths if name == "length" else common[name]
     if kind.is_curved:
         columns = [name.startswith(REFERENCE) for name in kind.parameters]
-        base[:, columns] = reference(body)[body.ends].reshape(body.n_elements, -1)
+        ends = body.free_of_stress(reference(body)[body.ends])
+        base[:, columns] = ends.reshape(body.n_elements, -1)
     return base
