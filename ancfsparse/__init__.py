@@ -10,6 +10,7 @@ from ancfsparse.errors import (
     AccuracyFailure,
     AncfError,
     ApproximateModes,
+    AssemblyFailure,
     EnergyGain,
     EquilibriumFailure,
     InputError,
@@ -53,6 +54,7 @@ from ancfsparse.solve import simulate, solve_static, stable_step
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
+    from ancfsparse.solve.assemble import assemble
     from ancfsparse.solve.buckling import buckling
     from ancfsparse.solve.complex_modes import complex_modes
     from ancfsparse.solve.load_path import load_path
@@ -65,6 +67,7 @@ __all__ = [
     "AncfError",
     "ApproximateModes",
     "Arc",
+    "AssemblyFailure",
     "Box",
     "CentralDifference",
     "Circle",
@@ -105,6 +108,7 @@ __all__ = [
     "Trajectory",
     "Tube",
     "UnstableEquilibrium",
+    "assemble",
     "buckling",
     "complex_modes",
     "grid",
@@ -120,6 +124,7 @@ __all__ = [
 
 
 _ON_DEMAND = {
+    "assemble": "solve.assemble",
     "buckling": "solve.buckling",
     "complex_modes": "solve.complex_modes",
     "grid": "sweeps",

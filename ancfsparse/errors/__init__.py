@@ -6,6 +6,7 @@ data (`Parameter`), so that a command line can show its options in their place.
 
 from ancfsparse.errors.equilibria import (
     ApproximateModes,
+    AssemblyFailure,
     EquilibriumFailure,
     ModesFailure,
     UnstableEquilibrium,
@@ -30,6 +31,7 @@ __all__ = [
     "AccuracyFailure",
     "AncfError",
     "ApproximateModes",
+    "AssemblyFailure",
     "EnergyGain",
     "EquilibriumFailure",
     "InputError",

@@ -52,6 +52,34 @@ class EquilibriumFailure(AncfError, RuntimeError):
         )
 
 
+class AssemblyFailure(AncfError, RuntimeError):
+    """Joints and drives cannot be satisfied together.
+
+    Parameters
+    ----------
+    where : str
+        The joint that is violated most.
+    violation : float
+        By how much [m].
+    before : float
+        Largest violation before anything was moved [m].
+    """
+
+    def __init__(self, where: str, violation: float, before: float) -> None:
+        super().__init__(where, violation, before)
+        self.where = where
+        self.violation = violation
+        self.before = before
+
+    def sentence(self, face: Face = in_python) -> str:
+        """Compose the message a reader meets."""
+        return (
+            f"the scene cannot be assembled: the {self.where} stays violated by "
+            f"{self.violation:.3g} m, of {self.before:.3g} m at first. Check that the lengths "
+            "allow all joints and drives at once, or put the bodies nearer to where they belong"
+        )
+
+
 class UnstableEquilibrium(UserWarning):
     """The equilibrium that statics found is unstable: the least push would end it.
 

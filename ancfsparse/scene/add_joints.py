@@ -192,13 +192,16 @@ class Joints(Records):
         record = RodSpec(node.reference, specified(point), length, rate, second_rate)
         return self._add(Rod(node, point, distance, course), record)
 
-    def connect(self, a: Node, b: Node) -> Connect:
+    def connect(self, a: Node, b: Node, *, apart: bool = False) -> Connect:
         """Join two nodes at one place, free to turn against each other.
 
         Parameters
         ----------
         a, b : Node
-            Nodes with the same reference position.
+            Nodes with the same reference position, unless `apart`.
+        apart : bool, optional
+            Whether they may be apart in the reference shape.  `assemble` and `solve_static` bring
+            them together; a motion starts from what these return.
 
         Returns
         -------
@@ -211,12 +214,13 @@ class Joints(Records):
             raise InputError(f"a connection needs two nodes, got {a!r} twice")
         check_other_body("a connection", a, b)
         gap = float(np.linalg.norm(a.position - b.position))
-        if gap > SAME_PLACE * max(a.beam.size, b.beam.size):
+        if not check_flag("apart", apart) and gap > SAME_PLACE * max(a.beam.size, b.beam.size):
             raise InputError(
                 f"{a!r} and {b!r} cannot be connected: they are {gap:.6g} m apart, at "
-                f"{place(a.position)} and {place(b.position)}; move one beam so that they meet"
+                f"{place(a.position)} and {place(b.position)}; move one beam so that they meet, "
+                "or give apart=True and let assemble move them"
             )
-        return self._add(Connect(a, b), ConnectSpec(a.reference, b.reference))
+        return self._add(Connect(a, b, apart), ConnectSpec(a.reference, b.reference, apart))
 
     def distance(
         self,

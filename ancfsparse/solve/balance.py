@@ -81,6 +81,9 @@ class Balance:
         Whether all forces have a potential, as moments in space have none.
     span : float
         Largest coordinate of the reference shape [m].
+    forces_first : bool
+        Whether drives only move when all forces are there, and not with them: a cable that sags is
+        slackened more easily than a straight one.
     start : State
         The reference shape without loads.
     loads : float
@@ -101,6 +104,7 @@ class Balance:
         self._grows = system.loads.growing
         self._dead = system.dead_load
         self._set_drives(t)
+        self.forces_first = False
         self._rest = np.zeros(system.n_all)
         loads = system.loads
         self.plain = not (loads.moment_place or loads.followers) and system.constraints.linear
@@ -188,22 +192,34 @@ class Balance:
         self.stats.residual_evaluations += 1
         if self._driven.any():
             q = np.array(q)
-            q[len(q) - len(self._driven) :] = self._still + load * self._driven
-        r, phi = self.system.assembly.residual(
-            q, self._rest, self._rest, lam, load * self._dead, self._amplitudes_at(load)
-        )
-        followed = self._held + load * self._followed
+            q[len(q) - len(self._driven) :] = self._still + self._way(load) * self._driven
+        forces = self._share(load) * self._dead, self._amplitudes_at(load)
+        r, phi = self.system.assembly.residual(q, self._rest, self._rest, lam, *forces)
+        followed = self._held + self._way(load) * self._followed
         phi[len(phi) - len(followed) :] -= followed
         return State(q, lam, np.asarray(r)[: self.system.n_free], np.asarray(phi))
 
+    def _share(self, load: float) -> float:
+        """Return the share of the forces where the load has come so far."""
+        return min(1.0, 2.0 * load) if self.forces_first else load
+
+    def _way(self, load: float) -> float:
+        """Return the share of their way that drives have gone by then."""
+        return max(0.0, 2.0 * load - 1.0) if self.forces_first else load
+
     def _amplitudes_at(self, load: float) -> Vector:
         """Return the amplitudes under a share of the loads."""
-        return np.asarray(np.where(self._grows, load, 1.0) * self._amplitudes)
+        return np.asarray(np.where(self._grows, self._share(load), 1.0) * self._amplitudes)
+
+    @property
+    def driven(self) -> bool:
+        """Whether anything is moved by drives."""
+        return bool(self._driven.any() or self._followed.any())
 
     @property
     def small_load(self) -> float:
         """A share of the loads in which unbalanced forces are linear: any without drives."""
-        return SMALL_LOAD if self._driven.any() or self._followed.any() else 1.0
+        return SMALL_LOAD if self.driven else 1.0
 
     def moved(self, state: State, dx: Vector, dlam: Vector, load: float) -> State:
         """Return the state after a correction."""
@@ -367,7 +383,7 @@ class Balance:
         """Whether what is unbalanced is a small share of the loads, or rounding."""
         if not self._is_met(state):
             return False
-        allowed = tolerance * (load * self.loads + self._stress_at_start)
+        allowed = tolerance * (self._share(load) * self.loads + self._stress_at_start)
         left = self.size_of_forces(state.r)
         if left <= allowed or left > self._most_rounding:
             return left <= allowed

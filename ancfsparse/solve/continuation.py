@@ -9,7 +9,6 @@ import numpy as np
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.interface import Integrator
-from ancfsparse.results import Equilibrium
 from ancfsparse.scene.digest import difference
 from ancfsparse.system import System
 from ancfsparse.system.state import State
@@ -36,8 +35,9 @@ def check_start(start: object, name: str = "start") -> State | None:
     if isinstance(start, State):
         check_finite(f"the time of {name}", start.t, "s")
         return start
-    if isinstance(start, Equilibrium):
-        return start.state
+    state = getattr(start, "state", None)  # of an equilibrium or an assembly
+    if isinstance(state, State):
+        return state
     raise InputError(
         f"{name} must be a state such as run.last, or an equilibrium that solve_static has "
         f"returned, got {shown(start)}"

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ancfsparse.errors import EquilibriumFailure
 from ancfsparse.solve.balance import Balance, State
 from ancfsparse.solve.relax import Found, NotFoundError, find, settle
+
+Vector = NDArray[np.float64]
 
 # Unbalanced share of the loads that is allowed in intermediate load steps.
 ON_THE_WAY = 1e-3
@@ -54,20 +57,55 @@ def find_equilibrium(balance: Balance, load_steps: int, tolerance: float) -> Fou
                 return _settled(balance, balance.state(start.q, start.lam, 1.0), tolerance)
             except NotFoundError:
                 pass
-    taken, stats.steps = stats.steps, 0
-    load_steps = max(CAREFUL, load_steps)
-    try:
-        return _follow(balance, start, load_steps, tolerance, patient=True)
-    except NotFoundError as lost:
+    taken, load_steps = stats.steps, max(CAREFUL, load_steps)
+    last, reached = NotFoundError("", start, 1.0), 0.0
+    for forces_first in (False, True)[: 1 + balance.driven]:
+        stats.steps, balance.forces_first = 0, forces_first
         try:
-            whole = balance.state(lost.state.q, lost.state.lam, 1.0)
-            return _settled(balance, whole, tolerance)
-        except NotFoundError as last:
-            if kept is None:
-                reason = f"{last.reason}; load steps reached {100 * lost.reached:.3g} %"
-                raise _failure(balance, last, reason) from None
+            return _follow(balance, start, load_steps, tolerance, patient=True)
+        except NotFoundError as failed:
+            state, reached = failed.state, failed.reached
+        try:
+            return _settled(balance, balance.state(state.q, state.lam, 1.0), tolerance)
+        except NotFoundError as failed:
+            last = failed
+    if kept is None:
+        reason = f"{last.reason}; load steps reached {100 * reached:.3g} %"
+        raise _failure(balance, last, reason)
     stats.steps = taken
     return kept
+
+
+def find_from(balance: Balance, q: Vector, load_steps: int, tolerance: float) -> Found:
+    """Find the equilibrium under the full load next to given coordinates, stable if possible.
+
+    Where there is none, the load grows from the reference shape as in `find_equilibrium`.
+
+    Parameters
+    ----------
+    balance : Balance
+        The equations of the equilibrium, and their seed.
+    q : (n_all,) float
+        Where to begin.
+    load_steps : int
+        Number of large steps from the reference shape.
+    tolerance : float
+        Unbalanced share of the loads that is allowed [-].
+
+    Raises
+    ------
+    EquilibriumFailure
+        With the largest unbalanced force.
+    """
+    state = balance.state(q, balance.start.lam, 1.0)
+    try:
+        found = find(balance, state, 1.0, tolerance)
+        balance.stats.steps += 1
+        if found.negative == 0 or not balance.conservative:
+            return found
+        return _settled(balance, state, tolerance)
+    except NotFoundError:
+        return find_equilibrium(balance, load_steps, tolerance)
 
 
 def _settled(balance: Balance, state: State, tolerance: float) -> Found:

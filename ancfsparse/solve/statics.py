@@ -28,10 +28,12 @@ from ancfsparse.seeds import DeflatedSeed, SparseSeed
 from ancfsparse.solve.memory import DEFLATED_ENTRY, Memory, check_factor, estimate, memory_for
 from ancfsparse.solve.progress import progress_bar
 from ancfsparse.solve.seed import SEEDS
-from ancfsparse.system import System
+from ancfsparse.system import State, System
 
 if TYPE_CHECKING:
+    from ancfsparse.results.assembly import Assembly
     from ancfsparse.solve.balance import Balance
+    from ancfsparse.solve.relax import Found
 
 # Shares of the loads that may be asked for.
 FINEST, COARSEST = 1e-14, 1e-3
@@ -43,7 +45,8 @@ MATRICES = 8
 def solve_static(
     scene: Scene,
     *,
-    t: float = 0.0,
+    t: float | None = None,
+    start: State | Equilibrium | Assembly | None = None,
     load_steps: int = 1,
     tolerance: float = 1e-9,
     seed: str = "auto",
@@ -60,8 +63,12 @@ def solve_static(
     scene : Scene
         Beams, joints and loads, held by its joints against every rigid motion.
     t : float, optional
-        Time at which functions of time are evaluated [s].  Drives move from the reference shape to
-        where they are then.
+        Time at which functions of time are evaluated [s]: by default that of `start`, or 0.
+        Drives move from the reference shape to where they are then.
+    start : State, Equilibrium or Assembly, optional
+        Where to begin, under the whole load at once, in place of the reference shape: the
+        equilibrium next to ``assemble(scene)``, to ``run.last``, or to that of another scene of the
+        same bodies.  If no stable one is found from there, the reference shape is tried too.
     load_steps : int, optional
         Equal load steps to begin with, up to 100000.  More follow the path of the load more closely
         where there are several equilibria.
@@ -102,7 +109,8 @@ def solve_static(
     held.  The theory is in docs/theory.md.
     """
     from ancfsparse.solve.balance import Balance  # what motions do not need
-    from ancfsparse.solve.load_steps import find_equilibrium
+    from ancfsparse.solve.continuation import check_start
+    from ancfsparse.solve.load_steps import find_equilibrium, find_from
 
     check_scene(scene)
     if check_count("load_steps", load_steps) > MOST_STEPS:
@@ -113,6 +121,9 @@ def solve_static(
             f"tolerance is the share of the loads that may stay unbalanced, from {FINEST:g} to "
             f"{COARSEST:g}, got {tolerance:g}: leave it out, or take 1e-12 for more digits"
         )
+    begins = check_start(start)
+    if t is None:
+        t = 0.0 if begins is None else begins.t
     t = check_finite("t", t, "s")
     check_choice("seed", seed, SEEDS)
     check_flag("progress", progress)
@@ -129,21 +140,27 @@ def solve_static(
     )
     stats = RunStats(solver="Newton with extrapolated stress")
     with memory_for(needed), progress_bar("factor", progress) as bar:
-        system = System(scene)
+        system = System(scene, begins)
         check_held(system)
         balance = Balance(system, stats, bar.update, seed, t)
         check_factor(needed, balance.seed)
         if isinstance(balance.seed, DeflatedSeed):
             stats.solver += ", on an incomplete seed with coarse modes"
         stats.seconds["set-up"] = time.perf_counter() - begin
+
+        def find(equations: Balance) -> Found:
+            if begins is not None:
+                return find_from(equations, system.q0, load_steps, tolerance)
+            return find_equilibrium(equations, load_steps, tolerance)
+
         try:
-            found = find_equilibrium(balance, load_steps, tolerance)
+            found = find(balance)
         except EquilibriumFailure as failure:
             exact = _exact_instead(balance, needed, seed, bar.update, t)
             if exact is None:
                 raise
             try:
-                found = find_equilibrium(exact, load_steps, tolerance)
+                found = find(exact)
             except EquilibriumFailure:
                 raise failure from None
             stats.solver += ", then on an exact seed (which found an equilibrium)"

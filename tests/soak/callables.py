@@ -162,6 +162,7 @@ def calls():
         Call("simulate from a state", ancf.simulate,
              march | {"t_end": 0.02, "start": run.last}),
         Call("solve_static", ancf.solve_static, {"scene": moving}),
+        Call("assemble", ancf.assemble, {"scene": moving}),
         Call("load_path", ancf.load_path, {"scene": moving, "points": 4}),
         Call("buckling", ancf.buckling, {"of": moving}),
         Call("modes", ancf.modes, {"of": rest}),

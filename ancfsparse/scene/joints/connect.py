@@ -16,11 +16,12 @@ class ConnectSpec(Spec):
 
     a: Point
     b: Point
+    apart: bool = False
     method = "connect"
 
     def describe(self, at: At, made: Any) -> str:
         """Describe everything that its numbering follows from."""
-        return f"connection ({at(self.a)}; {at(self.b)})"
+        return f"connection ({at(self.a)}; {at(self.b)})" + ", apart" * self.apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,10 +32,13 @@ class Connect(Joint):
     ----------
     a, b : Node
         The nodes.
+    apart : bool
+        Whether they may be apart in the reference shape, so that equations bring them together.
     """
 
     a: Node
     b: Node
+    apart: bool = False
     name = "connection"
 
     def lower(self, builder: Builder) -> None:
@@ -56,7 +60,7 @@ class Connect(Joint):
     @property
     def has_multipliers(self) -> bool:
         """Whether it is made by equations."""
-        return not (self.a.is_node and self.b.is_node)
+        return self.apart or not (self.a.is_node and self.b.is_node)
 
     @property
     def freedoms(self) -> tuple[str, ...]:

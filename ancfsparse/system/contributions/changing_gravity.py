@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 class ChangingGravities(Contribution):
     """Uniform accelerations of all masses that the contributions before it have."""
 
+    pushes = True
+
     def __init__(self, system: System) -> None:
         self._system = system
         self._place = np.zeros(0, dtype=np.int32)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 class Followers(Contribution):
     """The following forces of a scene."""
 
+    pushes = True
     conservative = False
 
     def __init__(self, system: System) -> None:

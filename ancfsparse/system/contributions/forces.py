@@ -30,6 +30,7 @@ class CompiledForce(Compiled, Protocol):
 class UserForce(Contribution):
     """A force of a system that a function of the caller's gives."""
 
+    pushes = True
     conservative = False
     foreseeable = False
 

@@ -34,10 +34,13 @@ class Contribution(ABC):
         Whether its forces at rest have a potential, so that its stiffness is symmetric.
     foreseeable : bool
         Whether a change of its forces with time is known from the reference shape.
+    pushes : bool
+        Whether it is a load or a spring, which counts for nothing where a scene is assembled.
     """
 
     conservative = True
     foreseeable = True
+    pushes = False
 
     def cliques(self) -> list[Unknowns]:
         """Return which unknowns meet in its part of the matrix: all those of a row of a table."""

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 class JointSprings(Contribution):
     """What acts along the freedoms of the joints of a system."""
 
+    pushes = True
+
     def __init__(self, system: System, springs: list[JointSpring]) -> None:
         self._n_free, self._springs = system.n_free, springs
         lowering = Lowering(system.scene, system.kinds)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 class Loads(Contribution):
     """The forces of a scene that are functions of time."""
 
+    pushes = True
+
     def __init__(self, loads: Tables) -> None:
         self._place = np.array(loads.place, dtype=np.int32)
         self._column = np.array(loads.column, dtype=np.int32)

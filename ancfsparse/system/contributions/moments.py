@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 class Moments(Contribution):
     """The moments of a scene."""
 
+    pushes = True
+
     def __init__(self, system: System) -> None:
         self._n_free, self._n_all, self._dim = system.n_free, system.n_all, system.dim
         # The force of a fixed moment in space has no potential.

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 class Springs(Contribution):
     """The springs of a system: the vector from end to end of each is a sum of coordinates."""
 
+    pushes = True
+
     def __init__(self, system: System, springs: list[Spring]) -> None:
         self._n_free, self._springs = system.n_free, springs
         self._points = Points.of(system, [_terms(each) for each in springs])
