@@ -48,12 +48,12 @@ from ancfsparse.scene import (
     Taper,
     Tube,
 )
-from ancfsparse.scene.curves import Arc, Helix
-from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
 from ancfsparse.solve import simulate, solve_static, stable_step
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
+    from ancfsparse.scene.curves import Arc, Helix
+    from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
     from ancfsparse.solve.assemble import assemble
     from ancfsparse.solve.buckling import buckling
     from ancfsparse.solve.complex_modes import complex_modes
@@ -124,6 +124,12 @@ __all__ = [
 
 
 _ON_DEMAND = {
+    "Arc": "scene.curves",
+    "Box": "scene.shapes",
+    "Cylinder": "scene.shapes",
+    "Helix": "scene.curves",
+    "Rod": "scene.shapes",
+    "Sphere": "scene.shapes",
     "assemble": "solve.assemble",
     "buckling": "solve.buckling",
     "complex_modes": "solve.complex_modes",

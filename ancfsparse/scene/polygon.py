@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_positive, check_reals, keep
 from ancfsparse.errors import InputError
-from ancfsparse.scene.sides import check_side
+from ancfsparse.scene.profiles import check_side
 from ancfsparse.words import shown
 
 Complex = NDArray[np.complex128]
@@ -143,7 +142,7 @@ class Polygon:
         square = self._moments[2]
         if self.is_principal:
             return 0.0
-        angle = 0.5 * cmath.phase(square)
+        angle = 0.5 * math.atan2(square.imag, square.real)
         return (
             angle if abs(angle) <= 0.25 * math.pi else angle - math.copysign(0.5 * math.pi, angle)
         )
@@ -154,7 +153,7 @@ class Polygon:
         It is turned back by `principal_angle`: a beam that is to keep the section in its place
         turns by that angle about e_x, by `up` or `twist`.
         """
-        turn = cmath.exp(-1j * self.principal_angle)
+        turn = complex(math.cos(self.principal_angle), -math.sin(self.principal_angle))
         middle = self._moments[1]
         loops = [
             tuple((w.real, w.imag) for w in ((complex(y, z) - middle) * turn for y, z in each))

@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Body, Node, Numbers, Vector
-from ancfsparse.scene.shapes import Shape
 from ancfsparse.scene.spec import Point
 from ancfsparse.scene.straight import check_position, place
 from ancfsparse.words import numbers
 
 if TYPE_CHECKING:
     from ancfsparse.scene.joints import Builder
+    from ancfsparse.scene.shapes import Shape
 
 AXES = "uvw"
 # Share of a body's size within which a point is its origin.

@@ -22,13 +22,13 @@ from ancfsparse.scene.bodies import Vector
 from ancfsparse.scene.functions import RigidMotion
 from ancfsparse.scene.masses import second_moments
 from ancfsparse.scene.records import Records
-from ancfsparse.scene.shapes import Box, Cylinder, Rod, Shape, Sphere
 from ancfsparse.scene.spec import Spec, specified
 from ancfsparse.scene.straight import check_position
 from ancfsparse.words import shown
 
 if TYPE_CHECKING:
     from ancfsparse.scene.rigid import RigidBody
+    from ancfsparse.scene.shapes import Shape
 
 # Relative deviation of inertias, unit vectors and right angles that is taken for rounding.
 ROUNDING = 1e-9
@@ -121,6 +121,7 @@ class RigidBodies(Records):
             If an argument is invalid, such as an inertia that no body can have.
         """
         from ancfsparse.scene.rigid import RigidBody
+        from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
 
         label = self._label(name, "body")
         dim = self.dim

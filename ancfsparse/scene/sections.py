@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_positive, keep
 from ancfsparse.errors import InputError
 from ancfsparse.scene.polygon import Polygon
-from ancfsparse.scene.profiles import IBeam, Tube
-from ancfsparse.scene.sides import check_side
+from ancfsparse.scene.profiles import IBeam, Tube, check_side
 
 POINTS = 3  # Gauss points of an element with a section that changes
 ZETA_5 = 1.0369277551433699  # Riemann's zeta(5) = 1 + 1/2^5 + 1/3^5 + ...

@@ -10,15 +10,13 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError, LoadFailure
-from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.kernels.hermite import position_weights, slope_weights
-from ancfsparse.scene import Body, Joint, Node, Scene, check_point, check_scene
+from ancfsparse.scene import Joint, Node, Scene, check_scene
 from ancfsparse.system.contributions import contributions_of
+from ancfsparse.system.coordinates import Coordinates
 from ancfsparse.system.loads import loads_of
-from ancfsparse.system.numbering import Places, number
+from ancfsparse.system.numbering import number
 from ancfsparse.system.pattern import build
 from ancfsparse.system.state import Layout, State, check_state, meanings
-from ancfsparse.system.vectors import weighed
 
 if TYPE_CHECKING:
     from ancfsparse.system.contributions.interface import Compiled
@@ -31,7 +29,7 @@ Vector = NDArray[np.float64]
 DAMPING_KERNELS = {"residual": ("damping", "inertia"), "tangent": ("material", "mass")}
 
 
-class System:
+class System(Coordinates):
     """A scene as flat arrays, with compiled evaluation.
 
     The coordinate vector q holds the free coordinates first and the fixed ones after them; within
@@ -146,108 +144,6 @@ class System:
         a = np.zeros(self.n_all) if a is None else a
         lam = np.zeros(self.n_multipliers) if lam is None else lam
         return State(self.layout, float(t), q, v, a, lam, **more)
-
-    def vectors(self, name: str) -> list[Places]:
-        """Return the places of a nodal vector, ``"r"`` or ``"r_x"``, ..., a table for each body.
-
-        Each has shape (n_rows, k), with as many columns as its element has components of it.
-        """
-        pairs = zip(self.kinds, self.places, strict=True)
-        return [places[:, kind.columns(name)] for kind, places in pairs]
-
-    @property
-    def positions(self) -> Places:
-        """Places of the positions of all rows, (n,), those that rows share several times."""
-        return np.concatenate([places.ravel() for places in self.vectors("r")])
-
-    def rows(self, node: Node) -> Places:
-        """Return the places of the coordinates of all rows of a node, shape (k, n_c)."""
-        return self.places[self._of(node.beam)][node.beam.rows_of(node.index)]
-
-    def place(self, node: Node) -> Places:
-        """Return the places of a node's coordinates, shape (n_c,).
-
-        Raises
-        ------
-        InputError
-            If the node of a mesh has more slopes than one.
-        """
-        rows = self.rows(node)
-        if len(rows) > 1:
-            raise InputError(
-                f"{node!r} has {len(rows)} slopes, one for each line through it: ask for a point "
-                "on an edge beside it, mesh.at(edge, s)"
-            )
-        return np.asarray(rows[0])
-
-    def elements(self, beam: Body) -> Places:
-        """Return the places of a beam's element coordinates, shape (n_e, 2 n_c)."""
-        return self.places[self._of(beam)][beam.ends].reshape(beam.n_elements, -1)
-
-    def point(self, node: Node) -> tuple[Places, Vector]:
-        """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
-        check_point("a position", node)
-        straight = self.kind_of(node.beam).is_string
-        return self._interpolate(node, "r", position_weights(node.xi, self._length(node), straight))
-
-    def slope(self, node: Node) -> tuple[Places, Vector]:
-        """Return places (dim, p) and weights (p,) of the slope r'.
-
-        Raises
-        ------
-        InputError
-            At a node of a string, where it jumps.
-        """
-        check_point("a slope", node)
-        straight = self.kind_of(node.beam).is_string
-        if straight and node.is_node:
-            raise InputError(
-                f"the slope of a string jumps at its nodes, such as {node!r}: ask for it at a "
-                "point inside an element"
-            )
-        return self._interpolate(node, "r_x", slope_weights(node.xi, self._length(node), straight))
-
-    def frame(self, node: Node) -> Places:
-        """Return the places (3, dim) of those of r_x, r_y and r_z at a node that a moment acts on.
-
-        -1 stands for the others.  In the plane a moment cannot twist and acts on one vector.
-        """
-        places, kind = self.place(node), self.kind_of(node.beam)
-        out = np.full((3, self.dim), -1, dtype=np.int32)
-        for vector in kind.section if self.dim == 3 else kind.section[:1]:
-            out["xyz".index(vector[-1])] = places[kind.columns(vector)]
-        return out
-
-    def _interpolate(self, node: Node, vector: str, inside: Vector) -> tuple[Places, Vector]:
-        """Weigh the ends of an element, or take this vector of a node as it is."""
-        kind = self.kind_of(node.beam)
-        if node.offsets and vector == "r":
-            return weighed(kind, self.rows(node)[0], node.offsets)
-        if node.is_node or node.offsets:
-            places = self.rows(node)[0] if vector == "r" else self.place(node)
-            return places[kind.columns(vector)][:, None], np.ones(1)
-        ends = self.places[self._of(node.beam)][node.beam.ends[node.index]]
-        each = [end[kind.columns(name)] for end in ends for name in kind.axis]
-        return np.stack(each, axis=1), inside
-
-    @staticmethod
-    def _length(point: Node) -> float:
-        """Length of the element a point is inside of [m]; 1 at a node, where none is needed."""
-        return 1.0 if point.xi == 0.0 else float(point.beam.lengths[point.index])
-
-    def describe(self, place: int) -> str:
-        """Say which beam, node and coordinate a place in q is."""
-        for beam, kind, places in zip(self.bodies, self.kinds, self.places, strict=True):
-            found = np.argwhere(places == place)
-            if len(found):
-                row, coordinate = found[0]
-                node = beam.row_nodes[row]
-                return f"{beam.name}, node {node}, {kind.node_coordinates[coordinate]}"
-        raise IndexError(f"no coordinate stands at place {place}")
-
-    def unit(self, place: int) -> str:
-        """Return the unit of the force that belongs to a place in q, N or N m."""
-        return "N" if any((places == place).any() for places in self.vectors("r")) else "N m"
 
     @property
     def conservative(self) -> bool:
@@ -398,16 +294,6 @@ class System:
                 each += kind.operations[of_mass]
             total += beam.n_elements * each
         return total
-
-    def kind_of(self, beam: Body) -> ElementKind:
-        """Return the element that a beam of the scene is made of."""
-        return self.kinds[self._of(beam)]
-
-    def _of(self, beam: Body) -> int:
-        try:
-            return self._index[id(beam)]
-        except KeyError:
-            raise InputError(f"{beam!r} is not part of this scene") from None
 
     def _gravity(self) -> Vector:
         """Return gravity as a generalized force, (n_all,) [N, N m]."""

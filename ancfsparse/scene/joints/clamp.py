@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.kernels.catalog import RIGID
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Mark
-from ancfsparse.scene.rigid import RigidBody
 from ancfsparse.scene.spec import At, Point, Spec
 
 # A slope whose direction is within this of a coordinate axis can be clamped by numbering.
@@ -94,7 +94,10 @@ class Clamp(Joint):
 def clamped(node: Node) -> Mark:
     """Return how pictures show a point that is clamped, a rigid body with its centre in front."""
     body = node.beam
-    if isinstance(body, RigidBody):
+    if body.element == RIGID:
+        from ancfsparse.scene.rigid import RigidBody  # scenes without one do not load it
+
+        assert isinstance(body, RigidBody)
         way = body.centre.position - node.position
         return Mark("clamp", way if np.linalg.norm(way) > SAME * body.size else body.vectors[0, 0])
     row = body.rows_of(node.index).start
