@@ -47,8 +47,11 @@ def write_csv(
             for letter, column in zip("xyz", values.T, strict=False):
                 names.append(f"{quantity} {letter} of {point!r} [{UNITS[quantity]}]")
                 columns.append(column)
-    with target.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(names)
-        writer.writerows(np.column_stack(columns).tolist())
+    try:
+        with target.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(names)
+            writer.writerows(np.column_stack(columns).tolist())
+    except OSError as error:
+        raise InputError(f"the table cannot be written to {target}: {error.strerror}") from error
     return target

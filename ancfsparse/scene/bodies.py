@@ -23,7 +23,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.functions import sendable
 from ancfsparse.scene.material import Material
-from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.sections import AnySection, parameters_of
 from ancfsparse.scene.spec import Point, Whole
 from ancfsparse.words import shown
 
@@ -326,42 +326,8 @@ class ElasticBody(Body):
         }
 
     def _parameters(self) -> dict[str, dict[str, float]]:
-        """Give all parameters, by what damps them.
-
-        ``"stretching"``, of the axis and the section, by `Material.axial_damping`; ``"turning"``,
-        of sections beside each other, by `Material.bending_damping`; ``"masses"`` by Rayleigh's
-        alpha; ``"ratios"`` by nothing.
-        """
-        section, material = self.profile, self.material
-        modulus, shear_modulus = material.youngs_modulus, material.shear_modulus
-        shear_stiffness = (
-            section.shear_correction(material.poisson_ratio) * shear_modulus * section.area
-        )
-        stretching = {
-            "axial_stiffness": modulus * section.area,
-            "lame_area": material.lame_modulus * section.area,
-            "shear_modulus_area": shear_modulus * section.area,
-            "youngs_modulus_area": modulus * section.area,
-        }
-        turning = {
-            "bending_stiffness": modulus * section.inertia_z,
-            "shear_stiffness_y": shear_stiffness,
-            "shear_stiffness_z": shear_stiffness,
-            "torsion_stiffness": shear_modulus * section.torsion_constant,
-            "bending_stiffness_y": modulus * section.inertia_y,
-            "bending_stiffness_z": modulus * section.inertia_z,
-        }
-        masses = {
-            "mass_per_length": material.density * section.area,
-            "inertia_y": material.density * section.inertia_z,
-            "inertia_z": material.density * section.inertia_y,
-        }
-        groups = {
-            "stretching": stretching,
-            "turning": turning,
-            "masses": masses,
-            "ratios": {"poisson_ratio": material.poisson_ratio},
-        }
+        """Give all parameters, by what damps them, those of its element alone too."""
+        groups = parameters_of(self.profile, self.material)
         for name, group in self.kind.own.items():
             groups[group][name] = self.kind.values[name]
         return groups

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.checks import check_positive, keep
 from ancfsparse.errors import InputError
+from ancfsparse.scene.material import Material
 from ancfsparse.scene.polygon import Polygon
 from ancfsparse.scene.profiles import IBeam, Tube, check_side
 
@@ -292,3 +293,38 @@ class Means:
 
 
 AnySection = Rectangle | Circle | Tube | IBeam | Polygon | Section | Taper
+
+
+def parameters_of(section: Any, material: Material) -> dict[str, dict[str, Any]]:
+    """Give the parameters of elements of a section, or of its means, by what damps them.
+
+    ``"stretching"``, of the axis and the section, by `Material.axial_damping`; ``"turning"``, of
+    sections beside each other, by `Material.bending_damping`; ``"masses"`` by Rayleigh's alpha;
+    ``"ratios"`` by nothing.  Units are those of `ElasticBody.stiffnesses`.
+    """
+    modulus, shear_modulus = material.youngs_modulus, material.shear_modulus
+    shear_stiffness = (
+        section.shear_correction(material.poisson_ratio) * shear_modulus * section.area
+    )
+    return {
+        "stretching": {
+            "axial_stiffness": modulus * section.area,
+            "lame_area": material.lame_modulus * section.area,
+            "shear_modulus_area": shear_modulus * section.area,
+            "youngs_modulus_area": modulus * section.area,
+        },
+        "turning": {
+            "bending_stiffness": modulus * section.inertia_z,
+            "shear_stiffness_y": shear_stiffness,
+            "shear_stiffness_z": shear_stiffness,
+            "torsion_stiffness": shear_modulus * section.torsion_constant,
+            "bending_stiffness_y": modulus * section.inertia_y,
+            "bending_stiffness_z": modulus * section.inertia_z,
+        },
+        "masses": {
+            "mass_per_length": material.density * section.area,
+            "inertia_y": material.density * section.inertia_z,
+            "inertia_z": material.density * section.inertia_y,
+        },
+        "ratios": {"poisson_ratio": material.poisson_ratio},
+    }

@@ -274,6 +274,8 @@ class Pulse(Shaped):
         value = checked_value("value of a pulse", self.value)
         start, end = _interval("a pulse", self.start, self.end)
         rise = check_finite("rise of a pulse", self.rise, "s")
+        if rise > 0.0:
+            check_moderate("rise of a pulse", rise, "s")
         if not 0.0 <= rise <= 0.5 * (end - start):
             raise InputError(
                 f"rise of a pulse must be between 0 and half of its {end - start:.6g} s, got "

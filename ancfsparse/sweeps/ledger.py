@@ -49,7 +49,10 @@ class Ledger:
 
     def _read(self, path: Path) -> None:
         """Take the rows of a file; a last line that was cut off is dropped."""
-        lines = path.read_bytes().split(b"\n")
+        try:
+            lines = path.read_bytes().split(b"\n")
+        except OSError as error:
+            raise InputError(f"{path} cannot be read: {error.strerror}") from error
         whole, rest = lines[:-1], lines[-1]
         try:
             entries = [json.loads(line) for line in whole]

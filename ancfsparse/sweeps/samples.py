@@ -10,6 +10,7 @@ import numpy as np
 
 from ancfsparse.checks import check_count
 from ancfsparse.errors import InputError
+from ancfsparse.machine import check_room
 from ancfsparse.words import shown
 
 Point = dict[str, Any]
@@ -80,6 +81,8 @@ def latin_hypercube(n: int, seed: int = 0, **ranges: tuple[float, float]) -> lis
     from scipy.stats.qmc import LatinHypercube
 
     count = check_count("n", n)
+    check_room("a sample", 64.0 * count * max(1, len(ranges)), "a smaller n")
+    start = check_count("seed", seed, 0)
     if not ranges:
         raise InputError("a sample needs parameters: try latin_hypercube(10, length=(1.0, 2.0))")
     for name, each in ranges.items():
@@ -94,7 +97,7 @@ def latin_hypercube(n: int, seed: int = 0, **ranges: tuple[float, float]) -> lis
                 f"the range of {name} must be two finite numbers in ascending order, "
                 f"got {shown(each)}"
             )
-    unit = LatinHypercube(len(ranges), rng=np.random.default_rng(seed)).random(count)
+    unit = LatinHypercube(len(ranges), rng=np.random.default_rng(start)).random(count)
     low, high = np.array(list(ranges.values()), dtype=float).T
     return [dict(zip(ranges, row, strict=True)) for row in (low + unit * (high - low)).tolist()]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.machine import processors
+from ancfsparse.results.hdf5 import file_name
 from ancfsparse.solve import simulate
 from ancfsparse.solve.progress import progress_bar
 from ancfsparse.sweeps.ledger import Ledger, key
@@ -34,7 +34,7 @@ def sweep(
     quantities: Mapping[str, Callable[..., float]],
     t_end: float,
     *,
-    file: str | os.PathLike[str] | None = None,
+    file: str | Path | None = None,
     workers: int | None = None,
     cluster: Any = None,
     progress: bool = False,
@@ -54,7 +54,7 @@ def sweep(
         as ``{"tip": lambda run, rod: run.position(rod.end)[-1, 1]}``.
     t_end : float
         Time at the end of every run [s].
-    file : path, optional
+    file : str or Path, optional
         A file that every finished point is written to at once.  A sweep with a file that exists
         goes on with the points that it lacks.
     workers : int, optional
@@ -90,7 +90,7 @@ def sweep(
         if name in every[0]:
             raise InputError(f"{name!r} is a parameter and another column too: rename it")
     count = processors() if workers is None else check_count("workers", workers)
-    ledger = Ledger(task, None if file is None else Path(file))
+    ledger = Ledger(task, None if file is None else file_name("the file of a sweep", file))
     left = list({key(point): point for point in every if point not in ledger}.values())
     with ledger.writing(), progress_bar("point", progress, len(every)) as bar:
         bar.update(len(every) - len(left))

@@ -157,6 +157,8 @@ def test_columns_of_points(swing, tmp_path):
             lambda run, rod: run.to_csv("a.csv", rod.end),
             r"points must be a list such as \[rod.end\]",
         ),
+        (lambda run, rod: run.to_csv(".", [rod.end]), "the table cannot be written to"),
+        (lambda run, rod: run.to_csv("no/a.csv", [rod.end]), "cannot be written to no/a.csv"),
         (lambda run, rod: run.to_csv("a.csv", [3]), "a table needs a point on a beam"),
         (lambda run, rod: run.to_csv("a.csv", [rod.end], ["speed"]), "quantity"),
     ],

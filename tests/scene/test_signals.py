@@ -101,6 +101,7 @@ def test_equal_signals_have_equal_hashes_and_readable_texts():
         (lambda: ancf.Ramp(1.0, 1.0, smooth=1), "smooth of a ramp must be True or False, got 1"),
         (lambda: ancf.Sine(1.0, -2.0), "frequency of a sine must be positive, got -2 Hz"),
         (lambda: ancf.Sine(1.0, 2.0, np.inf), "phase of a sine must be finite, got inf rad"),
+        (lambda: ancf.Pulse(1.0, 0.0, 1.0, 1e-310), "rise of a pulse must lie between"),
         (lambda: ancf.Pulse(1.0, 0.0, 1.0, 0.6), "rise of a pulse must be between 0 and half of i"),
     ],
 )

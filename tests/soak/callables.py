@@ -167,6 +167,10 @@ def calls():
         Call("buckling", ancf.buckling, {"of": moving}),
         Call("modes", ancf.modes, {"of": rest}),
         Call("complex_modes", ancf.complex_modes, {"of": rest, "n": 3}),
+        Call("latin_hypercube", ancf.latin_hypercube, {"n": 3, "length": (1.0, 2.0)}),
+        Call("sweep", ancf.sweep,
+             {"build": lambda length: moving, "points": [{"length": 1.0}], "t_end": 0.01,
+              "quantities": {"end": lambda run: run.t[-1]}, "workers": 1}),
         Call("stable_step", ancf.stable_step,
              {"scene": moving, "integrator": ancf.CentralDifference()}),
         *(Call(f"Trajectory.{name}", getattr(run, name), end) for name in

@@ -201,6 +201,8 @@ def test_a_sweep_that_was_killed_gives_the_same_table(tmp_path):
         ({"t_end": -1.0}, "t_end must be positive"),
         ({"workers": 0}, "workers must be"),
         ({"dtt": 1.0}, "did you mean 'dt'"),
+        ({"file": 3}, "the file of a sweep must be the name of a file"),
+        ({"file": "."}, "cannot be read"),
     ],
 )
 def test_bad_arguments_are_named(changes, words):
@@ -219,6 +221,8 @@ def test_bad_arguments_are_named(changes, words):
         (lambda: ancf.latin_hypercube(3), "a sample needs parameters"),
         (lambda: ancf.latin_hypercube(3, length=1.0), "the range of length must be two numbers"),
         (lambda: ancf.latin_hypercube(3, length=(2.0, 1.0)), "in ascending order"),
+        (lambda: ancf.latin_hypercube(3, "a", length=(1.0, 2.0)), "seed must be"),
+        (lambda: ancf.latin_hypercube(10**20, length=(1.0, 2.0)), "a smaller n"),
     ],
 )
 def test_impossible_points_are_refused(call, words):
