@@ -111,10 +111,15 @@ def _bending(system: System, v: Vector, a: Vector) -> Vector:
     if system.constraints.measures and v.any():
         near = SMALL_MOTION / _rate(system, v)
         third = (bent(system.q0 + near * v, v) - bent(system.q0 - near * v, v)) / (2.0 * near)
-    moving, pushed = float(v @ inertia(v)), float(a @ inertia(a))
+    if not v.any() or not a.any():
+        return third
+    # Powers of two keep squares in the range of numbers and change no digit.
+    speed, push = (math.ldexp(1.0, math.frexp(np.max(np.abs(x)))[1]) for x in (v, a))
+    moving = float(v / speed @ inertia(v / speed))
+    pushed = float(a / push @ inertia(a / push))
     if moving == 0.0 or pushed == 0.0:
         return third
-    time = math.sqrt(moving / pushed)
+    time = math.sqrt(moving / pushed) * (speed / push)
     return third + 0.75 / time * (curvature(v + time * a) - curvature(v - time * a))
 
 

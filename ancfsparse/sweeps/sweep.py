@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ancfsparse.checks import check_choice, check_count, check_positive
+from ancfsparse.checks import check_choice, check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.machine import processors
 from ancfsparse.results.hdf5 import file_name
@@ -89,6 +89,7 @@ def sweep(
     for name in (*quantities, *MORE):
         if name in every[0]:
             raise InputError(f"{name!r} is a parameter and another column too: rename it")
+    check_flag("progress", progress)
     count = processors() if workers is None else check_count("workers", workers)
     ledger = Ledger(task, None if file is None else file_name("the file of a sweep", file))
     left = list({key(point): point for point in every if point not in ledger}.values())

@@ -111,6 +111,9 @@ class Point:
     def seed(self):
         return SparseSeed(self.indptr, self._row.astype(np.int32), 2)
 
+    def forget(self):
+        """Have nothing to forget: what it is depends on its state alone."""
+
     def gradient(self, q):
         """phi_q, shape (m, 2)."""
         return (q / self.radius)[None] if self.radius else np.zeros((0, 2))
