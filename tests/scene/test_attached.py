@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from tests.pickling import leave_out_cloudpickle
 
 
 def scene_of(dim=2, element="thin"):
@@ -88,8 +89,8 @@ def test_a_c_function_of_another_signature_is_refused():
         scene.spring(beam.end, (2, 0), stiffness=wrong)
 
 
-@pytest.mark.usefixtures("no_cloudpickle")
-def test_scenes_with_functions_can_be_sent():
+def test_scenes_with_functions_can_be_sent(monkeypatch):
+    leave_out_cloudpickle(monkeypatch)
     scene, beam = scene_of()
     scene.spring(beam.end, (2, 0), stiffness=lambda e: e)
     scene.force(beam.end, lambda q, v, t: -v)

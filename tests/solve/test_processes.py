@@ -12,6 +12,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError, StepFailure
+from tests.pickling import leave_out_cloudpickle
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
@@ -49,8 +50,8 @@ def test_a_trajectory_comes_back_from_another_process(tmp_path, to_file):
     np.testing.assert_array_equal(again.position(beam.end), again.position(twin.end))
 
 
-@pytest.mark.usefixtures("no_cloudpickle")
-def test_functions_that_cannot_be_sent_are_missed_only_where_they_are_needed():
+def test_functions_that_cannot_be_sent_are_missed_only_where_they_are_needed(monkeypatch):
+    leave_out_cloudpickle(monkeypatch)
     spin = swing(velocity=lambda x: x @ [[0, 1], [-1, 0]], force=lambda t: (t, 0.0))
     twin, again = pickle.loads(pickle.dumps(spin))
     np.testing.assert_array_equal(spin[1].velocity(spin[0].end), again.velocity(twin.end))
