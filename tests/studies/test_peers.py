@@ -12,7 +12,8 @@ from ancfsparse.studies.common.race import FailedError
 from ancfsparse.studies.common.references import converged, converged_in_time
 from ancfsparse.studies.peers import elastica as elastica_peer
 from ancfsparse.studies.peers import sundials as sundials_peer
-from ancfsparse.studies.peers.exudyn import ExudynError, Setting, run_exudyn
+from ancfsparse.studies.peers.exudyn import ExudynError, Setting
+from ancfsparse.studies.peers.exudyn_pendulum import run_exudyn
 from ancfsparse.studies.peers.sundials import integrate_sundials
 from ancfsparse.studies.peers.tasks import EXUDYN, EXUDYN_MODEL, SUNDIALS, exudyn, missing, peers
 from ancfsparse.system import System

@@ -15,7 +15,8 @@ from ancfsparse.studies.common import paper
 from ancfsparse.studies.common.progress import bar as progress_bar
 from ancfsparse.studies.common.race import in_turn
 from ancfsparse.studies.common.target import Target
-from ancfsparse.studies.peers.exudyn import SETTINGS, Setting, load, run_exudyn
+from ancfsparse.studies.peers.exudyn import Setting, load
+from ancfsparse.studies.peers.exudyn_pendulum import SETTINGS, run_exudyn
 from ancfsparse.studies.table1.cells import ROWS, march, median_of
 
 # Tips are compared this often [s].

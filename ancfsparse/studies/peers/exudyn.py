@@ -1,4 +1,4 @@
-"""The paper's pendulum in Exudyn, a compiled multibody code with a planar ANCF cable.
+"""Exudyn, a compiled multibody code with ANCF cables: its settings, its models, and their runs.
 
 Its cable measures ``|r'| - 1`` at five Gauss points and ``(r' x r'') / |r'|^2`` at three: the
 discretisation of our ``thin`` with ``strain="biot"``.
@@ -10,6 +10,7 @@ import contextlib
 import io
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import pairwise
@@ -19,9 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.problems import Problem
+from ancfsparse.scene import Beam, Scene
+from ancfsparse.system import System
+from ancfsparse.system.state import State
 
-IMMOVABLE = 1e14  # mass that stands for a pin [kg]
+Array = NDArray[np.float64]
 
 
 class ExudynError(Exception):
@@ -50,6 +53,8 @@ class Setting:
     rtol : float, optional
         Relative tolerance of an explicit method with automatic steps, of which the time step is
         the largest; fixed steps if not given.
+    relative, absolute : float, optional
+        Tolerances of Newton's method on the norm of the residual.
     """
 
     name: str
@@ -59,15 +64,8 @@ class Setting:
     spectral_radius: float | None = None
     explicit: str = ""
     rtol: float | None = None
-
-
-SETTINGS = (
-    Setting("Exudyn, modified 0.02, dense", 0.02, "EigenDense"),
-    Setting("Exudyn, modified 0.02, sparse", 0.02, "EigenSparse"),
-    Setting("Exudyn, modified 0.05, sparse", 0.05, "EigenSparse"),
-    Setting("Exudyn, full Newton, dense", 0.0, "EigenDense"),
-)
-"""Its fastest settings for ten elements, of all that were tried."""
+    relative: float = 1e-8
+    absolute: float = 1e-6
 
 
 @dataclass(frozen=True)
@@ -77,18 +75,19 @@ class PeerRun:
     Attributes
     ----------
     seconds : float
-        Wall time of its solver alone [s].
+        Of its solver alone [s].
     iterations_per_step : float
         Newton iterations per time step.
-    tip : (k, 2) float
-        Tip at whole multiples of the interval asked for, t = 0 left out [m].
+    tip : (k, 2 n) float
+        Positions of the watched nodes at whole multiples of the interval asked for, t = 0 left
+        out [m].
     counts : dict of str to int
         Steps, Newton iterations and Jacobians.
     """
 
     seconds: float
     iterations_per_step: float
-    tip: NDArray[np.float64]
+    tip: Array
     counts: dict[str, int]
 
 
@@ -111,120 +110,143 @@ def load() -> Any:
         ) from None
 
 
-def run_exudyn(
-    problem: Problem, setting: Setting, t_end: float, dt: float, interval: float
-) -> PeerRun:
-    """Simulate a planar cable pinned at its start with Exudyn.
+class Model:
+    """A model of Exudyn: the cables of a scene and their weight, to which the rest is added.
 
     Parameters
     ----------
-    problem : Problem
-        A planar pendulum; mesh, stiffness and gravity are taken from it.
-    setting : Setting
-        How steps are solved.
-    t_end, dt : float
-        Simulated time and time step [s].
-    interval : float
-        Time between stored tips [s].
+    scene : Scene
+        Its beams become cables with the same nodes, stiffness, mass and start.
+    start : State, optional
+        Where the motion starts, if not in the reference shape.
 
-    Raises
-    ------
-    ExudynError
-        If its solver gives up.
+    Attributes
+    ----------
+    nodes : dict of str to list of int
+        Exudyn's numbers of the nodes of each cable.
     """
-    exudyn = load()
-    container = exudyn.SystemContainer()
-    system = container.AddSystem()
-    tip = _build(system, problem, heavy=bool(setting.explicit))
-    sensor = _watch(exudyn, system, tip)
-    system.Assemble()
-    settings = settings_of(exudyn, setting, t_end, dt)
-    settings.solution.sensors.writePeriod = interval
-    method = getattr(exudyn.DynamicSolverType, setting.explicit or "GeneralizedAlpha")
-    begin = time.perf_counter()
-    try:
-        with contextlib.redirect_stdout(io.StringIO()):  # it says much when it fails
-            system.SolveDynamic(settings, solverType=method)
-    except Exception as error:  # Exudyn documents no class for a solver that gives up
-        at = system.sys["dynamicSolver"].it.currentTime
-        raise ExudynError(f"gave up at t = {at:.2g} s") from error
-    seconds = time.perf_counter() - begin
-    done = system.sys["dynamicSolver"].it
-    counts = {
-        "steps": int(done.currentStepIndex) - 1,
-        "iterations": int(done.newtonStepsCount),
-        "factorizations": int(done.newtonJacobiCount),
-    }
-    stored = np.atleast_2d(system.GetSensorStoredData(sensor))
-    tips = stored[stored[:, 0] > 0.0, 1:3]
-    return PeerRun(seconds, counts["iterations"] / round(t_end / dt), tips, counts)
 
+    def __init__(self, scene: Scene, start: State | None = None) -> None:
+        self.exudyn, self.item = load(), import_module("exudyn.itemInterface")
+        self._container = self.exudyn.SystemContainer()
+        self.system = self._container.AddSystem()
+        self._planar, self._weight = scene.dim == 2, [*scene.gravity, 0.0][:3]
+        self._sensors: list[Any] = []
+        self._fixed = self.coordinate(self.system.AddNode(self.item.NodePointGround()), 0)
+        flat = System(scene, start)
+        self.nodes = {
+            beam.name: self._add_cable(beam, *(x[places] for x in (flat.q_ref, flat.q0, flat.v0)))
+            for beam, places in zip(scene.bodies, flat.places, strict=True)
+            if isinstance(beam, Beam)
+        }
 
-def _build(system: Any, problem: Problem, heavy: bool) -> int:
-    """Add nodes, cables, weight and pin; return the last node.
-
-    With a pinned coordinate its explicit methods converge to another motion, so `heavy` pins by a
-    mass that nothing moves.
-    """
-    item = import_module("exudyn.itemInterface")
-    rod = problem.rod
-    given = rod.parameters()
-    length = rod.length / rod.n_elements
-    nodes = [
-        system.AddNode(item.NodePoint2DSlope1(referenceCoordinates=[i * length, 0.0, 1.0, 0.0]))
-        for i in range(rod.n_nodes)
-    ]
-    for ends in pairwise(nodes):
-        cable = system.AddObject(
-            item.ObjectANCFCable2D(
-                length=length,
-                massPerLength=given["mass_per_length"],
-                axialStiffness=given["axial_stiffness"],
-                bendingStiffness=given["bending_stiffness"],
-                nodeNumbers=list(ends),
+    def _add_cable(self, beam: Beam, reference: Array, q: Array, v: Array) -> list[int]:
+        item, given = self.item, beam.parameters()
+        point = item.NodePoint2DSlope1 if self._planar else item.NodePointSlope1
+        cable = item.ObjectANCFCable2D if self._planar else item.ObjectANCFCable
+        values = (x.tolist() for x in (reference, q - reference, v))
+        numbers = [
+            self.system.AddNode(
+                point(referenceCoordinates=a, initialCoordinates=b, initialVelocities=c)
             )
+            for a, b, c in zip(*values, strict=True)
+        ]
+        for ends in pairwise(numbers):
+            added = self.system.AddObject(
+                cable(
+                    length=given["length"],
+                    massPerLength=given["mass_per_length"],
+                    axialStiffness=given["axial_stiffness"],
+                    bendingStiffness=given["bending_stiffness"],
+                    nodeNumbers=list(ends),
+                )
+            )
+            self.weigh(added)
+        return numbers
+
+    def weigh(self, body: int) -> None:
+        """Apply gravity to a body."""
+        if any(self._weight):
+            marker = self.system.AddMarker(self.item.MarkerBodyMass(bodyNumber=body))
+            self.system.AddLoad(
+                self.item.LoadMassProportional(markerNumber=marker, loadVector=self._weight)
+            )
+
+    def coordinate(self, node: int, k: int) -> Any:
+        """Return a marker at a coordinate of a node."""
+        return self.system.AddMarker(self.item.MarkerNodeCoordinate(nodeNumber=node, coordinate=k))
+
+    def add_mass(self, node: int, mass: float) -> None:
+        """Add a point mass [kg] at a node of a planar cable."""
+        matrix = np.diag([mass, mass, 0.0, 0.0])
+        self.system.AddObject(self.item.ObjectGenericODE2(nodeNumbers=[node], massMatrix=matrix))
+
+    def tie(self, node: int, k: int, other: int | None = None) -> Any:
+        """Tie a coordinate to the same one of another node, or to where it is."""
+        mate = self._fixed if other is None else self.coordinate(other, k)
+        ends = [mate, self.coordinate(node, k)]
+        return self.system.AddObject(self.item.CoordinateConstraint(markerNumbers=ends))
+
+    def watch(self, node: int) -> None:
+        """Store the positions of a node during the run."""
+        position = self.exudyn.OutputVariableType.Position
+        sensor = self.item.SensorNode(
+            nodeNumber=node, storeInternal=True, writeToFile=False, outputVariableType=position
         )
-        marker = system.AddMarker(item.MarkerBodyMass(bodyNumber=cable))
-        weight = [*problem.scene.gravity, 0.0]
-        system.AddLoad(item.LoadMassProportional(markerNumber=marker, loadVector=weight))
-    if heavy:
-        mass = np.diag([IMMOVABLE, IMMOVABLE, 0.0, 0.0])
-        system.AddObject(item.ObjectGenericODE2(nodeNumbers=nodes[:1], massMatrix=mass))
-        return int(nodes[-1])
-    ground = system.AddNode(item.NodePointGround())
-    fixed = system.AddMarker(item.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
-    for coordinate in (0, 1):
-        held = system.AddMarker(
-            item.MarkerNodeCoordinate(nodeNumber=nodes[0], coordinate=coordinate)
-        )
-        system.AddObject(item.CoordinateConstraint(markerNumbers=[fixed, held]))
-    return int(nodes[-1])
+        self._sensors.append(self.system.AddSensor(sensor))
+
+    def run(
+        self,
+        setting: Setting,
+        t_end: float,
+        dt: float,
+        interval: float,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> PeerRun:
+        """Solve with one thread and no output.
+
+        Parameters
+        ----------
+        setting : Setting
+            How steps are solved.
+        t_end, dt : float
+            Simulated time and time step [s].
+        interval : float
+            Time between stored positions [s].
+        clock : callable, optional
+            Times the solver: wall time by default [s].
+
+        Raises
+        ------
+        ExudynError
+            If its solver gives up.
+        """
+        settings = _settings(self.exudyn, setting, t_end, dt)
+        settings.solution.sensors.writePeriod = interval
+        method = getattr(self.exudyn.DynamicSolverType, setting.explicit or "GeneralizedAlpha")
+        with contextlib.redirect_stdout(io.StringIO()):  # it prints much when it fails
+            self.system.Assemble()
+            begin = clock()
+            try:
+                self.system.SolveDynamic(settings, solverType=method)
+            except Exception as error:  # Exudyn documents no class for a solver that gives up
+                at = self.system.sys["dynamicSolver"].it.currentTime
+                raise ExudynError(f"gave up at t = {at:.2g} s") from error
+            seconds = clock() - begin
+        done = self.system.sys["dynamicSolver"].it
+        counts = {
+            "steps": int(done.currentStepIndex) - 1,
+            "iterations": int(done.newtonStepsCount),
+            "factorizations": int(done.newtonJacobiCount),
+        }
+        stored = [np.atleast_2d(self.system.GetSensorStoredData(each)) for each in self._sensors]
+        tips = [each[each[:, 0] > 0.25 * interval, 1:3] for each in stored]
+        tip = np.concatenate(tips, axis=1) if tips else np.zeros((0, 0))
+        return PeerRun(seconds, counts["iterations"] / round(t_end / dt), tip, counts)
 
 
-def _watch(exudyn: Any, system: Any, node: int) -> Any:
-    item = import_module("exudyn.itemInterface")
-    return system.AddSensor(
-        item.SensorNode(
-            nodeNumber=node,
-            storeInternal=True,
-            writeToFile=False,
-            outputVariableType=exudyn.OutputVariableType.Position,
-        )
-    )
-
-
-def settings_of(exudyn: Any, setting: Setting, t_end: float, dt: float) -> Any:
-    """Return Exudyn's settings: one thread, no output.
-
-    Parameters
-    ----------
-    exudyn : module
-        As `load` returns it.
-    setting : Setting
-        How steps are solved.
-    t_end, dt : float
-        Simulated time and time step [s].
-    """
+def _settings(exudyn: Any, setting: Setting, t_end: float, dt: float) -> Any:
+    """Return Exudyn's settings: one thread, no output."""
     settings = exudyn.SimulationSettings()
     settings.solution.file.write = False
     settings.linearSolver.solverType = getattr(exudyn.LinearSolverType, setting.linear_solver)
@@ -249,5 +271,5 @@ def settings_of(exudyn: Any, setting: Setting, t_end: float, dt: float) -> Any:
     newton.useModifiedNewton = setting.contractivity > 0.0
     if newton.useModifiedNewton:
         newton.modifiedNewtonContractivity = setting.contractivity
-    newton.relativeTolerance, newton.absoluteTolerance = 1e-8, 1e-6
+    newton.relativeTolerance, newton.absoluteTolerance = setting.relative, setting.absolute
     return settings

@@ -6,43 +6,44 @@ compiled code.
 
 from __future__ import annotations
 
-import contextlib
-import io
 import math
 import time
 from collections.abc import Callable
 from importlib import import_module
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.problems import Mechanism
-from ancfsparse.scene import Beam
 from ancfsparse.scene.rigid import RigidBody
-from ancfsparse.studies.peers.exudyn import ExudynError, PeerRun, Setting, load, settings_of
-from ancfsparse.system import System
+from ancfsparse.studies.peers.exudyn import Model, PeerRun, Setting
 from ancfsparse.system.state import State
 
 Array = NDArray[np.float64]
 Expression = Callable[[Any], Any]
 
 SPECTRAL_RADIUS = 0.9
+
+
+def _setting(contractivity: float, linear_solver: str, relative: float = 1e-8) -> Setting:
+    sparse = linear_solver == "EigenSparse"
+    return Setting("", contractivity, linear_solver, sparse, SPECTRAL_RADIUS, relative=relative)
+
+
 NEWTON = {
-    "modified Newton 0.02, dense": (0.02, "EigenDense", 1e-8),
-    "modified Newton 0.02, sparse": (0.02, "EigenSparse", 1e-8),
-    "modified Newton 0.5, sparse": (0.5, "EigenSparse", 1e-8),
-    "modified Newton 0.02, sparse, to 1e-5": (0.02, "EigenSparse", 1e-5),
-    "modified Newton 0.5, sparse, to 1e-5": (0.5, "EigenSparse", 1e-5),
-    "full Newton, sparse, to 1e-5": (0.0, "EigenSparse", 1e-5),
+    "modified Newton 0.02, dense": _setting(0.02, "EigenDense"),
+    "modified Newton 0.02, sparse": _setting(0.02, "EigenSparse"),
+    "modified Newton 0.5, sparse": _setting(0.5, "EigenSparse"),
+    "modified Newton 0.02, sparse, to 1e-5": _setting(0.02, "EigenSparse", 1e-5),
+    "modified Newton 0.5, sparse, to 1e-5": _setting(0.5, "EigenSparse", 1e-5),
+    "full Newton, sparse, to 1e-5": _setting(0.0, "EigenSparse", 1e-5),
 }
-"""Its fastest settings for scenes of this size, of all that were tried: contractivity, linear
-solver, and relative tolerance of the residual (1e-8 is its default)."""
+"""Its fastest settings for scenes of this size, of all that were tried."""
 
 
-class Builder:
-    """A scene of Exudyn under construction.
+class Builder(Model):
+    """A mechanism under construction: its cables, then bodies, joints and functions of time.
 
     Parameters
     ----------
@@ -53,48 +54,9 @@ class Builder:
     """
 
     def __init__(self, problem: Mechanism, start: State | None) -> None:
-        self.exudyn, self.item = load(), import_module("exudyn.itemInterface")
-        self.symbolic = self.exudyn.symbolic
-        self._container = self.exudyn.SystemContainer()
-        self.system = self._container.AddSystem()
-        self.problem = problem
+        super().__init__(problem.scene, start)
+        self.problem, self.symbolic = problem, self.exudyn.symbolic
         self._kept: list[Any] = []  # expression trees must exist as long as the system
-        ground = self.system.AddNode(self.item.NodePointGround())
-        self._fixed = self._coordinate(ground, 0)
-        body = self.system.AddObject(self.item.ObjectGround())
-        self.ground = self.system.AddMarker(self.item.MarkerBodyRigid(bodyNumber=body))
-        flat = System(problem.scene, start)
-        self.nodes = {
-            beam.name: self._add_cable(beam, flat, places)
-            for beam, places in zip(problem.scene.bodies, flat.places, strict=True)
-            if isinstance(beam, Beam)
-        }
-
-    def _add_cable(self, beam: Beam, flat: System, places: NDArray[np.int32]) -> list[int]:
-        item, given = self.item, beam.parameters()
-        rest, q, v = (x[places] for x in (flat.q_ref, flat.q0, flat.v0))
-        numbers = [
-            self.system.AddNode(
-                item.NodePoint2DSlope1(
-                    referenceCoordinates=list(a),
-                    initialCoordinates=list(b - a),
-                    initialVelocities=list(c),
-                )
-            )
-            for a, b, c in zip(rest, q, v, strict=True)
-        ]
-        for ends in pairwise(numbers):
-            added = self.system.AddObject(
-                item.ObjectANCFCable2D(
-                    length=given["length"],
-                    massPerLength=given["mass_per_length"],
-                    axialStiffness=given["axial_stiffness"],
-                    bendingStiffness=given["bending_stiffness"],
-                    nodeNumbers=list(ends),
-                )
-            )
-            self._weigh(added)
-        return numbers
 
     def add_body(self, name: str, mass: float, inertia: float, place: Array, angle: float) -> Any:
         """Add a rigid body about its centre, by the angle of its x axis; return it."""
@@ -102,25 +64,13 @@ class Builder:
         body = self.system.AddObject(
             self.item.ObjectRigidBody2D(mass=mass, inertia=inertia, nodeNumber=node)
         )
-        self._weigh(body)
+        self.weigh(body)
         return node, body
-
-    def _weigh(self, body: int) -> None:
-        gravity = [*self.problem.scene.gravity, 0.0]
-        if any(gravity):
-            marker = self.system.AddMarker(self.item.MarkerBodyMass(bodyNumber=body))
-            self.system.AddLoad(
-                self.item.LoadMassProportional(markerNumber=marker, loadVector=gravity)
-            )
-
-    def _coordinate(self, node: int, k: int) -> Any:
-        return self.system.AddMarker(self.item.MarkerNodeCoordinate(nodeNumber=node, coordinate=k))
 
     def fix(self, node: int, *coordinates: int) -> None:
         """Hold coordinates where they are."""
         for k in coordinates:
-            ends = [self._fixed, self._coordinate(node, k)]
-            self.system.AddObject(self.item.CoordinateConstraint(markerNumbers=ends))
+            self.tie(node, k)
 
     def move(self, node: int, k: int, offset: Expression) -> None:
         """Let a coordinate follow a function of time, counted from its reference."""
@@ -128,9 +78,7 @@ class Builder:
         def function(mbs: Any, t: Any, number: Any, given: Any) -> Any:
             return offset(t)
 
-        ends = [self._fixed, self._coordinate(node, k)]
-        added = self.system.AddObject(self.item.CoordinateConstraint(markerNumbers=ends))
-        self._hand_over("object", added, "offsetUserFunction", function)
+        self._hand_over("object", self.tie(node, k), "offsetUserFunction", function)
 
     def push(self, node: int, force: Expression) -> None:
         """Apply a force along x that is a function of time."""
@@ -138,7 +86,7 @@ class Builder:
         def function(mbs: Any, t: Any, given: Any) -> Any:
             return force(t)
 
-        marker = self._coordinate(node, 0)
+        marker = self.coordinate(node, 0)
         added = self.system.AddLoad(self.item.LoadCoordinate(markerNumber=marker, load=1.0))
         self._hand_over("load", added, "loadUserFunction", function)
 
@@ -216,8 +164,7 @@ def elastic_slider_crank(b: Builder) -> None:
     b.fix(rod[-1], 1)
     slider = b.problem.bodies["slider"]
     assert isinstance(slider, RigidBody)
-    mass = np.diag([slider.mass, slider.mass, 0.0, 0.0])
-    b.system.AddObject(b.item.ObjectGenericODE2(nodeNumbers=[rod[-1]], massMatrix=mass))
+    b.add_mass(rod[-1], slider.mass)
 
 
 def elastic_four_bar(b: Builder) -> None:
@@ -273,79 +220,30 @@ def run_mechanism(
     build: Callable[[Builder], None],
     start: State | None,
     watched: tuple[tuple[str, int], ...],
-    newton: tuple[float, str, float],
+    newton: Setting,
     t_end: float,
     dt: float,
     instants: int,
 ) -> PeerRun:
-    """Simulate a mechanism with Exudyn's generalised-alpha method.
+    """Simulate a mechanism with Exudyn's generalised-alpha method, by processor time.
 
     Parameters
     ----------
-    problem : Mechanism
-        The scene; cables are taken from it.
+    problem, start : Mechanism, State or None
+        As `Builder` takes them.
     build : callable
         Adds what else there is.
-    start : State or None
-        As `Builder` takes it.
     watched : tuple of (str, int)
         Nodes of cables whose positions are returned.
-    newton : tuple
-        How steps are solved, a value of `NEWTON`.
+    newton : Setting
+        A value of `NEWTON`.
     t_end, dt : float
         Simulated time and time step [s].
     instants : int
         How many states are compared.
-
-    Returns
-    -------
-    PeerRun
-        With processor time in the place of wall time.
-
-    Raises
-    ------
-    ExudynError
-        If its solver gives up.
     """
     b = Builder(problem, start)
     build(b)
-    sensors = [
-        b.system.AddSensor(
-            b.item.SensorNode(
-                nodeNumber=b.nodes[beam][index],
-                storeInternal=True,
-                writeToFile=False,
-                outputVariableType=b.exudyn.OutputVariableType.Position,
-            )
-        )
-        for beam, index in watched
-    ]
-    with contextlib.redirect_stdout(io.StringIO()):
-        b.system.Assemble()
-    contractivity, linear_solver, tolerance = newton
-    sparse = linear_solver == "EigenSparse"
-    setting = Setting("", contractivity, linear_solver, sparse, SPECTRAL_RADIUS)
-    settings = settings_of(b.exudyn, setting, t_end, dt)
-    settings.timeIntegration.newton.relativeTolerance = tolerance
-    settings.solution.sensors.writePeriod = t_end / instants
-    begin = time.process_time()
-    try:
-        with contextlib.redirect_stdout(io.StringIO()):  # it says much when it fails
-            b.system.SolveDynamic(settings, solverType=b.exudyn.DynamicSolverType.GeneralizedAlpha)
-    except Exception as error:  # Exudyn documents no class for a solver that gives up
-        at = b.system.sys["dynamicSolver"].it.currentTime
-        raise ExudynError(f"gave up at t = {at:.2g} s") from error
-    seconds = time.process_time() - begin
-    done = b.system.sys["dynamicSolver"].it
-    counts = {
-        "steps": int(done.currentStepIndex) - 1,
-        "iterations": int(done.newtonStepsCount),
-        "factorizations": int(done.newtonJacobiCount),
-    }
-    found = []
-    for sensor in sensors:
-        stored = np.atleast_2d(b.system.GetSensorStoredData(sensor))
-        found.append(stored[stored[:, 0] > 0.25 * t_end / instants, 1:3])
-    return PeerRun(
-        seconds, counts["iterations"] / round(t_end / dt), np.concatenate(found, axis=1), counts
-    )
+    for beam, index in watched:
+        b.watch(b.nodes[beam][index])
+    return b.run(newton, t_end, dt, t_end / instants, time.process_time)

@@ -18,7 +18,8 @@ from ancfsparse.studies.common.race import FailedError, Sample, Task
 from ancfsparse.studies.peers import elastica as elastica_peer
 from ancfsparse.studies.peers import exudyn as exudyn_peer
 from ancfsparse.studies.peers import sundials as sundials_peer
-from ancfsparse.studies.peers.exudyn import ExudynError, Setting, run_exudyn
+from ancfsparse.studies.peers.exudyn import ExudynError, Setting
+from ancfsparse.studies.peers.exudyn_pendulum import run_exudyn
 from ancfsparse.studies.peers.sundials import integrate_sundials
 from ancfsparse.system import System
 

@@ -28,6 +28,7 @@ from ancfsparse.solve import simulate
 from ancfsparse.studies.common import methods
 from ancfsparse.studies.common.methods import chosen
 from ancfsparse.studies.common.process import peak_memory
+from ancfsparse.studies.peers.exudyn import ExudynError
 from ancfsparse.studies.peers.exudyn_scene import SETTINGS as PEERS
 from ancfsparse.studies.peers.exudyn_scene import march_exudyn
 from ancfsparse.system import System
@@ -107,7 +108,7 @@ def run(job: Job, base: int) -> dict[str, Any]:
                 record: dict[str, Any] = march_exudyn(job.scene(), setting, job.dt, job.steps)
                 return record | {"base_bytes": base, "peak_bytes": peak_memory()}
         return _ours(job) | {"base_bytes": base, "peak_bytes": peak_memory()}
-    except (InputError, StepFailure, MemoryError) as error:
+    except (InputError, StepFailure, ExudynError, MemoryError) as error:
         return {"note": str(error) or type(error).__name__}
 
 
