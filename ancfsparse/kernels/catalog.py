@@ -36,11 +36,14 @@ MODULES: dict[str, dict[int, str]] = {
 }
 """Names of the modules of every element, by the dimensions it has, with its options in them."""
 
-CURVED = {"thin": (2,), "thick": (2, 3)}
+CURVED: dict[str, tuple[int, ...]] = {"thin": (2,), "thick": (2, 3)}
 """Elements that have a form with a curved shape free of strain, and its dimensions.
 
 A cable in space has none: the direction of its curvature is that of a section which it lacks.
 """
+
+SLACK: dict[str, tuple[int, ...]] = {"string": (2, 3)}
+"""Elements that have a form without compression, and its dimensions."""
 
 PLANAR = tuple(element for element, names in MODULES.items() if 3 not in names)
 """Elements that have no spatial form."""
@@ -307,9 +310,15 @@ def module_names() -> tuple[str, ...]:
         name.format_map(dict(zip(OPTIONS[element], values, strict=True))) + form
         for element, names in MODULES.items()
         for dim, name in names.items()
-        for form in ("", "_curved")[: 1 + (dim in CURVED.get(element, ()))]
+        for form in _forms(element, dim)
         for values in product(*OPTIONS[element].values())
     )
+
+
+def _forms(element: str, dim: int) -> tuple[str, ...]:
+    """Return the ends of the names of an element's modules of one dimension."""
+    table = {"_curved": CURVED, "_slack": SLACK}
+    return "", *(form for form, having in table.items() if dim in having.get(element, ()))
 
 
 def element_kind(
@@ -341,6 +350,20 @@ def element_kind(
 def curved_form(kind: ElementKind) -> ElementKind:
     """Return the form of an element of `CURVED` that is free of strain in a curved shape."""
     return from_module(compiled(f"{kind.name}_curved"))
+
+
+def slack_form(dim: int, transition: float) -> ElementKind:
+    """Return the form of a string that transmits no compression.
+
+    Parameters
+    ----------
+    dim : int
+        2 for a planar scene, 3 for a spatial one.
+    transition : float
+        Strain about which it goes slack.
+    """
+    kind = from_module(compiled(f"{MODULES['string'][dim]}_slack"))
+    return kind.with_values(transition=transition)
 
 
 def _module_name(element: str, dim: int, options: Mapping[str, str]) -> str:

@@ -108,7 +108,7 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
     -------
     Layout
         The last block is filled up with copies of the last element whose parameters, except the
-        length and a shape free of strain, are zero.
+        length, a shape free of strain and constants inside strains, are zero.
 
     Raises
     ------
@@ -133,7 +133,10 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
     n_blocks = -(-n // lanes)
     rest = n_blocks * lanes - n
     fill = np.repeat(base[n - 1 :], rest, axis=0)
-    weights = [not name.startswith(("length", REFERENCE)) for name in kind.parameters]
+    weights = [
+        not name.startswith(("length", REFERENCE)) and kind.own.get(name) != "ratios"
+        for name in kind.parameters
+    ]
     fill[:, weights] = 0.0
     block_base = np.concatenate([base, fill])
     flat = block_base.reshape(n_blocks, lanes * base.shape[1])

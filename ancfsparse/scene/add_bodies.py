@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.beams import Beam, BeamSpec
 from ancfsparse.scene.bodies import VelocityField
+from ancfsparse.scene.elements import slack_string
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh, MeshSpec
 from ancfsparse.scene.records import Records
@@ -40,6 +41,7 @@ class Bodies(Records):
         nodes: ArrayLike | None = None,
         length: float | None = None,
         tension: float | None = None,
+        slack: float | None = None,
         strain: str = "green",
         curvature: str = "axis",
         section_strain: str = "consistent",
@@ -85,6 +87,12 @@ class Bodies(Records):
             one, or one along a curve, is strained evenly.  The beam is straight without stress.
         tension : float, optional
             Axial force in the start [N], positive if it pulls, in place of `length`.
+        slack : float, optional
+            For ``"string"``: strain about which it goes slack [-], so that it transmits no
+            compression.  The transition is smooth: with the axial stiffness E A the force at the
+            natural length is E A slack / 4; it follows Hooke's law to a share of
+            slack^4 / 16 strain^4 in tension, and vanishes as fast in compression.  About the strain
+            under the smallest force of interest is a good choice; smaller ones make steps harder.
         strain : str, optional
             For ``"thin"``: ``"green"`` or ``"biot"``.
         curvature : str, optional
@@ -129,10 +137,11 @@ class Bodies(Records):
             If anything does not fit, with what to give instead.
         """
         label = self._label(name, "beam")
+        made = element if slack is None else slack_string(label, element, self.dim, slack)
         given = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
         shape = Shape(start, end, curve, rest, length, tension, up, twist, nodes)
         beam = beam_of(
-            label, self.gravity, element, shape, n_elements, section, material, given, velocity
+            label, self.gravity, made, shape, n_elements, section, material, given, velocity
         )
         if eigenstrain is not None or eigencurvature is not None:
             from ancfsparse.scene.eigenstrain import with_eigenstrain  # few beams have any
@@ -153,6 +162,7 @@ class Bodies(Records):
             nodes=beam.nodes,
             length=None if length is None else float(length),
             tension=None if tension is None else float(tension),
+            slack=None if slack is None else float(slack),
             up=specified(up),
             twist=twist if twist is None or callable(twist) else float(twist),
             eigenstrain=_as_given(eigenstrain),
@@ -172,6 +182,7 @@ class Bodies(Records):
         *,
         n_elements: int = 1,
         smooth: float = 5.0,
+        slack: float | None = None,
         strain: str = "green",
         velocity: ArrayLike | VelocityField | None = None,
         name: str | None = None,
@@ -204,6 +215,8 @@ class Bodies(Records):
             [degrees], 0 to 90.  Where several could, the straightest two are taken first, and an
             edge is continued at most once at each end.  The shared slope is the mean of both
             directions, so a cable with a bend starts with the stress of that bend.
+        slack : float, optional
+            For ``"string"``: strain about which it goes slack [-], as in `add_beam`.
         strain : str, optional
             For ``"thin"``: ``"green"`` or ``"biot"``.
         velocity : array_like of shape (dim,) or callable, optional
@@ -226,12 +239,13 @@ class Bodies(Records):
 
         label = self._label(name, "mesh")
         given = {"strain": strain}
+        made = element if slack is None else slack_string(label, element, self.dim, slack)
         mesh = mesh_of(
             label,
             self.dim,
             nodes,
             edges,
-            element,
+            made,
             section,
             material,
             given,
@@ -246,6 +260,7 @@ class Bodies(Records):
             material,
             mesh.n_each,
             float(smooth),
+            None if slack is None else float(slack),
             strain,
             specified(velocity),
             label,

@@ -44,6 +44,7 @@ class BeamSpec(Spec):
     nodes: tuple[float, ...] | None = None
     length: float | None = None
     tension: float | None = None
+    slack: float | None = None
     up: Direction = None
     twist: Angle = None
     eigenstrain: Any = None

@@ -247,7 +247,7 @@ class ElasticBody(Body):
         links = np.concatenate([self.row_nodes, self.ends.ravel()]).astype("<i4")
         return {
             "element": repr(self.kind)
-            if self.kind.package
+            if self.kind.package or self.kind.values
             else " ".join([self.element, *self.options.values()]),
             "section": repr(self.section),
             "material": repr(self.material),

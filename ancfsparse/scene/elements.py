@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ancfsparse.checks import check_choice
+from ancfsparse.checks import check_choice, check_positive
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import OPTIONS, PLANAR, ElementKind, element_kind
+from ancfsparse.kernels.catalog import OPTIONS, PLANAR, ElementKind, element_kind, slack_form
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.polygon import Polygon
 from ancfsparse.scene.sections import AnySection, Taper
@@ -14,6 +14,8 @@ from ancfsparse.words import shown
 
 # Second moments further apart than this share make a section that is not round.
 NOT_ROUND = 1e-9
+# Transition strain of strings below which rounding in the strain, 1e-16, is no longer small.
+LEAST_SLACK = 1e-9
 # The default of every option of every element.
 DEFAULTS = {key: values[0] for own in OPTIONS.values() for key, values in own.items()}
 
@@ -69,6 +71,40 @@ def chosen_element(
             f"give ELEMENT.with_values({missing[0]}=...)"
         )
     return element.name, {}, element
+
+
+def slack_string(label: str, element: str | ElementKind, dim: int, slack: float) -> ElementKind:
+    """Return the form of a string that goes slack.
+
+    Parameters
+    ----------
+    label : str
+        Name of the beam, for messages.
+    element : str or ElementKind
+        What was given as its element.
+    dim : int
+        Dimension of the scene.
+    slack : float
+        Strain about which it goes slack.
+
+    Raises
+    ------
+    InputError
+        If the element is no string, or the strain is not between 0 and 1.
+    """
+    if not isinstance(element, str) or element != "string":
+        raise InputError(
+            f"slack of {label} is of strings alone, and its element is {shown(element)}: take "
+            "'string', or leave `slack` out"
+        )
+    strain = check_positive(f"slack of {label}", slack)
+    # At 1 every length from zero on is within the transition; below, squares lose what they add.
+    if not LEAST_SLACK <= strain < 1.0:
+        raise InputError(
+            f"slack of {label} is a strain from {LEAST_SLACK:g} to 1, got {strain:.6g}: take about "
+            "the strain under the smallest force of interest"
+        )
+    return slack_form(dim, strain)
 
 
 def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> dict[str, str]:

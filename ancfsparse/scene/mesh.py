@@ -33,6 +33,7 @@ class MeshSpec(Spec):
     material: Material
     n_elements: int = 1
     smooth: float = 5.0
+    slack: float | None = None
     strain: str = "green"
     velocity: tuple[float, ...] | VelocityField | None = None
     name: str | None = None

@@ -14,6 +14,7 @@ def _table() -> dict[str, tuple[str, Callable[[], Element]]]:
     table: dict[str, tuple[str, Callable[[], Element]]] = {"l2t2": ("l2t2.py", l2t2)}
     for dim, where in ((2, "planar"), (3, "spatial")):
         table[f"string_{where}"] = ("string.py", partial(string, dim))
+        table[f"string_{where}_slack"] = ("string.py", partial(string, dim, slack=True))
         for strain in ("green", "biot"):
             table[f"thin_{where}_{strain}"] = ("thin.py", partial(thin, dim, strain))
     for strain in ("green", "biot"):

@@ -23,6 +23,7 @@ VALUES = {
     "bending_stiffness_z": 2.5,
     "inertia_y": 0.01,
     "inertia_z": 0.02,
+    "transition": 0.2,
 }
 """One value for every parameter in the vocabulary, none of them special."""
 

@@ -63,6 +63,13 @@ def string(q, p):
     return p["axial_stiffness"] * length / 2 * stretch**2
 
 
+def slack_string(q, p):
+    length, w = LONG(p["length"]), LONG(p["transition"])
+    first, last = q.reshape(2, -1)
+    stretch = np.sqrt(square(last - first) / length**2 + w**2) - 1
+    return p["axial_stiffness"] * length / 2 * ((stretch + np.sqrt(stretch**2 + w**2)) / 2) ** 2
+
+
 def l2t2(q, p):
     xi, w = gauss(9)
     r_x, r_xx = centre_line(q.reshape(4, 2), xi, LONG(p["length"]))
@@ -175,6 +182,8 @@ def thick_planar(curvature, section_strain):
 ENERGIES: dict[str, Energy] = {
     "string_planar": string,
     "string_spatial": string,
+    "string_planar_slack": slack_string,
+    "string_spatial_slack": slack_string,
     "l2t2": l2t2,
     **{
         f"thin_{where}_{strain}": thin(dim, strain)

@@ -37,6 +37,14 @@ def string(q, p, base):
     return joined(length, [(np.array([p["axial_stiffness"]]), np.array([stretch]))])
 
 
+def slack_string(q, p, base):
+    length, w = LONG(p["length"]), LONG(p["transition"])
+    first, last = q.reshape(2, -1)
+    stretch = np.sqrt(square(last - first) / length**2 + w**2) - 1
+    stretch = (stretch + np.sqrt(stretch**2 + w**2)) / 2
+    return joined(length, [(np.array([p["axial_stiffness"]]), np.array([stretch]))])
+
+
 def l2t2(q, p, base):
     length = LONG(p["length"])
     xi, w = gauss(9)
@@ -147,6 +155,8 @@ def thick_planar(curvature, section_strain):
 STRAINS: dict[str, Strains] = {
     "string_planar": string,
     "string_spatial": string,
+    "string_planar_slack": slack_string,
+    "string_spatial_slack": slack_string,
     "l2t2": l2t2,
     **{
         f"thin_{where}_{strain}": thin(dim, strain)

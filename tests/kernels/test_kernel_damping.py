@@ -36,7 +36,7 @@ def test_material_is_the_weighted_square_of_the_strain_gradients(name, state, be
     assert np.linalg.eigvalsh(found).min() >= -1e-13 * np.abs(found).max()
 
 
-@pytest.mark.parametrize("name", STRAINS)
+@pytest.mark.parametrize("name", [n for n in STRAINS if not n.endswith("slack")])
 def test_material_is_the_tangent_where_nothing_is_strained(name, bench, rng):
     element = bench(name)
     labels = element.labels

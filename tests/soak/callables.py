@@ -124,6 +124,7 @@ def calls():
         Call("add_beam, bent and twisted", space.add_beam,
              {"element": "thick", "curve": ancf.Helix(1.0, 0.1, 2.0), "n_elements": 8,
               "section": SECTION, "material": MATERIAL, "rest": "straight", "twist": 1.0}),
+        Call("add_beam, slack", scene.add_beam, beam | {"element": "string", "slack": 1e-3}),
         Call("add_mesh", scene.add_mesh, net),
         Call("add_mesh, spatial", space.add_mesh, net | {"nodes": [(7, 0, 0), (8, 0, 0)]}),
         Call("pin", scene.pin, {"node": rod.start}),
