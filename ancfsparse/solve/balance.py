@@ -88,6 +88,8 @@ class Balance:
         The reference shape without loads.
     loads : float
         Size of all loads, see `size_of_forces`.
+    acceleration : float
+        Root mean square of the acceleration by them [m/s2].
     """
 
     def __init__(
@@ -128,6 +130,7 @@ class Balance:
         if system.n_multipliers:
             self._penalties = Penalties(system, self._gradients, pushed.r)
         self.loads = self.size_of_forces(pushed.r - self.start.r)
+        self.acceleration = self.loads * (system.dim / self._whole_mass) ** 0.5
         self._stress_at_start = self.size_of_forces(self.start.r)
         self.span = float(np.max(np.abs(system.q_ref)))
         largest = np.full(system.n_free, self.span)

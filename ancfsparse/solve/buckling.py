@@ -74,8 +74,8 @@ def buckling(of: Scene | Equilibrium, n: int = 1) -> Buckling:
     """
     from ancfsparse.results.buckling import Buckling  # what motions do not need
     from ancfsparse.solve.pencil import linearised, scene_of
+    from ancfsparse.solve.rigid_body_modes import check_held
     from ancfsparse.solve.spectrum import BEYOND, VECTORS
-    from ancfsparse.solve.statics import check_held
 
     n = check_count("n", n)
     scene = scene_of(of)

@@ -13,7 +13,8 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.results import RunStats
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.memory import check_factor, estimate, memory_for
-from ancfsparse.solve.statics import COARSEST, FINEST, MATRICES, check_held
+from ancfsparse.solve.rigid_body_modes import check_held
+from ancfsparse.solve.statics import COARSEST, FINEST, MATRICES
 from ancfsparse.system import System
 
 if TYPE_CHECKING:

@@ -24,6 +24,10 @@ LARGEST_TURN = 0.5
 CONTRACTION, FORCE_CONTRACTION, MOST_CHORDS = 0.25, 0.03, 12
 # Factors of a settling, and the share of the shift below which Newton takes over.
 MOST_SETTLING, SMALL_TURN, SHIFT_SHARE = 60, 0.05, 0.1
+# Factors where rigid motions are free, which go farther.
+MOST_MOVING = 240
+# Share of the first shift that stays on the diagonal there, for motions that take no force.
+NEUTRAL = 1e-5
 
 
 class NotFoundError(Exception):
@@ -72,6 +76,7 @@ def find(
     *,
     extrapolate: bool = True,
     definite: bool = False,
+    shift: float = 0.0,
 ) -> Found:
     """Solve for the equilibrium near a state.
 
@@ -93,6 +98,8 @@ def find(
         Whether to extrapolate the stress; without it the tangent is exact.
     definite : bool, optional
         Whether to give up where the stiffness is not definite.
+    shift : float, optional
+        Added to it times the mass [1/s2], where some motion may take no force.
 
     Raises
     ------
@@ -104,7 +111,7 @@ def find(
     for k in range(MOST_FACTORS):
         exact = closing or not extrapolate
         values = (tangent.exact if exact else tangent.extrapolated)(state, load)
-        negative = balance.factor(state, values, load)
+        negative = balance.factor(state, values, load, shift)
         dx, dlam = balance.correction(state)
         size = balance.distance(dx)
         if negative is None or not math.isfinite(size):
@@ -180,7 +187,9 @@ def _chords(balance: Balance, state: State, dx: Vector, load: float, tolerance: 
     return state
 
 
-def settle(balance: Balance, state: State, load: float, tolerance: float) -> Found:
+def settle(
+    balance: Balance, state: State, load: float, tolerance: float, *, farthest: float = math.inf
+) -> Found:
     """Let the scene creep downhill until it comes to rest, and find the equilibrium there.
 
     Implicit steps of ``M dq/dt = -r`` without inertia, each solved by one correction with mass
@@ -190,6 +199,8 @@ def settle(balance: Balance, state: State, load: float, tolerance: float) -> Fou
     ----------
     balance, state, load, tolerance
         As in `find`.
+    farthest : float, optional
+        Displacement that no step goes far beyond, where rigid motions are free [m].
 
     Raises
     ------
@@ -197,8 +208,11 @@ def settle(balance: Balance, state: State, load: float, tolerance: float) -> Fou
         If it does not come to rest.
     """
     tangent = Tangent(balance)
-    factors = balance.stats.factorizations + MOST_SETTLING
-    shift = 0.0
+    moves = math.isfinite(farthest)
+    factors = balance.stats.factorizations + (MOST_MOVING if moves else MOST_SETTLING)
+    shift = balance.acceleration / farthest
+    least = NEUTRAL * shift
+    before: Vector | None = None
     while balance.stats.factorizations < factors:
         values = tangent.extrapolated(state, load)
         push = balance.distance(state.r / balance.mass)  # an acceleration [m/s2]
@@ -206,18 +220,22 @@ def settle(balance: Balance, state: State, load: float, tolerance: float) -> Fou
             definite = balance.factor(state, values, load, shift) == 0
             dx, dlam = balance.correction(state) if definite else (state.r, state.phi)
             share = _share(balance, dx)
-            if definite and share > 0.25:
+            if definite and share > 0.25 and balance.distance(dx) <= 2.0 * farthest:
                 break
             shift = 4.0 * shift if shift > 0.0 else 1e-3 * push / balance.span
             if balance.stats.factorizations >= factors or not math.isfinite(shift):
                 raise NotFoundError("the scene does not come to rest", state, load)
         state = balance.moved(state, share * dx, share * dlam, load)
+        balance.system.assembly.accept(state.q)
         balance.stats.iterations += 1
         turn = _turn(balance, dx)
         if turn <= SMALL_TURN and shift * balance.distance(dx) <= SHIFT_SHARE * push:
             try:
-                return find(balance, state, load, tolerance, definite=True)
+                return find(balance, state, load, tolerance, definite=True, shift=least)
             except NotFoundError:
                 pass
-        shift *= 0.5 if turn > 0.2 * LARGEST_TURN else 0.25
+        # Steps to and fro are too long for how constraints curve.
+        back = before is not None and (balance.mass * dx) @ before < 0.0
+        shift *= 4.0 if back else 0.5 if turn > 0.2 * LARGEST_TURN else 0.25
+        before = dx if moves else None
     raise NotFoundError("the scene does not come to rest", state, load)

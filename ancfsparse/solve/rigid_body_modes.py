@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.errors import SingularSceneError
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.motions import named
 from ancfsparse.system.rigid import Part, parts_of
@@ -81,6 +82,28 @@ def free_motions(system: System) -> list[str]:
         if len(names) >= MOST:
             return names[:MOST]
     return sorted(names, key=lambda name: not name.startswith("translation"))
+
+
+def check_held(system: System) -> None:
+    """Refuse a scene that its joints do not hold.
+
+    Raises
+    ------
+    SingularSceneError
+        With the number of free motions and the name of the first.
+    """
+    free = free_motions(system)
+    if free:
+        raise not_held(free)
+
+
+def not_held(free: list[str], why: str = "") -> SingularSceneError:
+    """Return the error that names free motions, and why loads do not restrain them."""
+    count = f"{len(free)}{' or more' * (len(free) == MOST)}"
+    return SingularSceneError(
+        f"the scene is not held: {count} rigid motion(s) are free, first the {free[0]}"
+        f"{why and ', and '}{why}; add a pin or a clamp"
+    )
 
 
 def _conditions(system: System, parts: list[Part]) -> Conditions:

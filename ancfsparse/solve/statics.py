@@ -18,7 +18,6 @@ from ancfsparse.checks import (
 from ancfsparse.errors import (
     EquilibriumFailure,
     InputError,
-    SingularSceneError,
     UnstableEquilibrium,
 )
 from ancfsparse.nonlinear import Newton
@@ -61,7 +60,8 @@ def solve_static(
     Parameters
     ----------
     scene : Scene
-        Beams, joints and loads, held by its joints against every rigid motion.
+        Beams, joints and loads.  Rigid motions that no joint prevents must be restrained by loads
+        that have a potential, as those of a pendulum by its weight.
     t : float, optional
         Time at which functions of time are evaluated [s]: by default that of `start`, or 0.
         Drives move from the reference shape to where they are then.
@@ -93,7 +93,7 @@ def solve_static(
     InputError
         If an argument is invalid, or the factor cannot fit in memory.
     SingularSceneError
-        If the joints leave a rigid motion free; it is named.
+        If neither joints nor loads restrain a rigid motion; it is named.
     EquilibriumFailure
         If no equilibrium is found.
 
@@ -105,12 +105,15 @@ def solve_static(
 
     Notes
     -----
-    Mechanisms that only their load stiffens, such as a hanging chain of hinged cables, count as not
-    held.  The theory is in docs/theory.md.
+    A scene that can swing settles without inertia under the whole load; ``load_steps`` does nothing
+    then.  In motions that take no force, such as the spin of a hanging rod about its axis, it stays
+    as it was.  The theory is in docs/theory.md.
     """
     from ancfsparse.solve.balance import Balance  # what motions do not need
     from ancfsparse.solve.continuation import check_start
+    from ancfsparse.solve.hanging import find_hanging
     from ancfsparse.solve.load_steps import find_equilibrium, find_from
+    from ancfsparse.solve.rigid_body_modes import free_motions
 
     check_scene(scene)
     if check_count("load_steps", load_steps) > MOST_STEPS:
@@ -141,7 +144,7 @@ def solve_static(
     stats = RunStats(solver="Newton with extrapolated stress")
     with memory_for(needed), progress_bar("factor", progress) as bar:
         system = System(scene, begins)
-        check_held(system)
+        free = free_motions(system)
         balance = Balance(system, stats, bar.update, seed, t)
         check_factor(needed, balance.seed)
         if isinstance(balance.seed, DeflatedSeed):
@@ -149,6 +152,8 @@ def solve_static(
         stats.seconds["set-up"] = time.perf_counter() - begin
 
         def find(equations: Balance) -> Found:
+            if free:
+                return find_hanging(equations, system.q0, tolerance, free)
             if begins is not None:
                 return find_from(equations, system.q0, load_steps, tolerance)
             return find_equilibrium(equations, load_steps, tolerance)
@@ -170,25 +175,6 @@ def solve_static(
     if found.negative and balance.conservative:
         warnings.warn(UnstableEquilibrium(found.negative), stacklevel=2)
     return Equilibrium(system, found.state.q, found.state.lam, stats, t)
-
-
-def check_held(system: System) -> None:
-    """Refuse a scene that its joints do not hold.
-
-    Raises
-    ------
-    SingularSceneError
-        With the number of free motions and the name of the first.
-    """
-    from ancfsparse.solve.rigid_body_modes import MOST, free_motions
-
-    free = free_motions(system)
-    if free:
-        count = f"{len(free)}{' or more' * (len(free) == MOST)}"
-        raise SingularSceneError(
-            f"the scene is not held: {count} rigid motion(s) are free, first the {free[0]}; "
-            "add a pin or a clamp, or let it settle in time with simulate if only its load holds it"
-        )
 
 
 def _exact_instead(

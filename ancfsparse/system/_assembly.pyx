@@ -154,6 +154,12 @@ cdef class Assembly:
                 each.memory[i] = values[n]
                 n += 1
 
+    def accept(self, const double[::1] q):
+        """Let the history variables follow to coordinates that have been accepted."""
+        cdef ancf_state x
+        set_state(&x, &q[0], NULL, NULL, NULL, NULL)
+        accept(&self.flat, &x)
+
     @property
     def mass(self):
         """Values of the mass matrix on the pattern, lower triangle [kg, kg m, kg m^2]."""

@@ -102,6 +102,9 @@ class Assembly(Protocol):
     ) -> float:
         """Return the work of changing loads between two states [J]."""
 
+    def accept(self, q: Vector) -> None:
+        """Let the history variables follow to coordinates that have been accepted."""
+
     def load_reach(self, q0: Vector, q1: Vector, amplitudes: Vector) -> float:
         """Return the most work that loads of any signs could do between two states [J]."""
 
