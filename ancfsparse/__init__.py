@@ -52,6 +52,18 @@ from ancfsparse.solve import simulate, solve_static, stable_step
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
+    from ancfsparse.plans import (
+        Plan,
+        PlanChanged,
+        energy,
+        plan,
+        position,
+        reaction,
+        section_force,
+        slope_angle,
+        strain,
+        velocity,
+    )
     from ancfsparse.scene.curves import Arc, Helix
     from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
     from ancfsparse.solve.assemble import assemble
@@ -89,6 +101,8 @@ __all__ = [
     "Newmark",
     "Newton",
     "OutputFailure",
+    "Plan",
+    "PlanChanged",
     "Polygon",
     "Pulse",
     "QuasiNewton",
@@ -111,15 +125,23 @@ __all__ = [
     "assemble",
     "buckling",
     "complex_modes",
+    "energy",
     "grid",
     "latin_hypercube",
     "load",
     "load_path",
     "modes",
+    "plan",
+    "position",
+    "reaction",
+    "section_force",
     "simulate",
+    "slope_angle",
     "solve_static",
     "stable_step",
+    "strain",
     "sweep",
+    "velocity",
 ]
 
 
@@ -128,16 +150,26 @@ _ON_DEMAND = {
     "Box": "scene.shapes",
     "Cylinder": "scene.shapes",
     "Helix": "scene.curves",
+    "Plan": "plans",
+    "PlanChanged": "plans",
     "Rod": "scene.shapes",
     "Sphere": "scene.shapes",
     "assemble": "solve.assemble",
     "buckling": "solve.buckling",
     "complex_modes": "solve.complex_modes",
+    "energy": "plans",
     "grid": "sweeps",
     "latin_hypercube": "sweeps",
     "load_path": "solve.load_path",
     "modes": "solve.modes",
+    "plan": "plans",
+    "position": "plans",
+    "reaction": "plans",
+    "section_force": "plans",
+    "slope_angle": "plans",
+    "strain": "plans",
     "sweep": "sweeps",
+    "velocity": "plans",
 }
 
 

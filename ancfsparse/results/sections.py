@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -98,7 +99,7 @@ def section_force(
     SectionForce
         For every state and point.
     """
-    where = _where(body, s)
+    body, where = _where(system, body, s)
     kind = system.kind_of(body)
     elements, first, at = np.unique(where.elements, return_index=True, return_inverse=True)
 
@@ -148,7 +149,7 @@ def strain(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = None
     def evaluate(points: Points, rates: Array) -> tuple[Array]:
         return (np.linalg.norm(points.r_x, axis=-1) - 1.0,)
 
-    where = _where(body, s)
+    body, where = _where(system, body, s)
     values = _evaluated(system, body, where, q, q, evaluate)[0]
     if body.kind.is_curved:
         rest = system.q_ref[None]
@@ -164,7 +165,7 @@ def curvature(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = N
     ndarray, shape (k, p) in the plane or (k, p, 3)
         Turn per length of the reference shape [1/m], see `Trajectory.curvature`.
     """
-    where = _where(body, s)
+    body, where = _where(system, body, s)
     turns = _evaluated(system, body, where, q, q, lambda points, rates: (turn_of(points),))[0]
     turns = where.direction[:, None] * turns
     return turns[..., 2] if body.dim == 2 else turns
@@ -179,16 +180,24 @@ class _Where:
     direction: Array
 
 
-def _where(body: ElasticBody, s: Where) -> _Where:
+def _where(system: SolvedSystem, body: ElasticBody, s: Where) -> tuple[ElasticBody, _Where]:
+    """Return the body of the run, and the points on it."""
     if not isinstance(body, ElasticBody):
         raise InputError(f"a beam or a mesh of the run is needed, got {shown(body)}")
+    listed: Any = [s] if isinstance(s, Node) else s
+    if isinstance(listed, Sequence) and any(isinstance(each, Node) for each in listed):
+        listed = [system.own(each) if isinstance(each, Node) else each for each in listed]
+    own: Any = system.own(body)
+    return own, _points_on(own, listed)
+
+
+def _points_on(body: ElasticBody, listed: Where) -> _Where:
     forward = np.ones(body.n_elements)
     if isinstance(body, Mesh):
         forward[body.flipped] = -1.0
-    if s is None:
+    if listed is None:
         elements = np.arange(body.n_elements)
         return _Where(elements, np.full(len(elements), 0.5), forward)
-    listed = [s] if isinstance(s, Node) else s
     if isinstance(listed, Sequence) and any(isinstance(each, Node) for each in listed):
         places = [_of_point(body, each) for each in listed]
         elements = np.array([e for e, _ in places], dtype=np.intp)
@@ -196,9 +205,9 @@ def _where(body: ElasticBody, s: Where) -> _Where:
     if isinstance(body, Mesh):
         raise InputError(
             f"s on {body.name} must be points on its edges, such as [mesh.at(edge, s)], or left "
-            f"out for the middle of every edge, got {shown(s)}"
+            f"out for the middle of every edge, got {shown(listed)}"
         )
-    return _along(body, s, forward)
+    return _along(body, listed, forward)
 
 
 def _of_point(body: ElasticBody, point: object) -> tuple[int, float]:

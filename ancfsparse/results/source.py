@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from ancfsparse.system.joint_forces import States
 
 Array = NDArray[np.float64]
+Handle = TypeVar("Handle", Body, Node)
 Places = tuple[NDArray[np.integer], Array]
 
 
@@ -42,6 +43,10 @@ class SolvedSystem(Protocol):
     @property
     def q_ref(self) -> Array:
         """Coordinates of the reference shape, (n,) [m, 1]."""
+        ...
+
+    def own(self, handle: Handle) -> Handle:
+        """Give the handle of what was solved for one of the scene that a plan was made for."""
         ...
 
     def kind_of(self, beam: Body) -> ElementKind:

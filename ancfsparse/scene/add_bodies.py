@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,7 +33,7 @@ class Bodies(Records):
         element: str | ElementKind,
         start: ArrayLike | None = None,
         end: ArrayLike | None = None,
-        n_elements: int | None = None,
+        n_elements: int | str | None = None,
         section: AnySection | None = None,
         material: Material | None = None,
         *,
@@ -60,11 +61,14 @@ class Bodies(Records):
             ``"string"`` (positions alone: no bending stiffness), ``"l2t2"`` (planar cable),
             ``"thin"`` (cable), or ``"thick"`` (beam with section vectors, so with shear and
             torsion); or the ``ELEMENT`` of a package that
-            ``ancfsparse element`` has built from an energy of your own.
+            ``ancfsparse element`` has built from an energy of your own; or ``"auto"``: `ancf.plan`
+            chooses it for a quantity and its error.
         start, end : array_like, shape (dim,)
             Its two ends [m], apart from each other; left out if there is a `curve`.
-        n_elements : int
-            Number of elements, at least 1.
+        n_elements : int or "auto"
+            Number of elements, at least 1; ``"auto"``: `ancf.plan` chooses it.  Until then handles
+            by arc length, such as ``rod.end`` and ``rod.at(s)``, are nodes at the 3600th parts of
+            the length.
         section : Rectangle, Circle, Tube, IBeam, Polygon, Taper or Section
             Its cross-section.  A spatial cable bends alike in all directions and needs
             ``inertia_y`` equal to ``inertia_z``.
@@ -137,12 +141,21 @@ class Bodies(Records):
             If anything does not fit, with what to give instead.
         """
         label = self._label(name, "beam")
-        made = element if slack is None else slack_string(label, element, self.dim, slack)
+        stand_in, count = element, n_elements
+        automatic: tuple[str, ...] = ()
+        if any(isinstance(each, str) and each == "auto" for each in (element, n_elements)):
+            from ancfsparse.scene.automatic import undecided  # few beams are
+
+            stand_in, count, automatic = undecided(element, n_elements, self.dim)
+        if slack is not None:
+            stand_in = slack_string(label, stand_in, self.dim, slack)
         given = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
         shape = Shape(start, end, curve, rest, length, tension, up, twist, nodes)
         beam = beam_of(
-            label, self.gravity, made, shape, n_elements, section, material, given, velocity
+            label, self.gravity, stand_in, shape, count, section, material, given, velocity
         )
+        if automatic:
+            beam = replace(beam, automatic=automatic)
         if eigenstrain is not None or eigencurvature is not None:
             from ancfsparse.scene.eigenstrain import with_eigenstrain  # few beams have any
 
@@ -151,7 +164,7 @@ class Bodies(Records):
             element=element,
             start=None if start is None else beam.positions[0],
             end=None if end is None else beam.positions[-1],
-            n_elements=beam.n_elements,
+            n_elements="auto" if "n_elements" in automatic else beam.n_elements,
             section=beam.section,
             material=beam.material,
             strain=strain,

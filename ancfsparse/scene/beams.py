@@ -33,7 +33,7 @@ class BeamSpec(Spec):
     element: str | ElementKind
     start: tuple[float, ...] | None = None
     end: tuple[float, ...] | None = None
-    n_elements: int
+    n_elements: int | str
     section: AnySection
     material: Material
     strain: str = "green"
@@ -118,8 +118,10 @@ class Beam(ElasticBody):
 
     def __repr__(self) -> str:
         """Say which beam this is."""
+        count = "auto" if "n_elements" in self.automatic else str(self.n_elements)
+        element = "auto" if "element" in self.automatic else self.element
         return (
-            f"{self.name}: {self.n_elements} {self.element} elements, {self.length:.6g} m, "
+            f"{self.name}: {count} {element} elements, {self.length:.6g} m, "
             f"{'planar' if self.dim == 2 else 'spatial'}"
         )
 
@@ -178,6 +180,10 @@ class Beam(ElasticBody):
 
     def finer(self, times: int) -> dict[str, Any]:
         """Return what changes in its record if every element is divided."""
+        if "n_elements" in self.automatic:
+            raise InputError(
+                f"{self.name} has n_elements='auto', which a plan decides: nothing can be refined"
+            )
         changes = super().finer(times)
         if self.nodes is not None:
             inner = np.arange(times * self.n_elements + 1) / times

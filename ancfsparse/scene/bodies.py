@@ -68,6 +68,8 @@ class Body(ABC):
     velocity : callable or None
         Initial velocities: maps reference places (k, dim) [m] to velocities (k, dim) [m/s].
         None means at rest.
+    automatic : tuple of str
+        Arguments that are ``"auto"``, to be chosen by a plan; element and mesh are stand-ins then.
     """
 
     name: str
@@ -81,6 +83,7 @@ class Body(ABC):
     ends: Numbers
     vectors: Vector
     velocity: VelocityField | None = None
+    automatic: tuple[str, ...] = ()
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled: a velocity only if it can be."""

@@ -69,7 +69,7 @@ def beam_of(
     gravity: Vector,
     element: str | ElementKind,
     shape: Shape,
-    n_elements: int | None,
+    n_elements: int | str | None,
     section: AnySection | None,
     material: Material | None,
     options: Mapping[str, str],
@@ -113,7 +113,7 @@ def beam_of(
     )
 
 
-def _shares(label: str, nodes: ArrayLike, n_elements: int | None) -> Vector:
+def _shares(label: str, nodes: ArrayLike, n_elements: int | str | None) -> Vector:
     """Return the shares of the length at which nodes stand, (n + 1,)."""
     needed = "shares of its length that grow from 0 to 1, such as (0, 0.1, 0.3, 1)"
     shares = check_reals(f"nodes of {label}", nodes, needed)
@@ -138,7 +138,7 @@ def _shaped(
     element: str | ElementKind,
     shape: Shape,
     shares: Vector | None,
-    n_elements: int,
+    n_elements: int | str,
     section: AnySection,
     material: Material,
     options: Mapping[str, str],

@@ -32,7 +32,7 @@ def straight_beam(
     element: str | ElementKind,
     start: ArrayLike | None,
     end: ArrayLike | None,
-    n_elements: int,
+    n_elements: int | str,
     section: AnySection,
     material: Material,
     options: Mapping[str, str],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +15,7 @@ from ancfsparse.system.numbering import Places
 from ancfsparse.system.vectors import weighed
 
 Vector = NDArray[np.float64]
+Handle = TypeVar("Handle", Body, Node)
 
 
 class Coordinates:
@@ -49,8 +52,21 @@ class Coordinates:
         """Places of the positions of all rows, (n,), those that rows share several times."""
         return np.concatenate([places.ravel() for places in self.vectors("r")])
 
+    def own(self, handle: Handle) -> Handle:
+        """Return a handle of the scene that was solved, for one of the scene a plan was made for.
+
+        The element or mesh of a beam was open there; its points are found by arc length.
+        """
+        body = handle.beam if isinstance(handle, Node) else handle
+        if not body.automatic or id(body) in self._index:
+            return handle
+        from ancfsparse.scene.automatic import decided
+
+        return decided(self.bodies[self._of(body)], handle)
+
     def rows(self, node: Node) -> Places:
         """Return the places of the coordinates of all rows of a node, shape (k, n_c)."""
+        node = self.own(node)
         return self.places[self._of(node.beam)][node.beam.rows_of(node.index)]
 
     def place(self, node: Node) -> Places:
@@ -71,11 +87,12 @@ class Coordinates:
 
     def elements(self, beam: Body) -> Places:
         """Return the places of a beam's element coordinates, shape (n_e, 2 n_c)."""
+        beam = self.own(beam)
         return self.places[self._of(beam)][beam.ends].reshape(beam.n_elements, -1)
 
     def point(self, node: Node) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
-        check_point("a position", node)
+        node = self.own(check_point("a position", node))
         straight = self.kind_of(node.beam).is_string
         return self._interpolate(node, "r", position_weights(node.xi, self._length(node), straight))
 
@@ -87,7 +104,7 @@ class Coordinates:
         InputError
             At a node of a string, where it jumps.
         """
-        check_point("a slope", node)
+        node = self.own(check_point("a slope", node))
         straight = self.kind_of(node.beam).is_string
         if straight and node.is_node:
             raise InputError(
@@ -146,4 +163,7 @@ class Coordinates:
         try:
             return self._index[id(beam)]
         except KeyError:
+            names = [each.name for each in self.bodies] if beam.automatic else []
+            if beam.name in names:
+                return names.index(beam.name)
             raise InputError(f"{beam!r} is not part of this scene") from None

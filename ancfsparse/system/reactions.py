@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene import Node, check_node
+from ancfsparse.scene import Node, check_node, check_point
 
 if TYPE_CHECKING:
     from ancfsparse.system.system import System
@@ -39,6 +39,7 @@ def reaction(
     InputError
         If no joint to the ground holds the node, or it is none.
     """
+    node = system.own(check_point("a reaction", node))
     places = system.rows(check_node("a reaction", node))[0, system.kind_of(node.beam).columns("r")]
     rows = {i for i, j in zip(system.constraints.i, system.constraints.j, strict=True)}
     if np.all(places < system.n_free) and rows.isdisjoint(places.tolist()):

@@ -82,6 +82,10 @@ class System(Coordinates):
                 "the scene has no beam: add one with scene.add_beam or scene.add_mesh, or a rigid "
                 "body with scene.add_body"
             )
+        if any(body.automatic for body in scene.bodies):
+            from ancfsparse.scene.automatic import check_decided
+
+            check_decided(scene.bodies)
         self.scene, self.description = scene, scene.digest()
         self.dim = scene.dim
         self.bodies, self.joints = tuple(scene.bodies), tuple(scene.joints)

@@ -1,0 +1,142 @@
+"""The error of the mesh: the same steps with more elements, until that is enough."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from ancfsparse.plans.models import Model, spread
+from ancfsparse.plans.pilots import Pilot, Pilots, distances, tolerances
+from ancfsparse.plans.richardson import Estimate, estimate
+from ancfsparse.scene import Scene
+
+# Elements on the longest beam of the coarsest mesh, and how many times as many each next has.  On
+# four, the motion of the paper's pendulum is so rough that shorter steps do not converge.
+COARSEST, GROWTH = 8.0, 1.5
+MOST_MESHES = 12
+# As of the steps, see `time_error`; an order 4 carries less far.
+FAR, NEAR = 12.0, 0.3
+SOLVER_NOISE = 1e-7
+# Orders that strains and forces in sections lose.
+LOST = 2
+
+
+@dataclass(frozen=True)
+class MeshError:
+    """What pilot runs on several meshes have shown.
+
+    Attributes
+    ----------
+    estimates : tuple of Estimate
+        For every quantity, by the number of elements.
+    runs : tuple of Pilot
+        With ascending numbers of elements.
+    """
+
+    estimates: tuple[Estimate, ...]
+    runs: tuple[Pilot, ...]
+
+
+def elements_of(pilot: Pilot) -> int:
+    """Return the number of elements of the beams whose mesh is open."""
+    scene = pilot.run.system.scene
+    return sum(scene.body(name).n_elements for name in pilot.model.counts)
+
+
+def mesh_error(
+    pilots: Pilots,
+    model: Model,
+    finest: float,
+    steps: int,
+    order: int,
+    affordable: Callable[[Pilot], bool],
+) -> MeshError:
+    """Refine the mesh until the error of every quantity can be predicted.
+
+    Parameters
+    ----------
+    pilots : Pilots
+        Runs.
+    model : Model
+        Its elements.
+    finest : float
+        Elements on the longest beam of the coarsest mesh.
+    steps : int
+        Number of steps, for which the motions on all meshes have about the same error.
+    order : int
+        Order of positions in the length of the elements.
+    affordable : callable
+        Whether a finer mesh than this last one may still be tried.
+
+    Raises
+    ------
+    StepFailure
+        If a run on a finer mesh needs shorter steps than `time_error` has found.
+    """
+    runs: list[Pilot] = []
+    while len(runs) < MOST_MESHES:
+        run = _run(pilots, model.with_counts(spread(pilots.scene, finest)), steps)
+        if not runs or elements_of(run) > elements_of(runs[-1]):
+            runs.append(run)
+        finest *= GROWTH
+        if len(runs) < 2:
+            continue
+        estimates = mesh_estimates(pilots, runs, order)
+        if _enough(pilots, runs, estimates) or (len(runs) > 2 and not affordable(runs[-1])):
+            break
+    return MeshError(estimates, tuple(runs))
+
+
+def _run(pilots: Pilots, model: Model, steps: int) -> Pilot:
+    run = pilots.run(model, steps)
+    if run is None:
+        assert pilots.failure is not None
+        raise pilots.failure
+    return run
+
+
+def mesh_estimates(pilots: Pilots, runs: Sequence[Pilot], order: int) -> tuple[Estimate, ...]:
+    """Estimate the error of the last of some meshes for every quantity."""
+    last = runs[-3:]
+    counts = [elements_of(run) for run in last]
+    apart = [distances(pilots.wanted, a, b) for a, b in pairwise(last)]
+    out = []
+    for each, history, far in zip(pilots.wanted, last[-1].histories, zip(*apart, strict=True),
+                                  strict=True):  # fmt: skip
+        power = order if each.quantity.smooth else max(1, order - LOST)
+        noise = SOLVER_NOISE * each.quantity.size(history)
+        out.append(estimate(counts, far, power, noise))
+    return tuple(out)
+
+
+def given_error(pilots: Pilots, finer: Scene, model: Model, steps: int, order: int) -> list[float]:
+    """Estimate the error of meshes that were given, by one run with twice as many elements.
+
+    Parameters
+    ----------
+    pilots, model, steps, order
+        As in `mesh_error`.
+    finer : Scene
+        The scene with every given element divided into two.
+
+    Returns
+    -------
+    list of float
+        The error of every quantity [its unit].
+    """
+    other = Pilots(finer, pilots.t_end, pilots.wanted, pilots.integrator, pilots.base)
+    coarse, fine = _run(pilots, model, steps), _run(other, model, steps)
+    pilots.seconds += other.seconds
+    apart = distances(pilots.wanted, coarse, fine)
+    orders = [order if each.quantity.smooth else max(1, order - LOST) for each in pilots.wanted]
+    # The difference is e(n) - e(2 n) = e(n) (1 - 2^-p).
+    return [d / (1.0 - 2.0**-p) for d, p in zip(apart, orders, strict=True)]
+
+
+def _enough(pilots: Pilots, runs: Sequence[Pilot], estimates: Sequence[Estimate]) -> bool:
+    asked = tolerances(pilots.wanted, runs[-1])
+    return all(
+        each.error <= (FAR if each.settled else NEAR) * most
+        for each, most in zip(estimates, asked, strict=True)
+    )

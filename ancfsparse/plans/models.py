@@ -1,0 +1,174 @@
+"""Models of a scene: an element and a mesh for every beam whose own are open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.scene import Beam, Node, Scene
+from ancfsparse.scene.automatic import decided, on
+from ancfsparse.scene.beams import BeamSpec
+from ancfsparse.scene.spec import Point, Whole
+
+
+@dataclass(frozen=True)
+class Rung:
+    """An element with its options.
+
+    Attributes
+    ----------
+    element : str
+        Its name, as `Scene.add_beam` takes it.
+    options : mapping of str to str
+        Options that differ from their defaults.
+    order : int
+        Order with which positions converge in the length of the elements.
+    """
+
+    element: str
+    options: Mapping[str, str] = field(default_factory=dict)
+    order: int = 4
+
+    def __str__(self) -> str:
+        """Write the element."""
+        return " ".join([f'"{self.element}"', *(f"{k}={v!r}" for k, v in self.options.items())])
+
+
+ORDERS = {"string": 2, "l2t2": 4, "thin": 4, "thick": 2}
+"""Orders of positions in the length of the elements (docs/accuracy.md)."""
+OWN_ORDER = 2  # of an element that was built outside this package, at least
+
+
+def order_of(element: object) -> int:
+    """Return the order with which positions converge in the length of an element."""
+    return ORDERS.get(element, OWN_ORDER) if isinstance(element, str) else OWN_ORDER
+
+
+@dataclass(frozen=True)
+class Model:
+    """What a scene is built with.
+
+    Attributes
+    ----------
+    rungs : mapping of str to Rung
+        Element of every beam whose element is open, by its name.
+    counts : mapping of str to int
+        Number of elements of every beam whose mesh is open, by its name.
+    """
+
+    rungs: Mapping[str, Rung] = field(default_factory=dict)
+    counts: Mapping[str, int] = field(default_factory=dict)
+
+    def with_counts(self, counts: Mapping[str, int]) -> Model:
+        """Return the same elements on another mesh."""
+        return replace(self, counts=dict(counts))
+
+
+def undecided(scene: Scene) -> list[Beam]:
+    """Return the beams of which something is open."""
+    return [body for body in scene.beams if isinstance(body, Beam) and body.automatic]
+
+
+def built(scene: Scene, model: Model) -> Scene:
+    """Return a scene with the elements and meshes of a model; itself if nothing is open.
+
+    Joints, loads and what is attached keep their places along the beams, and inner places that are
+    nodes of the handle become nodes.
+
+    Raises
+    ------
+    InputError
+        If an element does not take what the scene has.
+    """
+    beams = {beam.name: beam for beam in undecided(scene)}
+    if not beams:
+        return scene
+    inner = _inner_nodes(scene, beams)
+    new = type(scene)(scene.gravity)
+
+    def move(reference: Whole) -> Whole:
+        if not isinstance(reference, Point) or reference.body not in beams:
+            return reference
+        node = beams[reference.body].point(reference)
+        own = new.body(reference.body)
+        return on(own, node).reference if isinstance(own, Beam) else reference
+
+    for record in scene.records:
+        if isinstance(record, BeamSpec) and record.name in beams:
+            beam = beams[record.name]
+            record = replace(record, **_changes(beam, model, inner[beam.name]))
+        record.moved(move).build(new)
+    return new
+
+
+def counterpart(scene: Scene, node: Node) -> Node:
+    """Return the same point of a scene that was built from the one it is of."""
+    body = scene.body(node.beam.name)
+    if body is node.beam:
+        return node
+    if node.beam.automatic and not body.automatic:
+        return decided(body, node)
+    found: Node = scene.counterpart(node)
+    return found
+
+
+def spread(scene: Scene, finest: float) -> dict[str, int]:
+    """Return numbers of elements of one length for all beams whose mesh is open.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    finest : float
+        Number of elements on the longest of these beams; shorter ones have one at least.
+    """
+    lengths = {
+        beam.name: beam.length for beam in undecided(scene) if "n_elements" in beam.automatic
+    }
+    longest = max(lengths.values(), default=1.0)
+    return {name: max(1, round(finest * each / longest)) for name, each in lengths.items()}
+
+
+def _inner_nodes(scene: Scene, beams: Mapping[str, Beam]) -> dict[str, set[float]]:
+    """Return the shares of the length at which records refer to inner nodes of the handles."""
+    inner: dict[str, set[float]] = {name: set() for name in beams}
+
+    def note(reference: Whole) -> Whole:
+        if isinstance(reference, Point) and reference.body in beams and reference.xi == 0.0:
+            beam = beams[reference.body]
+            if 0 < reference.index < beam.n_elements:
+                inner[beam.name].add(reference.index / beam.n_elements)
+        return reference
+
+    for record in scene.records:
+        record.moved(note)
+    return inner
+
+
+def _changes(beam: Beam, model: Model, inner: set[float]) -> dict[str, Any]:
+    """Return what changes in the record of a beam."""
+    changes: dict[str, Any] = {}
+    if "element" in beam.automatic:
+        rung = model.rungs[beam.name]
+        changes |= {"element": rung.element, **rung.options}
+    if "n_elements" in beam.automatic:
+        changes |= _mesh(model.counts[beam.name], sorted(inner))
+    return changes
+
+
+def _mesh(count: int, inner: list[float]) -> dict[str, Any]:
+    """Return a mesh of about so many elements with nodes at inner places.
+
+    Each part between two places is divided evenly, in proportion to its length.
+    """
+    ends = np.array([0.0, *inner, 1.0])
+    parts = [max(1, round(count * each)) for each in np.diff(ends)]
+    total = sum(parts)
+    even = np.cumsum([0, *parts]) / total
+    if np.allclose(even, ends, rtol=0.0, atol=1e-12):
+        return {"n_elements": total}
+    pieces = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(ends, ends[1:], parts, strict=False)]
+    return {"n_elements": total, "nodes": (*np.concatenate(pieces).tolist(), 1.0)}

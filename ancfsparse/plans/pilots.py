@@ -1,0 +1,158 @@
+"""Pilot runs: whole motions on coarse meshes with long steps, each run once."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError, StepFailure
+from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.plans.costs import Counted, counted
+from ancfsparse.plans.models import Model, built
+from ancfsparse.plans.wanted import Wanted
+from ancfsparse.results import Trajectory
+from ancfsparse.scene import Scene
+from ancfsparse.solve import simulate
+
+Array = NDArray[np.float64]
+
+# Intervals between saved states, at which the motions of pilots are compared.
+STATES = 50
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """What one pilot run has given.
+
+    Attributes
+    ----------
+    model : Model
+        Elements and mesh.
+    steps : int
+        Number of steps.
+    histories : tuple of ndarray, each (k, m)
+        Every quantity at the saved times [its unit].
+    cost : Counted
+        What it has cost.
+    run : Trajectory
+        The motion.
+    """
+
+    model: Model
+    steps: int
+    histories: tuple[Array, ...]
+    cost: Counted
+    run: Trajectory
+
+
+@dataclass
+class Pilots:
+    """Runs of one scene, kept so that none is repeated.
+
+    Parameters
+    ----------
+    scene : Scene
+        With what is open.
+    t_end : float
+        Time at the end [s].
+    wanted : sequence of Wanted
+        Quantities and errors.
+    integrator : Implicit or Explicit
+        Of the runs.
+    base : int
+        Steps of the longest kind; all runs have a power of two times as many.
+    """
+
+    scene: Scene
+    t_end: float
+    wanted: Sequence[Wanted]
+    integrator: Implicit | Explicit
+    base: int = STATES
+    done: dict[tuple[object, ...], Pilot | None] = field(default_factory=dict)
+    seconds: float = 0.0
+    failure: StepFailure | None = None
+
+    def with_integrator(self, integrator: Implicit | Explicit) -> Pilots:
+        """Return runs of the same scene by another integrator."""
+        return replace(self, integrator=integrator, done={}, seconds=0.0, failure=None)
+
+    def run(self, model: Model, steps: int) -> Pilot | None:
+        """Return a pilot run; None if a step of it fails, or it gains energy.
+
+        Raises
+        ------
+        InputError
+            If the scene does not take the model.
+        """
+        key = (*sorted((name, str(rung)) for name, rung in model.rungs.items()),
+               *sorted(model.counts.items()), steps)  # fmt: skip
+        if key not in self.done:
+            begin = time.perf_counter()
+            self.done[key] = self._run(model, steps)
+            self.seconds += time.perf_counter() - begin
+        return self.done[key]
+
+    def _run(self, model: Model, steps: int) -> Pilot | None:
+        scene = built(self.scene, model)
+        every = max(1, self.base // STATES) * (steps // self.base)
+        try:
+            run = simulate(
+                scene,
+                self.t_end,
+                self.t_end / steps,
+                integrator=self.integrator,
+                save_every=every,
+            )
+        except StepFailure as failure:
+            failure.trajectory = None
+            self.failure = failure
+            return None
+        histories = tuple(each.quantity.on(scene).history(run) for each in self.wanted)
+        cost = counted(run.stats, steps, run.q.shape[1])
+        return Pilot(model, steps, histories, cost, run)
+
+    @property
+    def costs(self) -> list[Counted]:
+        """Counts of all runs that came to their end."""
+        return [each.cost for each in self.done.values() if each is not None]
+
+
+def tolerances(wanted: Sequence[Wanted], pilot: Pilot) -> list[float]:
+    """Return the largest error of every quantity, relative ones by their size in a run [unit].
+
+    Raises
+    ------
+    InputError
+        If a quantity whose relative error is asked for is zero or does not change.
+    """
+    out = [each.tolerance(h) for each, h in zip(wanted, pilot.histories, strict=True)]
+    for each, tolerance in zip(wanted, out, strict=True):
+        if tolerance == 0.0:
+            raise InputError(
+                f"the {each.quantity.name} does not change, so it has no relative error: give an "
+                f"absolute one, such as error=1e-3 [{each.quantity.unit or '-'}]"
+            )
+    return out
+
+
+def distance(wanted: Wanted, mine: Array, its: Array) -> float:
+    """Return by how much two histories of a quantity differ, at the times asked for [unit]."""
+    quantity = wanted.quantity
+    apart = quantity.difference(quantity.chosen(mine), quantity.chosen(its))
+    return float(np.linalg.norm(apart, axis=1).max())
+
+
+def distances(wanted: Sequence[Wanted], one: Pilot, other: Pilot) -> list[float]:
+    """Return by how much every quantity of two runs differs at the times asked for [unit]."""
+    return list(map(distance, wanted, one.histories, other.histories))
+
+
+def farthest(wanted: Sequence[Wanted], one: Pilot, other: Pilot) -> list[float]:
+    """Return by how much every quantity of two runs differs at any saved time [unit]."""
+    pairs = zip(wanted, one.histories, other.histories, strict=True)
+    apart = (each.quantity.difference(mine, its) for each, mine, its in pairs)
+    return [float(np.linalg.norm(each, axis=1).max()) for each in apart]

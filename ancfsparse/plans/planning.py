@@ -1,0 +1,191 @@
+"""`plan`: from a scene, a quantity and its error to a model, a mesh and a step."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+from ancfsparse.checks import check_positive
+from ancfsparse.errors import InputError
+from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.plans.models import Model, built, spread, undecided
+from ancfsparse.plans.pilots import STATES, Pilots
+from ancfsparse.plans.quantities import Quantity, checked
+from ancfsparse.plans.record import Alternative, Plan, Prediction, described
+from ancfsparse.plans.search import Found, neighbours, search
+from ancfsparse.plans.wanted import Wanted, wanted
+from ancfsparse.scene import ElasticBody, Scene, check_scene
+from ancfsparse.solve.memory import estimate
+from ancfsparse.solve.request import DEFAULT, check_integrator
+from ancfsparse.solve.times import count_steps_from
+
+
+def plan(
+    scene: Scene,
+    t_end: float,
+    quantity: Quantity | Sequence[Quantity],
+    error: float | str | Sequence[float | str],
+    *,
+    dt: float | None = None,
+    integrator: Implicit | Explicit | str = "auto",
+) -> Plan:
+    """Choose the cheapest mesh and step that give quantities to their errors.
+
+    Pilot runs on coarse meshes with long steps show how errors of mesh and steps decrease; the
+    choice is where both together are small enough at least cost.
+
+    Parameters
+    ----------
+    scene : Scene
+        Beams with ``n_elements="auto"`` or ``element="auto"`` are open; everything else stays as it
+        is.
+    t_end : float
+        Time at the end [s].
+    quantity : Quantity or sequence of Quantity
+        What `position`, `velocity`, `slope_angle`, `reaction`, `section_force`, `strain` or
+        `energy` return.
+    error : float, str or sequence of them
+        Largest error in the unit of the quantity, or a text such as ``"1 %"``, a share of its size;
+        one for all, or one for each.
+    dt : float, optional
+        A step that is to be kept [s].
+    integrator : Implicit, Explicit or "auto", optional
+        An integrator that is to be kept.
+
+    Returns
+    -------
+    Plan
+        The choice, its predicted errors by source, its cost, and why; ``print(plan)`` shows it.
+
+    Raises
+    ------
+    InputError
+        If an argument is invalid, the scene does not have the quantity, or nothing is open.
+    StepFailure
+        If no step is short enough to finish.
+    AccuracyFailure
+        If motions do not approach each other as steps are halved.
+
+    Examples
+    --------
+    >>> plan = ancf.plan(scene, 2.0, ancf.position(rod.end), 1e-3)
+    >>> run = plan.run()
+    """
+    begin = time.perf_counter()
+    check_scene(scene)
+    t_end = check_positive("t_end", t_end, "s")
+    asked = wanted(checked(quantity, scene), error)
+    named = check_integrator(integrator)
+    is_open = undecided(scene)
+    if dt is not None and not is_open:
+        raise InputError(
+            f"dt={dt:g} and an error are both given, and no beam has n_elements='auto' or "
+            "element='auto', so nothing is left to choose: leave dt or the error out"
+        )
+    steps = None if dt is None else count_steps_from(0.0, t_end, dt)
+    pilots = Pilots(scene, t_end, asked, named or DEFAULT, steps or STATES)
+    found = search(pilots, Model(), _finer(scene), steps)
+    return _record(scene, t_end, asked, pilots, found, begin, named is not None)
+
+
+def _finer(scene: Scene) -> Scene | None:
+    """Return the scene with every given mesh twice as fine; None if no mesh is given."""
+    given = [b.name for b in scene.beams if "n_elements" not in b.automatic]
+    for name in given:
+        body = scene.body(name)
+        assert isinstance(body, ElasticBody)
+        scene = scene.replaced(body, **body.finer(2))
+    return scene if given else None
+
+
+def _record(
+    scene: Scene,
+    t_end: float,
+    asked: Sequence[Wanted],
+    pilots: Pilots,
+    found: Found,
+    begin: float,
+    integrator_given: bool,
+) -> Plan:
+    finest, steps = found.choice()
+    model = found.model.with_counts(spread(scene, finest))
+    errors = found.errors(finest, steps)
+    predictions = tuple(
+        Prediction(each, most, sources)
+        for each, most, sources in zip(asked, found.asked, errors, strict=True)
+    )
+    new = built(scene, model)
+    memory = estimate(new, steps + 1, None, False, "auto").total
+    cheaper, dearer = (_alternative(scene, t_end, pilots, found, *each)
+                       for each in neighbours(found, finest, steps))  # fmt: skip
+    own = sum(run.amount for run in pilots.costs)
+    work = own / found.cost.amount(steps, found.coordinates(finest))
+    return Plan(
+        scene,
+        t_end,
+        model,
+        steps,
+        pilots.integrator,
+        "auto",
+        predictions,
+        found.seconds(finest, steps),
+        memory,
+        cheaper,
+        dearer,
+        tuple(_reasons(scene, found, predictions, integrator_given)),
+        {
+            "seconds": time.perf_counter() - begin,
+            "runs": float(len(pilots.done)),
+            "work": work,
+        },
+    )
+
+
+def _alternative(
+    scene: Scene, t_end: float, pilots: Pilots, found: Found, finest: float, steps: int
+) -> Alternative:
+    model = found.model.with_counts(spread(scene, finest))
+    errors = tuple(sum(each.values()) for each in found.errors(finest, steps))
+    choice = described(model, steps, t_end, pilots.integrator)
+    return Alternative(choice, errors, found.seconds(finest, steps))
+
+
+def _reasons(
+    scene: Scene, found: Found, predictions: Sequence[Prediction], integrator_given: bool
+) -> list[str]:
+    """Say what decided, in sentences."""
+    out = []
+    worst = max(predictions, key=lambda each: each.error / each.asked)
+    largest = max(worst.sources, key=lambda name: worst.sources[name])
+    out.append(
+        f"the largest part of the error is that of the {NAMES[largest]}, "
+        f"{worst.sources[largest]:.1e} of {worst.asked:.1e} {worst.wanted.quantity.unit}".rstrip()
+    )
+    for name, part in (("mesh", found.mesh), ("steps", found.time)):
+        if part is not None and not all(each.settled for each in part.estimates):
+            out.append(
+                f"pilots of the {name} do not show the order of the method, so the more "
+                "pessimistic order is used, and half of the error stays in reserve"
+            )
+    for body in scene.beams:
+        if "n_elements" not in body.automatic:
+            share = max(each / most for each, most in zip(found.given, found.asked, strict=True))
+            word = "above" if share > 1.0 else "below"
+            out.append(
+                f"mesh of {body.name} given: the error of given meshes is predicted to be "
+                f"{max(found.given):.1e}, {word} what was asked for"
+            )
+    if found.fixed_steps is not None:
+        out.append("step given")
+    if integrator_given:
+        out.append("integrator given")
+    if not all(each.is_met for each in predictions):
+        out.append(
+            f"the error asked for is not reached: the {NAMES[largest]} leaves "
+            f"{worst.sources[largest]:.1e} {worst.wanted.quantity.unit}".rstrip()
+            + ", which nothing that is open can change"
+        )
+    return out
+
+
+NAMES = {"mesh": "mesh", "time": "steps", "solver": "solver"}

@@ -1,0 +1,414 @@
+"""Quantities: what a plan is asked for, as functions of a solution."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.checks import check_choice
+from ancfsparse.errors import InputError
+from ancfsparse.plans.models import counterpart
+from ancfsparse.results import Trajectory
+from ancfsparse.scene import Beam, Node, Scene, check_point
+from ancfsparse.words import shown
+
+Array = NDArray[np.float64]
+
+TIMES = ("saved", "end", "largest")
+ENERGIES = ("total", "kinetic", "elastic", "potential")
+PARTS = ("N", "Q", "M", "T")
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity(ABC):
+    """What a person wants to know about a motion.
+
+    Parameters
+    ----------
+    at : {"saved", "end", "largest"}
+        All saved times, of whose errors the largest counts; the last of them; or the largest
+        magnitude over them, a number.
+
+    Attributes
+    ----------
+    unit : str
+        Unit of its values and of its absolute errors.
+    smooth : bool
+        Whether it depends on coordinates alone, and so converges with the order of the element; a
+        strain or a force in a section loses one for each derivative.
+    """
+
+    at: str = field(default="saved", kw_only=True)
+    unit: ClassVar[str] = "m"
+    smooth: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        """Check the times."""
+        check_choice("at of a quantity", self.at, TIMES)
+
+    @abstractmethod
+    def history(self, run: Trajectory) -> Array:
+        """Return its components at all saved times, shape (k, m) [unit]."""
+
+    @abstractmethod
+    def check(self, scene: Scene) -> None:
+        """Refuse a scene that does not have it.
+
+        Raises
+        ------
+        InputError
+            With what is missing.
+        """
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """What plans call it."""
+
+    def __repr__(self) -> str:
+        """Say what it is, and when."""
+        when = {"saved": "at all saved times", "end": "at the end", "largest": "at its largest"}
+        return f"{self.name}, {when[self.at]}"
+
+    def on(self, scene: Scene) -> Quantity:
+        """Return the same quantity of a scene that was built from the one it is of."""
+        return self
+
+    def value(self, run: Trajectory) -> Array:
+        """Return the values that are asked for.
+
+        Returns
+        -------
+        ndarray, shape (k, m), or (1, m) at the end, or (1, 1) for the largest [unit]
+        """
+        return self.chosen(self.history(run))
+
+    def chosen(self, history: Array) -> Array:
+        """Return the values that are asked for out of all, shapes as in `value`."""
+        if self.at == "end":
+            return history[-1:]
+        if self.at == "largest":
+            return np.array([[np.linalg.norm(history, axis=1).max()]])
+        return history
+
+    def size(self, history: Array) -> float:
+        """Return what relative errors refer to: the largest magnitude over time [unit]."""
+        return float(np.linalg.norm(history, axis=1).max())
+
+    def difference(self, one: Array, other: Array) -> Array:
+        """Return by how much values differ, of the shape of both [unit]."""
+        return one - other
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _AtPoint(Quantity):
+    point: Node
+
+    def on(self, scene: Scene) -> Quantity:
+        """Return the same quantity of a scene that was built from the one it is of."""
+        return replace(self, point=counterpart(scene, self.point))
+
+    @property
+    def beam(self) -> Beam:
+        """The beam that the point is on."""
+        assert isinstance(self.point.beam, Beam)
+        return self.point.beam
+
+    def check(self, scene: Scene) -> None:
+        """Refuse a point of another scene."""
+        if self.point.beam not in scene.bodies:
+            raise InputError(
+                f"the scene does not have the {self.name}: {self.point.beam.name} is of another "
+                "scene; use a handle that a method of this scene returned"
+            )
+
+
+class Position(_AtPoint):
+    """See `position`."""
+
+    @property
+    def name(self) -> str:
+        """What plans call it."""
+        return f"position of {self.point!r}"
+
+    def history(self, run: Trajectory) -> Array:
+        """Return positions (k, dim) [m]."""
+        return run.position(self.point)
+
+    def size(self, history: Array) -> float:
+        """Return the largest displacement since the start [m]."""
+        return float(np.linalg.norm(history - history[0], axis=1).max())
+
+
+class Velocity(_AtPoint):
+    """See `velocity`."""
+
+    unit: ClassVar[str] = "m/s"
+
+    @property
+    def name(self) -> str:
+        """What plans call it."""
+        return f"velocity of {self.point!r}"
+
+    def history(self, run: Trajectory) -> Array:
+        """Return velocities (k, dim) [m/s]."""
+        return run.velocity(self.point)
+
+
+class SlopeAngle(_AtPoint):
+    """See `slope_angle`."""
+
+    unit: ClassVar[str] = "rad"
+
+    @property
+    def name(self) -> str:
+        """What plans call it."""
+        return f"slope angle at {self.point!r}"
+
+    def history(self, run: Trajectory) -> Array:
+        """Return angles (k, 1) [rad]."""
+        slopes = run.slope(self.point)
+        if slopes.shape[1] == 2:
+            angles = np.unwrap(np.arctan2(slopes[:, 1], slopes[:, 0]))
+        else:
+            across = np.linalg.norm(np.cross(slopes[0], slopes), axis=1)
+            angles = np.arctan2(across, slopes @ slopes[0])
+        return np.asarray(angles).reshape(-1, 1)
+
+    def size(self, history: Array) -> float:
+        """Return the largest turn since the start [rad]."""
+        return float(np.abs(history - history[0]).max())
+
+    def difference(self, one: Array, other: Array) -> Array:
+        """Return the difference without whole turns, which saved times may not resolve."""
+        return np.asarray((one - other + np.pi) % (2.0 * np.pi) - np.pi)
+
+
+class Reaction(_AtPoint):
+    """See `reaction`."""
+
+    unit: ClassVar[str] = "N"
+    smooth: ClassVar[bool] = False
+
+    @property
+    def name(self) -> str:
+        """What plans call it."""
+        return f"reaction at {self.point!r}"
+
+    def check(self, scene: Scene) -> None:
+        """Refuse a point that no joint holds."""
+        super().check(scene)
+        if not any(self.point in joint.nodes for joint in scene.joints):
+            raise InputError(
+                f"the scene does not have the {self.name}: no joint holds that point; ask for it "
+                "at a pin, a clamp or a rod"
+            )
+
+    def history(self, run: Trajectory) -> Array:
+        """Return forces (k, dim) [N]."""
+        return run.reaction(self.point)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SectionForceAt(_AtPoint):
+    """See `section_force`."""
+
+    part: str = "M"
+    smooth: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        """Check the part."""
+        super().__post_init__()
+        check_choice("part of a section force", self.part, PARTS)
+
+    @property
+    def unit(self) -> str:  # type: ignore[override]
+        """N, or N m of a moment."""
+        return "N m" if self.part in "MT" else "N"
+
+    @property
+    def name(self) -> str:
+        """What plans call it."""
+        return f"section force {self.part} at {self.point!r}"
+
+    def history(self, run: Trajectory) -> Array:
+        """Return components (k, m) [N, N m]."""
+        values = getattr(run.section_force(self.beam, [self.point]), self.part)
+        if values is None:
+            raise InputError(
+                f"{self.point.beam.name} is made of an element without torsion: ask for N, Q or M, "
+                "or take element='thick'"
+            )
+        return np.asarray(values).reshape(len(run.t), -1)
+
+
+class Strain(_AtPoint):
+    """See `strain`."""
+
+    unit: ClassVar[str] = ""
+    smooth: ClassVar[bool] = False
+
+    @property
+    def name(self) -> str:
+        """What plans call it."""
+        return f"strain at {self.point!r}"
+
+    def history(self, run: Trajectory) -> Array:
+        """Return strains (k, 1) [-]."""
+        return run.strain(self.beam, [self.point])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EnergyOf(Quantity):
+    """See `energy`."""
+
+    part: str = "total"
+    unit: ClassVar[str] = "J"
+
+    def __post_init__(self) -> None:
+        """Check the part."""
+        super().__post_init__()
+        check_choice("part of the energy", self.part, ENERGIES)
+
+    @property
+    def name(self) -> str:
+        """What plans call it."""
+        return f"{self.part} energy"
+
+    def check(self, scene: Scene) -> None:
+        """Every scene has energies."""
+
+    def history(self, run: Trajectory) -> Array:
+        """Return energies (k, 1) [J]."""
+        return np.asarray(getattr(run.energy, self.part))[:, None]
+
+    def size(self, history: Array) -> float:
+        """Return the largest change since the start [J]."""
+        return float(np.abs(history - history[0]).max())
+
+
+def _on_beam(what: str, point: object) -> Node:
+    node = check_point(what, point)
+    if not isinstance(node.beam, Beam):
+        raise InputError(f"{what} needs a point of a beam, got {shown(point)}")
+    return node
+
+
+def position(point: Node, *, at: str = "saved") -> Position:
+    """Ask for the position of a point [m].
+
+    Parameters
+    ----------
+    point : Node
+        Any point, such as ``rod.end`` or ``rod.at(s)``.
+    at : {"saved", "end", "largest"}, optional
+        At all saved times, of which the worst counts, at the last of them, or the largest distance
+        from the origin.
+
+    Returns
+    -------
+    Quantity
+        For `plan` and `simulate`; relative errors refer to the largest displacement.
+
+    Raises
+    ------
+    InputError
+        If it is no point.
+    """
+    return Position(check_point("a position", point), at=at)
+
+
+def velocity(point: Node, *, at: str = "saved") -> Velocity:
+    """Ask for the velocity of a point [m/s]; parameters and errors as in `position`."""
+    return Velocity(check_point("a velocity", point), at=at)
+
+
+def slope_angle(point: Node, *, at: str = "saved") -> SlopeAngle:
+    """Ask for the angle of the slope r' at a point [rad]; parameters and errors as in `position`.
+
+    In the plane counterclockwise from the x axis; in space from its direction at the start.
+    """
+    return SlopeAngle(_on_beam("a slope angle", point), at=at)
+
+
+def reaction(point: Node, *, at: str = "saved") -> Reaction:
+    """Ask for the force of joints at a node [N]; parameters and errors as in `position`."""
+    return Reaction(check_point("a reaction", point), at=at)
+
+
+def section_force(point: Node, part: str = "M", *, at: str = "saved") -> SectionForceAt:
+    """Ask for a force or moment in a section [N, N m].
+
+    Parameters
+    ----------
+    point : Node
+        A point of a beam.
+    part : {"N", "Q", "M", "T"}, optional
+        Axial force, shear, bending moment or torsion, see `Trajectory.section_force`.
+    at : {"saved", "end", "largest"}, optional
+        As in `position`.
+
+    Returns
+    -------
+    Quantity
+        For `plan` and `simulate`.
+
+    Raises
+    ------
+    InputError
+        If it is no point of a beam, or the part is unknown.
+    """
+    return SectionForceAt(_on_beam("a section force", point), part, at=at)
+
+
+def strain(point: Node, *, at: str = "saved") -> Strain:
+    """Ask for the strain of the axis at a point [-]; parameters and errors as in `position`."""
+    return Strain(_on_beam("a strain", point), at=at)
+
+
+def energy(part: str = "total", *, at: str = "saved") -> EnergyOf:
+    """Ask for an energy of the scene [J].
+
+    Parameters
+    ----------
+    part : {"total", "kinetic", "elastic", "potential"}, optional
+        Which one, see `Trajectory.energy`.
+    at : {"saved", "end", "largest"}, optional
+        As in `position`.
+
+    Returns
+    -------
+    Quantity
+        For `plan` and `simulate`; relative errors refer to its largest change.
+
+    Raises
+    ------
+    InputError
+        If the part is unknown.
+    """
+    return EnergyOf(part, at=at)
+
+
+def checked(quantity: Any, scene: Scene) -> tuple[Quantity, ...]:
+    """Return one quantity or several as a tuple, all of which the scene has.
+
+    Raises
+    ------
+    InputError
+        If one is no quantity, there is none, or the scene does not have it.
+    """
+    given = quantity if isinstance(quantity, list | tuple) else (quantity,)
+    for each in given:
+        if not isinstance(each, Quantity):
+            raise InputError(
+                "quantity must be what ancf.position(rod.end) and its like return, or a list of "
+                f"them, got {shown(each)}"
+            )
+        each.check(scene)
+    if not given:
+        raise InputError("quantity is empty: give at least one, such as ancf.position(rod.end)")
+    return tuple(given)

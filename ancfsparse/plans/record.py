@@ -1,0 +1,280 @@
+"""The record of a plan: what was chosen, what it is predicted to do, and why."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ancfsparse.errors import StepFailure
+from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.plans.models import Model, built
+from ancfsparse.plans.pilots import distance
+from ancfsparse.plans.wanted import Wanted
+from ancfsparse.results import Trajectory
+from ancfsparse.scene import Scene
+from ancfsparse.solve import simulate
+
+MEGABYTE = 1e6
+# Steps and elements of the run that proves a plan, over those of the plan.
+FINER_STEPS, FINER_MESH = 2, 1.5
+# How often a run that fails is planned again with half the step.
+MOST_REPLANS = 4
+
+
+class PlanChanged(UserWarning):
+    """A run has left the range that its plan assumed, and was planned again."""
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """The error of one quantity.
+
+    Attributes
+    ----------
+    wanted : Wanted
+        The quantity and the error that was asked for.
+    asked : float
+        That error, absolute [unit of the quantity].
+    sources : mapping of str to float
+        Predicted error by source: ``"mesh"``, ``"time"``, ``"solver"``, and every effect that the
+        model neglects [unit of the quantity].
+    """
+
+    wanted: Wanted
+    asked: float
+    sources: Mapping[str, float]
+
+    @property
+    def error(self) -> float:
+        """Sum of all sources [unit of the quantity]."""
+        return sum(self.sources.values())
+
+    @property
+    def is_met(self) -> bool:
+        """Whether it is at most the error that was asked for."""
+        return self.error <= self.asked
+
+    def __str__(self) -> str:
+        """Write it in one line."""
+        unit = self.wanted.quantity.unit
+        parts = ", ".join(f"{name} {value:.1e}" for name, value in self.sources.items() if value)
+        return f"{self.error:.1e} {unit}".rstrip() + f" ({parts})"
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another choice, with what it is predicted to do.
+
+    Attributes
+    ----------
+    choice : str
+        Elements, mesh and step.
+    errors : tuple of float
+        Predicted error of every quantity [its unit].
+    seconds : float
+        Predicted time of the run [s].
+    """
+
+    choice: str
+    errors: tuple[float, ...]
+    seconds: float
+
+    def __str__(self) -> str:
+        """Write it in one line."""
+        errors = ", ".join(f"{each:.1e}" for each in self.errors)
+        return f"{self.choice}: error {errors} in {self.seconds:.2g} s"
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """How a scene is to be run, as `plan` returns it.
+
+    Attributes
+    ----------
+    scene : Scene
+        The scene, with what is open.
+    t_end : float
+        Time at the end [s].
+    model : Model
+        Element and number of elements of every beam of which they are open, by its name.
+    steps : int
+        Number of steps.
+    integrator : Implicit or Explicit
+        How it is marched.
+    solver : str
+        How equations are solved.
+    predictions : tuple of Prediction
+        The error of every quantity, by source.
+    seconds : float
+        Predicted time of the run, set-up included [s].
+    memory : float
+        Predicted memory [bytes].
+    cheaper, dearer : Alternative
+        The next cheaper and the next dearer choice.
+    reasons : tuple of str
+        Why, in sentences.
+    cost : Mapping of str to float
+        What the plan itself took: ``"seconds"``, ``"runs"``, and ``"work"``, the share of its
+        counted work in that of the planned run.
+    """
+
+    scene: Scene
+    t_end: float
+    model: Model
+    steps: int
+    integrator: Implicit | Explicit
+    solver: str
+    predictions: tuple[Prediction, ...]
+    seconds: float
+    memory: float
+    cheaper: Alternative
+    dearer: Alternative
+    reasons: tuple[str, ...]
+    cost: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def dt(self) -> float:
+        """Time step [s]."""
+        return self.t_end / self.steps
+
+    @property
+    def choice(self) -> str:
+        """Elements, mesh, step and integrator in one line."""
+        return described(self.model, self.steps, self.t_end, self.integrator)
+
+    @property
+    def error(self) -> float:
+        """Predicted error of the first quantity [its unit]."""
+        return self.predictions[0].error
+
+    @property
+    def is_met(self) -> bool:
+        """Whether all errors are predicted to be at most those that were asked for."""
+        return all(each.is_met for each in self.predictions)
+
+    def build(self) -> Scene:
+        """Return the scene with the chosen elements and meshes."""
+        return built(self.scene, self.model)
+
+    def __repr__(self) -> str:
+        """Write the choice."""
+        return f"Plan: {self.choice}"
+
+    def __str__(self) -> str:
+        """Write everything for a reader."""
+        lines = [f"Plan for {self.t_end:g} s: {self.choice}, solver {self.solver}"]
+        for each in self.predictions:
+            lines += [f"  {each.wanted}", f"    predicted error {each}"]
+        lines.append(f"  predicted {self.seconds:.2g} s, {self.memory / MEGABYTE:.2g} MB")
+        lines.append(f"  cheaper: {self.cheaper}")
+        lines.append(f"  dearer:  {self.dearer}")
+        return "\n".join([*lines, *(f"  - {reason}" for reason in self.reasons)])
+
+    def run(self, verify: bool = False, **options: Any) -> PlannedRun:
+        """March the scene as planned.
+
+        Parameters
+        ----------
+        verify : bool, optional
+            Also run one rung up, with a finer mesh and half the step, and report the difference
+            beside the prediction.
+        **options
+            Other arguments of `simulate`, such as ``output`` or ``progress``.
+
+        Returns
+        -------
+        PlannedRun
+            A `Trajectory` that also has the plan, and what was measured.  Handles of the scene that
+            was planned may be used with it.
+
+        Raises
+        ------
+        StepFailure
+            If a step cannot be solved, even with steps 16 times shorter.
+
+        Warns
+        -----
+        PlanChanged
+            If a step fails that pilots had passed: the step is halved.
+        """
+        plan = self
+        for _ in range(MOST_REPLANS):
+            try:
+                run = plan._march(**options)
+                break
+            except StepFailure as failure:
+                warnings.warn(
+                    PlanChanged(
+                        f"the run left the range of its plan at t = {failure.time:.6g} s, where a "
+                        f"step of {plan.dt:.3g} s failed: it is run again with half the step"
+                    ),
+                    stacklevel=2,
+                )
+                plan = replace(plan, steps=2 * plan.steps)
+        else:
+            run = plan._march(**options)
+        measured = plan._measured(run) if verify else ()
+        return PlannedRun(**{name: getattr(run, name) for name in Trajectory.__dataclass_fields__},
+                          plan=plan, measured=measured)  # fmt: skip
+
+    def _march(self, **options: Any) -> Trajectory:
+        given = {"integrator": self.integrator, **options}
+        return simulate(self.build(), self.t_end, self.dt, **given)
+
+    def _measured(self, run: Trajectory) -> tuple[float, ...]:
+        """Return by how much every quantity changes with a finer mesh and half the step."""
+        counts = {name: round(FINER_MESH * n + 0.5) for name, n in self.model.counts.items()}
+        finer = replace(self, model=self.model.with_counts(counts), steps=FINER_STEPS * self.steps)
+        other = finer._march(save_every=FINER_STEPS)
+        scenes = run.system.scene, other.system.scene
+        return tuple(
+            distance(
+                each.wanted,
+                each.wanted.quantity.on(scenes[0]).history(run),
+                each.wanted.quantity.on(scenes[1]).history(other),
+            )
+            for each in self.predictions
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlannedRun(Trajectory):
+    """A motion that was run as planned.
+
+    Attributes
+    ----------
+    plan : Plan
+        The plan, with shorter steps if the first one failed.
+    measured : tuple of float
+        With ``verify``, by how much each quantity differs from the run one rung up [its unit];
+        empty otherwise.
+    """
+
+    plan: Plan | None = None
+    measured: tuple[float, ...] = ()
+
+    def __repr__(self) -> str:
+        """Sum the run up, with what was predicted and measured."""
+        lines = [super().__repr__()]
+        predictions = self.plan.predictions if self.plan else ()
+        for i, each in enumerate(predictions):
+            line = f"  {each.wanted.quantity!r}: predicted error {each.error:.1e}"
+            if self.measured:
+                line += f", measured {self.measured[i]:.1e}"
+            lines.append(f"{line} {each.wanted.quantity.unit}".rstrip())
+        return "\n".join(lines)
+
+
+def described(model: Model, steps: int, t_end: float, integrator: Implicit | Explicit) -> str:
+    """Write elements, mesh, step and integrator in one line."""
+    parts = []
+    for name in dict.fromkeys([*model.rungs, *model.counts]):
+        words = [name]
+        if name in model.counts:
+            words.append(f"{model.counts[name]} elements")
+        if name in model.rungs:
+            words.append(str(model.rungs[name]))
+        parts.append(" ".join(words))
+    return ", ".join([*parts, f"dt = {t_end / steps:.3g} s ({steps} steps)", repr(integrator)])

@@ -1,0 +1,230 @@
+"""The cheapest mesh and step whose predicted error is small enough, from pilot runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancfsparse.errors import AccuracyFailure
+from ancfsparse.plans import costs
+from ancfsparse.plans.mesh_error import COARSEST, MeshError, elements_of, given_error, mesh_error
+from ancfsparse.plans.models import Model, order_of, spread, undecided
+from ancfsparse.plans.pilots import Pilot, Pilots, tolerances
+from ancfsparse.plans.time_error import TimeError, time_error
+from ancfsparse.scene import Scene
+
+# Share of the error asked for that predictions may add up to: what they miss is about as large.
+SURE, UNSURE = 0.7, 0.5
+# Shares of it that the mesh may have, of which the cheapest is taken.
+SHARES = np.linspace(0.05, 0.95, 37)
+# What the tolerance of the solver leaves, over the error of the step (see `simulate`).
+SOLVER = 0.01
+# Share of the planned run that pilots may cost, and what they may cost in any case: work of about a
+# tenth of a second, counted, so that plans do not depend on what else a machine does.
+SHARE, FREE = 0.15, 1.5e7
+# The coarsest mesh may be refined so many times if shorter steps do not converge on it.
+MOST_COARSE = 4.0
+# Meshes are compared at steps whose own error is at most so many times the one asked for.
+STEADY = 10.0
+
+
+@dataclass(frozen=True)
+class Found:
+    """What pilot runs have shown of one model, from which every mesh and step is predicted.
+
+    Attributes
+    ----------
+    model : Model
+        The elements.
+    time : TimeError
+        Of the steps.
+    mesh : MeshError or None
+        Of the open meshes.
+    given : tuple of float
+        Error of the meshes that were given, for every quantity [its unit].
+    asked : tuple of float
+        Largest error of every quantity [its unit].
+    cost : CostModel
+        Work by steps and coordinates.
+    fixed_steps : int or None
+        Number of steps if the step was given.
+    """
+
+    model: Model
+    time: TimeError
+    mesh: MeshError | None
+    given: tuple[float, ...]
+    asked: tuple[float, ...]
+    cost: costs.CostModel
+    fixed_steps: int | None
+
+    def errors(self, finest: float, steps: float) -> list[dict[str, float]]:
+        """Predict the error of every quantity by its source [its unit].
+
+        Parameters
+        ----------
+        finest : float
+            Number of elements on the longest open beam.
+        steps : float
+            Number of steps.
+        """
+        out = []
+        for i, time in enumerate(self.time.estimates):
+            mesh = self.given[i]
+            if self.mesh is not None:
+                mesh += self.mesh.estimates[i].at(finest * self.density)
+            of_steps = time.at(steps)
+            out.append({"mesh": mesh, "time": of_steps, "solver": SOLVER * of_steps})
+        return out
+
+    @property
+    def density(self) -> float:
+        """Elements of all open beams for each on the longest."""
+        if self.mesh is None:
+            return 1.0
+        last = self.mesh.runs[-1]
+        return elements_of(last) / max(last.model.counts.values())
+
+    @property
+    def share(self) -> float:
+        """Share of the error asked for that predictions may add up to."""
+        every = [*self.time.estimates, *(self.mesh.estimates if self.mesh else ())]
+        return SURE if all(each.settled for each in every) else UNSURE
+
+    def coordinates(self, finest: float) -> float:
+        """Return the number of coordinates on a mesh."""
+        if self.mesh is None:
+            return self.time.runs[-1].cost.coordinates
+        one, other = self.mesh.runs[0], self.mesh.runs[-1]
+        slope = (other.cost.coordinates - one.cost.coordinates) / (
+            elements_of(other) - elements_of(one)
+        )
+        more = finest * self.density - elements_of(other)
+        return max(other.cost.coordinates + slope * more, 1.0)
+
+    def seconds(self, finest: float, steps: float) -> float:
+        """Predict what a run takes [s]."""
+        return self.cost.seconds(steps, self.coordinates(finest))
+
+    def choice(self) -> tuple[float, int]:
+        """Return elements on the longest beam and number of steps, at least cost.
+
+        Parts of the error that nothing open can change are taken as they are: what is left of the
+        error asked for is divided between mesh and steps, so that the work is least.
+        """
+        return min((self._for(share) for share in SHARES), key=self._price)
+
+    def _price(self, choice: tuple[float, int]) -> float:
+        finest, steps = choice
+        return self.cost.amount(steps, self.coordinates(finest))
+
+    def _for(self, share: float) -> tuple[float, int]:
+        finest, steps = 1.0, 1.0
+        for i, (time, most) in enumerate(zip(self.time.estimates, self.asked, strict=True)):
+            free = self.share * most - self.given[i]
+            free = free if free > 0.0 else self.share * most
+            if self.mesh is not None:
+                of_mesh = share * free
+                needed = self.mesh.estimates[i].needed(of_mesh) / self.density
+                finest = max(finest, math.ceil(needed - 1e-9))
+            else:
+                share = 0.0
+            needed = time.needed((1.0 - share) * free / (1.0 + SOLVER))
+            steps = max(steps, needed)
+        if self.fixed_steps is not None:
+            return finest, self.fixed_steps
+        return finest, max(self.time.runs[0].steps, math.ceil(steps))
+
+
+def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int | None) -> Found:
+    """Run pilots of one model until its errors can be predicted.
+
+    Parameters
+    ----------
+    pilots : Pilots
+        Runs.
+    model : Model
+        The elements of all beams whose element is open.
+    finer : Scene or None
+        The scene with every given mesh twice as fine; None if none was given.
+    fixed_steps : int or None
+        Number of steps if the step was given.
+
+    Raises
+    ------
+    StepFailure
+        If no step is short enough.
+    AccuracyFailure
+        If the motions do not approach each other.
+    """
+    order = _order(pilots.scene, model)
+    finest, coarse, time = _coarse(pilots, model)
+    steps = _steady(pilots, time)
+    is_open = bool(coarse.counts)
+
+    def affordable(last: Pilot) -> bool:
+        """Whether a finer pilot costs little beside the run that is planned."""
+        spent = sum(run.amount for run in pilots.costs)
+        return spent < max(FREE, SHARE * last.cost.amount * time.runs[-1].steps / steps)
+
+    mesh = mesh_error(pilots, coarse, finest, steps, order, affordable) if is_open else None
+    given = (0.0,) * len(pilots.wanted)
+    if finer is not None:
+        given = tuple(given_error(pilots, finer, coarse, steps, order))
+    last = mesh.runs[-1] if mesh else time.runs[-1]
+    asked = tuple(tolerances(pilots.wanted, last))
+    cost = costs.model(pilots.costs)
+    return Found(model, time, mesh, given, asked, cost, fixed_steps)
+
+
+def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:
+    """Find the errors of steps, on the coarsest mesh on which shorter steps converge."""
+    finest = COARSEST
+    while True:
+        coarse = model.with_counts(spread(pilots.scene, finest))
+        try:
+            return finest, coarse, time_error(pilots, coarse, pilots.integrator.order)
+        except AccuracyFailure:
+            if not coarse.counts or finest >= COARSEST * MOST_COARSE:
+                raise
+        finest *= 2.0
+
+
+def _steady(pilots: Pilots, time: TimeError) -> int:
+    """Return the fewest steps at which meshes can be compared: their own error is not too large."""
+    asked = tolerances(pilots.wanted, time.runs[-1])
+    for run in time.runs[:-1]:
+        errors = [each.at(run.steps) for each in time.estimates]
+        if all(e <= STEADY * most for e, most in zip(errors, asked, strict=True)):
+            return run.steps
+    return time.runs[-1].steps
+
+
+def _order(scene: Scene, model: Model) -> int:
+    """Return the lowest order of all elements."""
+    own = {beam.name for beam in undecided(scene) if "element" in beam.automatic}
+    orders = [rung.order for rung in model.rungs.values()]
+    orders += [
+        order_of(body.element if not body.kind.package else None)
+        for body in scene.beams
+        if body.name not in own
+    ]
+    return min(orders, default=4)
+
+
+def scaled(found: Found, finest: float, steps: int, factor: float) -> tuple[float, int]:
+    """Return a choice whose errors are about `factor` times those of another one."""
+    more = factor ** -(1.0 / 2.0) if found.fixed_steps is None else 1.0
+    finer = 1.0
+    if found.mesh is not None:
+        finer = factor ** -(1.0 / min(each.order for each in found.mesh.estimates))
+    chosen = found.time.runs[0].steps
+    return max(1.0, round(finest * finer)), max(chosen, math.ceil(steps * more))
+
+
+def neighbours(found: Found, finest: float, steps: int) -> Sequence[tuple[float, int]]:
+    """Return the next cheaper and the next dearer choice: four times and a quarter of the error."""
+    return scaled(found, finest, steps, 4.0), scaled(found, finest, steps, 0.25)

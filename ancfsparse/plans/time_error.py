@@ -1,0 +1,137 @@
+"""The error of the steps in time: the same coarse mesh with half the step, until that is enough."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from ancfsparse.errors import AccuracyFailure
+from ancfsparse.integrators import GeneralizedAlpha
+from ancfsparse.plans.models import Model
+from ancfsparse.plans.pilots import Pilot, Pilots, distances, farthest, tolerances
+from ancfsparse.plans.richardson import Estimate, estimate
+
+# Steps of one pilot at most, over those of the longest kind.
+MOST_HALVINGS = 14
+# An error so many times the one asked for can be extrapolated from, if its order has shown.
+FAR = 16.0
+# One of this share is small enough without having shown its order.
+NEAR = 0.3
+# Where the differences do not halve in so many halvings, the motion is too rough for an estimate.
+STALLED = 3
+# Solutions that differ by less than this share of their size differ by the tolerance of the solver.
+SOLVER_NOISE = 1e-7
+# The undamped integrator conserves vibrations that long damped steps take away.  Motions with
+# both may differ by so many times the estimated error.
+ALIKE = 4.0
+
+
+@dataclass(frozen=True)
+class TimeError:
+    """What pilot runs with several steps have shown.
+
+    Attributes
+    ----------
+    estimates : tuple of Estimate
+        For every quantity, by the number of steps.
+    runs : tuple of Pilot
+        With ascending numbers of steps, each twice that of the one before.
+    """
+
+    estimates: tuple[Estimate, ...]
+    runs: tuple[Pilot, ...]
+
+
+def time_error(pilots: Pilots, model: Model, order: int) -> TimeError:
+    """Halve the step until the error of every quantity can be predicted.
+
+    Parameters
+    ----------
+    pilots : Pilots
+        Runs.
+    model : Model
+        A coarse one.
+    order : int
+        Order of the integrator.
+
+    Raises
+    ------
+    StepFailure
+        If no step is short enough to finish.
+    AccuracyFailure
+        If the motions do not approach each other as steps are halved: the motion is chaotic, or
+        the quantity is not smooth.
+    """
+    runs: list[Pilot] = []
+    for halvings in range(MOST_HALVINGS + 1):
+        run = pilots.run(model, pilots.base << halvings)
+        if run is None:
+            runs.clear()
+            continue
+        runs.append(run)
+        if len(runs) < 2:
+            continue
+        estimates = _estimates(pilots, runs, order)
+        if _enough(pilots, runs, estimates) and _undamped_is_alike(pilots, model, runs, estimates):
+            return TimeError(estimates, tuple(runs))
+        if _stalls(pilots, runs):
+            break
+    if pilots.failure is not None and len(runs) < 2:
+        raise pilots.failure
+    asked = tolerances(pilots.wanted, runs[-1])
+    worst = max(range(len(asked)), key=lambda i: estimates[i].error / asked[i])
+    raise AccuracyFailure(asked[worst], estimates[worst].error, len(runs))
+
+
+def _stalls(pilots: Pilots, runs: Sequence[Pilot]) -> bool:
+    """Whether halving the step several times has not brought the motions nearer."""
+    if len(runs) < STALLED + 2:
+        return False
+    apart = [farthest(pilots.wanted, a, b) for a, b in pairwise(runs)]
+    return any(each[-1] > 0.5 * each[-1 - STALLED] for each in zip(*apart, strict=True))
+
+
+def _estimates(pilots: Pilots, runs: Sequence[Pilot], order: int) -> tuple[Estimate, ...]:
+    steps = [run.steps for run in runs[-3:]]
+    pairs = zip(runs[-3:], runs[-2:] if len(runs) > 2 else runs[-1:], strict=False)
+    apart = [distances(pilots.wanted, one, other) for one, other in pairs]
+    sizes = [each.quantity.size(h) for each, h in zip(pilots.wanted, runs[-1].histories,
+                                                      strict=True)]  # fmt: skip
+    return tuple(
+        estimate(steps, each, order, SOLVER_NOISE * size)
+        for each, size in zip(zip(*apart, strict=True), sizes, strict=True)
+    )
+
+
+def _enough(pilots: Pilots, runs: Sequence[Pilot], estimates: Sequence[Estimate]) -> bool:
+    """Whether errors are known well enough, and whole histories approach each other."""
+    asked = tolerances(pilots.wanted, runs[-1])
+    last = farthest(pilots.wanted, runs[-2], runs[-1])
+    before = farthest(pilots.wanted, runs[-3], runs[-2]) if len(runs) > 2 else None
+    for i, (each, most) in enumerate(zip(estimates, asked, strict=True)):
+        if each.error > (FAR if each.settled else NEAR) * most:
+            return False
+        approaches = before is not None and last[i] <= 0.5 * before[i]
+        if last[i] > most and not approaches:
+            return False
+    return True
+
+
+def _undamped_is_alike(
+    pilots: Pilots, model: Model, runs: Sequence[Pilot], estimates: Sequence[Estimate]
+) -> bool:
+    """Whether no vibrations that matter were lost by the damping of long steps."""
+    if not isinstance(pilots.integrator, GeneralizedAlpha) or pilots.integrator.rho_inf >= 1.0:
+        return True
+    other = pilots.with_integrator(GeneralizedAlpha(1.0))
+    run = other.run(model, runs[-1].steps)
+    pilots.seconds += other.seconds
+    if run is None:  # the steps are too long for it, which says nothing about the quantity
+        return True
+    asked = tolerances(pilots.wanted, runs[-1])
+    apart = distances(pilots.wanted, runs[-1], run)
+    return all(
+        far <= max(ALIKE * each.error, most)
+        for far, each, most in zip(apart, estimates, asked, strict=True)
+    )
