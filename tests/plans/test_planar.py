@@ -1,0 +1,213 @@
+"""Scenes in space that are planar: the same motion, and what is not planar."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.plans.planar import planar
+
+SECTION = ancf.Rectangle(0.01, 0.01)
+STIFF = ancf.Material(youngs_modulus=1e10, density=1000.0)
+SOFT = ancf.Material(youngs_modulus=1e8, density=4000.0)
+
+
+def turned(seed):
+    """A rotation: of no axis, about x by 90 degrees, or at random."""
+    if seed == "flat":
+        return np.eye(3)
+    if seed == "vertical":
+        return np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    return np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+
+
+class Wave:
+    """A force that turns in the plane, as a plain function of time."""
+
+    def __init__(self, turn):
+        self.turn = turn
+
+    def __call__(self, t):
+        return 0.2 * self.turn @ np.array([np.cos(9.0 * t), np.sin(9.0 * t), 0.0])
+
+
+def mechanism(turn, element="thin", off=0.0, at=(0.3, -0.2, 0.7)):
+    """Two rods with a hinge, a spring, a mass, a rod to the ground, and loads of many kinds."""
+    at = np.array(at)
+
+    def vector(x, y):
+        return turn @ np.array([x, y, 0.0])
+
+    scene = ancf.Scene(gravity=vector(0.0, -9.81))
+    up = None if element != "thick" else turn @ np.array([0.0, 1.0, 0.0])
+    given = {"section": SECTION, "material": SOFT, "up": up}
+    spin = 0.3 * turn @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]) @ turn.T
+    one = scene.add_beam(
+        element, at, at + vector(1, 0.2), 4, velocity=lambda x: (x - at) @ spin.T, **given
+    )
+    two = scene.add_beam(
+        element,
+        at + vector(1, 0.2),
+        at + vector(1.5, -0.4),
+        3,
+        velocity=vector(-0.06, 0.3),
+        **given,
+    )
+    scene.pin(one.start)
+    scene.connect(one.end, two.start)
+    scene.spring(two.end, at + vector(2, 0), stiffness=30.0, damping=0.1)
+    scene.add_mass(two.end, 0.05)
+    scene.point_force(two.node(1), ancf.Ramp(vector(0.5, 1.0), 0.1))
+    scene.point_force(one.at(0.3), Wave(turn))
+    scene.distributed_force(one, vector(0.2, 0.1) + off * turn[:, 2])
+    scene.changing_gravity(ancf.Sine(vector(1.0, 2.0), 3.0) + vector(0.0, 0.5))
+    scene.point_moment(two.end, 1e-3 * turn[:, 2])
+    return scene, (one.end, one.at(0.4), two.end)
+
+
+@pytest.mark.parametrize("element", ["thin", "thick"])
+@pytest.mark.parametrize("seed", ["flat", "vertical", 7])
+def test_the_motion_is_the_same(seed, element):
+    scene, points = mechanism(turned(seed), element)
+    found = planar(scene)
+    assert found.scene.dim == 2
+    given = {"solver": ancf.Newton(), "tolerance": 1e-8}
+    space = ancf.simulate(scene, 0.3, dt=1e-3, **given)
+    plane = ancf.simulate(found.scene, 0.3, dt=1e-3, **given)
+    assert plane.q.shape[1] < space.q.shape[1]
+    for point in points:
+        moved = np.ptp(space.position(point), axis=0).max()
+        off = np.abs(space.position(point) - found.position(plane, point)).max()
+        assert moved > 0.01
+        assert off < 1e-9 * 2.0
+
+
+def test_strings_nets_drives_and_rods_in_a_tilted_plane():
+    turn = turned(3)
+    scene = ancf.Scene(gravity=turn @ (0.0, -9.81, 0.0))
+    nodes = np.array([(x, y, 0.0) for x in (0.0, 0.5, 1.0) for y in (0.0, -0.4)]) @ turn.T
+    edges = [(0, 2), (2, 4), (1, 3), (3, 5), (0, 1), (2, 3), (4, 5)]
+    net = scene.add_mesh(nodes, edges, "string", ancf.Circle(0.01), SOFT, n_elements=2, slack=1e-3)
+    line = scene.add_beam(
+        "string",
+        nodes[4],
+        nodes[4] + turn @ (1.0, 0.0, 0.0),
+        6,
+        ancf.Circle(0.01),
+        SOFT,
+        length=1.2,
+    )
+    scene.connect(net.node(4), line.start)
+    scene.pin(net.node(0))
+    scene.drive(line.end, ancf.Ramp(turn @ (0.1, 0.1, 0.0), 0.2, smooth=True) + line.end.position)
+    scene.rod(net.node(1), turn @ (-0.5, -0.4, 0.0))
+    scene.distance(net.node(1), net.node(3))
+    found = planar(scene)
+    assert found.scene == planar(scene).scene
+    given = {"solver": ancf.Newton(), "tolerance": 1e-8, "integrator": ancf.GeneralizedAlpha(0.5)}
+    space = ancf.simulate(scene, 0.2, dt=1e-3, **given)
+    plane = ancf.simulate(found.scene, 0.2, dt=1e-3, **given)
+    for point in (net.node(5), line.at(0.7), line.end):
+        off = np.abs(space.position(point) - found.position(plane, point)).max()
+        assert off < 1e-9 * 2.0
+
+
+def test_a_flat_section_is_turned_with_the_plane():
+    """In the plane y = 0 the width of a section bends, which a planar scene has along its y."""
+    scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
+    section = ancf.Rectangle(width=0.02, height=0.005)
+    beam = scene.add_beam("thick", (0, 0, 0), (1, 0, 0), 8, section, STIFF)
+    scene.clamp(beam.start)
+    found = planar(scene)
+    assert found.scene.bodies[0].section == ancf.Rectangle(width=0.005, height=0.02)
+    sag = ancf.solve_static(scene).position(beam.end)
+    flat = found.position(ancf.solve_static(found.scene), beam.end)
+    np.testing.assert_allclose(flat, sag, atol=1e-9)
+
+
+def test_a_hinge_about_the_normal_is_a_shared_position():
+    def scene_with(axis):
+        scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
+        given = {"section": SECTION, "material": SOFT}
+        one = scene.add_beam("thick", (0, 0, 0), (1, 0, 0), 3, **given)
+        two = scene.add_beam("thick", (1, 0, 0), (1, 0, -1), 3, **given)
+        scene.clamp(one.start)
+        scene.revolute(one.end, two.start, axis=axis)
+        return scene, two.end
+
+    scene, end = scene_with((0, 1, 0))
+    found = planar(scene)
+    given = {"solver": ancf.Newton(), "tolerance": 1e-8}
+    runs = [ancf.simulate(each, 0.2, dt=1e-3, **given) for each in (scene, found.scene)]
+    off = np.abs(runs[0].position(end) - found.position(runs[1], end))
+    assert off.max() < 2e-9
+    assert planar(scene_with((0, 0, 1))[0]) is None
+
+
+@pytest.mark.parametrize("seed", ["flat", "vertical", 7])
+def test_a_load_that_leaves_the_plane_by_1e_12_is_noticed(seed):
+    assert planar(mechanism(turned(seed), off=1e-12)[0]) is None
+    assert planar(mechanism(turned(seed), off=1e-16)[0]) is not None
+
+
+def test_far_from_the_origin_of_space_positions_are_rounded_and_still_planar():
+    scene, points = mechanism(turned(5), at=(30.0, -20.0, 10.0))
+    found = planar(scene)
+    assert np.abs(found.scene.bodies[0].positions).max() < 3.0
+    place = found.plane.place(found.counterpart(points[0]).position)
+    np.testing.assert_allclose(place, points[0].position, atol=1e-12)
+
+
+def spoiled(change):
+    scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
+    beam = scene.add_beam("thin", (0, 0, 0), (1, 0, 0), 2, SECTION, SOFT)
+    scene.pin(beam.start)
+    change(scene, beam)
+    return scene
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda scene, beam: scene.point_force(beam.end, (1.0, 1e-11, 0.0)),
+        lambda scene, beam: scene.point_force(beam.end, ancf.Sine((1.0, 1.0, 0.0), 2.0)),
+        lambda scene, beam: scene.point_force(beam.end, lambda t: (1.0, 1.0, 0.0)),
+        lambda scene, beam: scene.point_force(beam.end, 1.0, follow=True),
+        lambda scene, beam: scene.point_moment(beam.end, (0.0, 1.0, 1.0)),
+        lambda scene, beam: scene.rod(beam.end, (1.0, 0.5, 1.0)),
+        lambda scene, beam: scene.force(beam.end, lambda q, v, t: -v),
+        lambda scene, beam: scene.add_beam(
+            "thin", (1, 0, 0), (2, 0, -1), 2, SECTION, SOFT, velocity=(0, 1, 0)
+        ),
+        lambda scene, beam: scene.add_beam("thin", (0, 0, 1), (1, 0.1, 1), 2, SECTION, SOFT),
+        lambda scene, beam: scene.add_beam(
+            "thick", (0, 0, 1), (1, 0, 1), 2, SECTION, SOFT, velocity=lambda x: 0.1 * x
+        ),
+        lambda scene, beam: scene.add_body(mass=1.0, inertia=np.eye(3), position=(0, 0, 2)),
+    ],
+)
+def test_what_leaves_the_plane_is_not_planar(change):
+    assert planar(spoiled(lambda scene, beam: None)) is not None
+    assert planar(spoiled(change)) is None
+
+
+def test_a_function_that_leaves_the_plane_later_stops_the_run():
+    scene = spoiled(
+        lambda scene, beam: scene.point_force(beam.end, lambda t: (1.0, max(0.0, t - 0.1), 0.0))
+    )
+    found = planar(scene)
+    with pytest.raises(ancf.LoadFailure, match="leaves the plane of the scene: solve the scene in"):
+        ancf.simulate(found.scene, 0.2, dt=1e-2)
+
+
+def test_planar_scenes_and_empty_ones_are_not_rebuilt():
+    assert planar(ancf.Scene(gravity=(0.0, -9.81))) is None
+    assert planar(ancf.Scene(gravity=(0.0, 0.0, -9.81))) is None
+
+
+def test_a_line_along_gravity_has_a_plane():
+    scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
+    cord = scene.add_beam("thin", (0, 0, 0), (0, 0, -1), 4, SECTION, SOFT)
+    scene.pin(cord.start)
+    found = planar(scene)
+    rest = found.position(ancf.simulate(found.scene, 0.01, dt=1e-3), cord.end)
+    np.testing.assert_allclose(rest[0], (0, 0, -1), atol=1e-15)
