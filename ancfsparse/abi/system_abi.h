@@ -50,6 +50,9 @@ typedef struct {
      * `memory` may change. */
     void (*begin)(void *context, const ancf_state *x);
     void (*accept)(void *context, const ancf_state *x);
+    /* Of its equations: speed[n_multipliers] += phi_q v, and bend[n_multipliers] += (phi_q v)_q v
+     * unless `bend` is null */
+    void (*rates)(void *context, const double *q, const double *v, double *speed, double *bend);
 } ancf_contribution;
 
 #endif

@@ -27,3 +27,4 @@ cdef extern from "system_abi.h":
                         double *) noexcept nogil
         void (*begin)(void *, const ancf_state *) noexcept nogil
         void (*accept)(void *, const ancf_state *) noexcept nogil
+        void (*rates)(void *, const double *, const double *, double *, double *) noexcept nogil

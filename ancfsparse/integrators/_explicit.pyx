@@ -10,9 +10,10 @@ and the last acceleration is the first one of the next step.  If forces depend o
 there are constraints (held.pxi), stages have velocities too, V_i = v + h sum_{j < i} B_ij a_j.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer
-from libc.math cimport INFINITY, sqrt
+from libc.math cimport INFINITY, fabs, sqrt
 from libc.stdint cimport int32_t
-from libc.string cimport memcpy
+from libc.stdlib cimport calloc, free
+from libc.string cimport memcpy, memset
 
 import numpy as np
 
@@ -30,6 +31,7 @@ include "../abi/outcome.pxi"
 include "../abi/signals.pxi"
 include "../system/arrays.pxi"
 include "held.pxi"
+include "saddle.pxi"
 include "explicit_drives.pxi"
 
 
@@ -48,7 +50,7 @@ cdef class Explicit:
     ----------
     system : object with a ``capsule`` "ancf_system"
     seed : object with a ``capsule`` "ancf_seed"
-        Inverse of the mass matrix.
+        Inverse of the mass matrix, or of the matrix with the constraints.
     dt : float
         Time step [s].
     A : (s, s) float
@@ -60,14 +62,19 @@ cdef class Explicit:
         needed.
     constraints : Constraints
         Equations enforced by multipliers; they must be independent.
+    parts : sequence of objects with a ``capsule`` "ancf_contribution"
+        What contributes to the system.
+    sizes : (m,) float or None
+        Magnitude of the terms of each equation, if the seed includes the constraints.
     q, v : (n_all,) float
         State at the start: free coordinates first, then fixed ones, the driven ones last.
     dead_load : (n_all,) float
         Constant applied force.
-    inputs : (n_amplitudes + 3 n_driven,) float
-        At the start: changing loads; positions, velocities and accelerations of driven coordinates.
-    n_driven : int
-        Number of coordinates that are prescribed functions of time.
+    inputs : (n_amplitudes + 3 n_driven + 3 n_led,) float
+        At the start: changing loads; positions, velocities and accelerations of driven coordinates;
+        what equations follow, its rates and second rates.
+    n_driven, n_led : int
+        Number of coordinates and of equations that are prescribed functions of time.
     largest_gain : float
         Largest energy gain, as a fraction of the energy exchanged so far.
     noise : float
@@ -79,21 +86,24 @@ cdef class Explicit:
     cdef ancf_watch watch
     cdef ancf_jumps jumps
     cdef Held held
+    cdef Saddle saddle  # without equations where Held has them
     cdef Drives drives
     cdef ptrdiff_t n, n_all, stages, padded
     cdef double dt
     cdef double[::1] drift, kick, dead_load, load, r, none, phi, lam
-    cdef double[:, ::1] pull, swing, rate, history, held_rows, held_root, accelerations
+    cdef double[:, ::1] pull, swing, rate, history, held_rows, held_root, accelerations, aside
+    cdef double[::1] values, right
     cdef bint swings  # whether stages have velocities
     # Two buffers for the state, current and next.
     cdef double[:, ::1] q, v
     cdef ptrdiff_t now, first  # buffer of the current state; row of `rate` with its acceleration
     cdef object owner
+    cdef int trouble  # why there is no acceleration
     cdef readonly ptrdiff_t steps  # accepted so far
     cdef readonly bint finite  # whether there is an acceleration at the start
 
-    def __cinit__(self, system, seed, double dt, A, b, c, B, constraints, q, v, dead_load,
-                  inputs, ptrdiff_t n_driven, double largest_gain, double noise):
+    def __cinit__(self, system, seed, double dt, A, b, c, B, constraints, parts, sizes, q, v,
+                  dead_load, inputs, ptrdiff_t n_driven, ptrdiff_t n_led, double largest_gain, double noise):
         self.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
         self.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         self.n, self.n_all, self.stages = self.system.n_free, self.system.n_all, len(b)
@@ -126,7 +136,13 @@ cdef class Explicit:
         places[:, :self.n_all] = q
         speeds[0, :self.n] = v[:self.n]
         self.q, self.v, self.rate = places, speeds, np.zeros((self.stages, self.padded))
-        self.owner = (system, seed, self.hold_by(constraints))
+        self.lam, self.phi = np.zeros((2, max(len(constraints.offset), 1)))
+        self.none = np.zeros(max(len(constraints.offset), 1))
+        if sizes is None:
+            self.owner = (system, seed, self.hold_by(constraints))
+        else:
+            self.saddle.n_led = n_led
+            self.owner = (system, seed, parts, self.balance_by(constraints, parts, sizes))
         if self.system.begin != NULL:
             self.remember(self.system.begin)
         self.finite = self.look_again()
@@ -142,7 +158,6 @@ cdef class Explicit:
         held.seed, held.n, held.m = self.seed, self.n, len(constraints.offset)
         held.terms, held.straight = len(constraints.row), constraints.linear
         width = max(held.m, 1)
-        self.none, self.phi, self.lam = np.zeros((3, width))
         self.held_rows, self.held_root = np.zeros((2 * width, self.n)), np.zeros((width, width))
         held.gradient, held.response = &self.held_rows[0, 0], &self.held_rows[width, 0]
         held.root, held.lam = &self.held_root[0, 0], &self.lam[0]
@@ -152,6 +167,35 @@ cdef class Explicit:
             held_factor(held, &self.q[0, 0])
         return tables, numbers
 
+    def balance_by(self, constraints, parts, sizes):
+        """Set up the matrix with the constraints; return the arrays that must be kept alive."""
+        cdef Saddle *saddle = &self.saddle
+        cdef const ancf_contribution *each
+        numbers = [np.array(x, dtype=float) for x in (sizes, constraints.mass)]
+        saddle.system, saddle.seed, saddle.straight = self.system, self.seed, constraints.linear
+        saddle.n, saddle.n_all, saddle.m = self.n, self.n_all, len(constraints.offset)
+        saddle.each = <const ancf_contribution **>calloc(len(parts), sizeof(void *))
+        if saddle.each == NULL:
+            raise MemoryError
+        for part in parts:
+            each = <const ancf_contribution *>PyCapsule_GetPointer(
+                part.capsule, "ancf_contribution")
+            if each.rates != NULL:
+                saddle.each[saddle.n_each] = each
+                saddle.n_each += 1
+        self.aside = np.zeros((3, max(self.n_all, saddle.m)))
+        self.values = np.zeros(self.system.n_values + 1)
+        self.right = np.zeros(self.n + saddle.m)
+        saddle.size, saddle.weight = reals(numbers[0]), reals(numbers[1])
+        saddle.values, saddle.right = &self.values[0], &self.right[0]
+        saddle.phi, saddle.none, saddle.lam = &self.phi[0], &self.none[0], &self.lam[0]
+        saddle.bend, saddle.force = &self.aside[0, 0], &self.aside[1, 0]
+        saddle.moved = &self.aside[2, 0]
+        return numbers
+
+    def __dealloc__(self):
+        free(self.saddle.each)
+
     @property
     def state(self):
         """Last accepted ``(q, v, a, lam)`` as copies."""
@@ -159,8 +203,9 @@ cdef class Explicit:
         v = np.array(self.v[self.now, :self.n_all])
         a = np.zeros(self.n_all)
         a[:self.n] = -np.asarray(self.rate[self.first, :self.n])
-        a[self.drives.base:] = self.load[self.drives.column + 2 * self.drives.n : -1]
-        return q, v, a, np.array(self.lam[:self.held.m])
+        first = self.drives.column + 2 * self.drives.n
+        a[self.drives.base:] = self.load[first : first + self.drives.n]
+        return q, v, a, np.array(self.lam[:self.system.n_multipliers])
 
     @property
     def memory(self):
@@ -191,8 +236,8 @@ cdef class Explicit:
 
         Parameters
         ----------
-        inputs : (n_steps * (s - 1), n_amplitudes + 3 n_driven)
-            Loads and prescribed coordinates, at the stages of each step after its first.
+        inputs : (n_steps * (s - 1), n_amplitudes + 3 n_driven + 3 n_led)
+            Loads and what is prescribed, at the stages of each step after its first.
         save_every, steps_done : int
             Step number k of the run (from 1) is written to row ``k / save_every`` of the outputs.
         """
@@ -215,12 +260,13 @@ cdef class Explicit:
                     if changes:
                         load = &inputs[k * last + i - 1, 0]
                     if not self.accelerate(i, next, load):
-                        outcome = NOT_FINITE
+                        outcome = self.trouble
                     work += self.kick[i] * drives.power
                 if outcome:
                     break
-                self.push(&self.v[next, 0])
-                if drives.n > 0:
+                if self.saddle.m == 0:
+                    self.push(&self.v[next, 0])
+                if drives.n + self.saddle.n_led > 0:
                     follow(drives, load, &self.q[next, 0], &self.v[next, 0])
                     self.watch.work -= work
                 if not dot(&self.v[next, 0], &self.v[next, 0], self.n) < INFINITY:
@@ -234,7 +280,7 @@ cdef class Explicit:
                 if self.system.accept != NULL:
                     self.remember(self.system.accept)
                     if not self.look_again():
-                        outcome = NOT_FINITE
+                        outcome = self.trouble
                 if (steps_done + k + 1) % save_every == 0:
                     row = (steps_done + k + 1) // save_every
                     memcpy(&q_out[row, 0], &self.q[next, 0], self.n_all * sizeof(double))
@@ -246,7 +292,7 @@ cdef class Explicit:
                         a_out[row, j] = 0.0
                     for j in range(drives.n):
                         a_out[row, drives.base + j] = load[drives.column + 2 * drives.n + j]
-                    for j in range(self.held.m):
+                    for j in range(self.system.n_multipliers):
                         lam_out[row, j] = self.lam[j]
                 self.steps += 1
                 if outcome:
@@ -283,18 +329,55 @@ cdef class Explicit:
         cdef double *rate = self.stage(i)
         cdef Drives *drives = &self.drives
         cdef const double *given = NULL
+        cdef const double *led = load + drives.column + 3 * drives.n
+        self.trouble = NOT_FINITE
         if drives.n > 0:
             follow(drives, load, q, v)
             given = drives.given
+        if self.saddle.m > 0:
+            if not self.balance(i, q, v, given, led, load, rate):
+                return False
+        else:
+            self.forces(q, v, given, load)
+            self.seed.solve(self.seed.context, &self.r[0], rate)
+            if self.held.m > 0 and not hold(&self.held, q, v, given, rate):
+                return False
+        if drives.n + self.saddle.n_led > 0:
+            drives.power = power_of_drives(drives, self.system, v, rate, &self.r[0])
+            if self.saddle.m > 0:
+                drives.power += saddle_power(&self.saddle, drives.base, q, v, led)
+            else:
+                drives.power += power_of_held(drives, &self.held, q, v)
+        return True
+
+    cdef bint balance(self, ptrdiff_t i, double *q, double *v, const double *given,
+                      const double *led, const double *load, double *rate) noexcept nogil:
+        """Set the acceleration of stage i; project positions and velocities at the last stage."""
+        cdef Saddle *saddle = &self.saddle
+        cdef bint ends = i == self.stages - 1
+        cdef ptrdiff_t k
+        if ends and not put_on(saddle, q, led):
+            self.trouble = DIVERGED
+            return False
+        if not saddle_factor(saddle, q):
+            return False
+        if ends and self.swings:
+            aim(saddle, q, v, NULL, 0.0, led)
+        self.forces(q, v, given, load)
+        if ends and not self.swings:
+            self.combine(v, &self.v[self.now, 0], &self.v[self.now, 0], 0.0, &self.kick[0], i)
+            for k in range(self.n):
+                v[k] += saddle.moved[k] / self.dt
+            if self.drives.n > 0:
+                follow(&self.drives, load, q, v)
+            aim(saddle, q, v, &self.r[0], -self.kick[i], led)
+        saddle_accelerate(saddle, q, v, given, led, &self.r[0], rate)
+        return True
+
+    cdef inline void forces(self, const double *q, const double *v, const double *given,
+                            const double *load) noexcept nogil:
         self.system.residual(self.system.context, q, v, given, &self.none[0], &self.dead_load[0],
                              load, &self.r[0], &self.phi[0])
-        self.seed.solve(self.seed.context, &self.r[0], rate)
-        if self.held.m > 0 and not hold(&self.held, q, v, given, rate):
-            return False
-        if drives.n > 0:
-            drives.power = power_of_drives(
-                drives, self.system, &self.held, q, v, rate, &self.r[0])
-        return True
 
     cdef void add_work(self, const double *load, int next) noexcept nogil:
         """Add the work of the loads in a step, and the uncertain part of it."""

@@ -44,8 +44,13 @@ class Explicit(Integrator, ABC):
 
     @property
     def takes_velocities(self) -> bool:
-        """Whether forces may depend on velocities, so that there may be damping and multipliers."""
+        """Whether forces may depend on velocities, so that there may be damping."""
         return self.tableau.B is not None
+
+    @property
+    def holds(self) -> bool:
+        """Whether there may be multipliers: with velocities of the stages, or without stages."""
+        return self.takes_velocities or self.tableau.forces == 1
 
 
 @dataclass(frozen=True)
@@ -53,7 +58,9 @@ class CentralDifference(Explicit):
     """Central differences in velocity Verlet form: explicit, second order, symplectic, reversible.
 
     One evaluation of the forces per step, no iteration.  The step must stay below ``2 / omega``
-    with the fastest vibration omega of the mesh, or the run is refused.
+    with the fastest vibration omega of the mesh, or the run is refused.  With constraints by
+    multipliers and rigid bodies it is RATTLE, which keeps positions and velocities on them to
+    rounding for one sparse factor per step.
     """
 
     @property
@@ -94,9 +101,11 @@ class RungeKuttaNystrom(Explicit):
 class DormandPrince(Explicit):
     """The explicit Runge-Kutta method of order 8 by Dormand and Prince, twelve forces per step.
 
-    It takes damping, and a few constraints by multipliers, whose accelerations it holds: positions
-    and velocities leave them by what the steps are off.  Its step must stay below ``5.96 / omega``
-    with the fastest vibration or decay omega of the mesh, or the run is refused.
+    It takes damping, rigid bodies and constraints by multipliers.  Of a few constraints between
+    beams it holds the accelerations: positions and velocities leave them by what the steps are off.
+    Otherwise each step is projected on them, for twelve sparse factors per step.  Its step must
+    stay below ``5.96 / omega`` with the fastest vibration or decay omega of the mesh, or the run is
+    refused.
     """
 
     @property
@@ -115,6 +124,7 @@ def make_explicit(
     mass: Any,
     largest_gain: float,
     noise: float,
+    sizes: Vector | None = None,
 ) -> ExplicitLoop:
     """Build the compiled loop.
 
@@ -131,11 +141,13 @@ def make_explicit(
     inputs : (n_inputs,) float
         What changes with time there: loads [N, N m], and what is prescribed, see `System.inputs`.
     mass : seed
-        Inverse of the mass matrix.
+        Inverse of the mass matrix, or of the matrix with all constraints.
     largest_gain : float
         Share of the energy exchanged so far by which the energy may exceed what was given.
     noise : float
         Energy that rounding makes [J].
+    sizes : (m,) float, optional
+        Magnitude of the terms of each constraint [m], if the seed includes the constraints.
     """
     method = integrator.tableau
     loop: ExplicitLoop = compiled(integrator.loop).Explicit(
@@ -147,11 +159,14 @@ def make_explicit(
         method.c,
         method.B,
         system.constraints,
+        system.parts,
+        sizes,
         q,
         v,
         system.dead_load,
         inputs,
         system.prescribed.n,
+        system.prescribed.n_equations,
         largest_gain,
         noise,
     )

@@ -26,23 +26,28 @@ cdef void follow(Drives *self, const double *inputs, double *q, double *v) noexc
     memcpy(self.given + self.base, row + 2 * self.n, size)
 
 
-cdef double power_of_drives(Drives *self, const ancf_system *system, const Held *held,
-                            const double *q, const double *v, const double *rate,
-                            const double *r) noexcept nogil:
-    """Power of the forces on driven coordinates [W].
+cdef double power_of_drives(Drives *self, const ancf_system *system, const double *v,
+                            const double *rate, const double *r) noexcept nogil:
+    """Power of the forces on driven coordinates without those of constraints [W].
 
     The forces follow from equilibrium: the residual ``r`` with the accelerations of the driven
-    coordinates only, the inertia forces of the others, ``-rate``, and the constraint forces.
+    coordinates only, and the inertia forces of the others, ``-rate``.
     """
-    cdef ptrdiff_t i, j, k, n = system.n_free
-    cdef double out = 0.0, force
+    cdef ptrdiff_t k, n = system.n_free
+    cdef double out = 0.0
     for k in range(n):
         self.moved[k] = -rate[k]
     system.inertia(system.context, self.moved, self.inertia)
     for k in range(self.base, self.base + self.n):
         out += (r[k] + self.inertia[k]) * v[k]
-    if held.m == 0:
-        return out
+    return out
+
+
+cdef double power_of_held(const Drives *self, const Held *held, const double *q,
+                          const double *v) noexcept nogil:
+    """Power of constraint forces on driven coordinates [W]."""
+    cdef ptrdiff_t i, j, k
+    cdef double out = 0.0, force
     for k in range(held.terms):
         i, j = held.i[k], held.j[k]
         force = held.lam[held.row[k]] * held.coefficient[k]

@@ -21,6 +21,7 @@ class Mechanics(Protocol):
     """What the time loop needs of a system; see ``ancf_system`` in abi/solver_abi.h."""
 
     capsule: object
+    parts: Any
     constraints: Any
     prescribed: Any
 

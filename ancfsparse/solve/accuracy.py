@@ -33,7 +33,7 @@ from ancfsparse.solve.explicit import check_alone
 from ancfsparse.solve.explicit_runs import ExplicitRuns
 from ancfsparse.solve.implicit_runs import ImplicitRuns
 from ancfsparse.solve.progress import progress_bar
-from ancfsparse.solve.stability import MOST_HELD, check_free
+from ancfsparse.solve.stability import check_free
 from ancfsparse.solve.step_plan import StepPlan
 from ancfsparse.solve.waves import Waves
 from ancfsparse.system import System
@@ -256,12 +256,11 @@ def _ways(
 
 def _explicit(system: System) -> list[Explicit]:
     """Return the explicit integrators that take a scene, by ascending order."""
-    constraints = system.constraints
-    if system.prescribed.n_equations or any(constraints.mass) or constraints.measures:
+    if any(each.is_track for _, _, each in system.constraints.measures):
         return []
     if not system.n_multipliers and not system.damped:
         return [CentralDifference(), RungeKuttaNystrom(4), RungeKuttaNystrom(8)]
-    return [DormandPrince()] if system.n_multipliers <= MOST_HELD else []
+    return [DormandPrince()]
 
 
 def _reason(

@@ -82,7 +82,9 @@ def start_drives(system: System, state: State | None, step: float, t_end: float)
     system.q0[first:], system.v0[first:] = now.q, now.v
 
 
-def inputs_at(system: System, times: NDArray[np.float64]) -> NDArray[np.float64]:
+def inputs_at(
+    system: System, times: NDArray[np.float64], rates: bool = False
+) -> NDArray[np.float64]:
     """Return all that changes with time at the times given (k,) [s], as `System.inputs` does.
 
     Raises
@@ -90,7 +92,7 @@ def inputs_at(system: System, times: NDArray[np.float64]) -> NDArray[np.float64]
     LoadFailure
         If a function fails.
     """
-    table, failure = system.inputs(times)
+    table, failure = system.inputs(times, rates)
     if failure is not None:
         raise failure
     return table

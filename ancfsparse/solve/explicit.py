@@ -20,9 +20,14 @@ from ancfsparse.solve.stability import (
     IMPLICIT,
     check_free,
     fastest_vibration,
+    initial_multipliers,
     mass_matrix,
     mass_seed,
+    needs_saddle,
+    saddle_seed,
+    sizes_of_terms,
 )
+from ancfsparse.solve.start import put_on_constraints
 from ancfsparse.solve.times import divides, plain
 from ancfsparse.system import System
 from ancfsparse.system.state import State
@@ -78,8 +83,13 @@ def prepare_explicit(
         If the integrator does not take the scene, or the step is too long.
     """
     check_free(system, integrator)
-    seed = mass_seed(system)
-    omega = fastest_vibration(system, seed, system.q0, start_load(system))
+    seed, saddle, lam = mass_seed(system), None, None
+    if needs_saddle(system, integrator):
+        saddle = saddle_seed(system)
+        if start is not None and not continues(start, system, integrator, dt):
+            put_on_constraints(system, saddle)
+        lam = initial_multipliers(system, saddle)
+    omega = fastest_vibration(system, seed, system.q0, start_load(system), lam)
     limit = integrator.tableau.interval / omega
     if dt > limit:
         t_end = n_steps * dt
@@ -99,10 +109,11 @@ def prepare_explicit(
         )
     if not system.n_multipliers:
         initial_acceleration(system, seed, system.v0)  # refuses what leaves the range of numbers
-    mass = cheapest_inverse(system, seed)
+    mass = cheapest_inverse(system, seed) if saddle is None else saddle
     noise = 100.0 * EPSILON * system.energy_scale(system.q0)
-    state = (system.q0, system.v0, inputs_at(system, np.array([system.t0]))[0])
-    march = make_explicit(system, dt, integrator, *state, mass, max_energy_gain, noise)
+    state = (system.q0, system.v0, inputs_at(system, np.array([system.t0]), rates=True)[0])
+    sizes = None if saddle is None else sizes_of_terms(system)
+    march = make_explicit(system, dt, integrator, *state, mass, max_energy_gain, noise, sizes)
     if recall_contributions(start, system):
         march.refresh()
     check_held(system, march, integrator)
@@ -111,9 +122,17 @@ def prepare_explicit(
     why = (
         f"{integrator!r}: forces evaluated {integrator.tableau.forces} times per step, dt is "
         f"{dt / limit:.3g} of the stable step {limit:.4g} s (fastest vibration {omega:.4g} rad/s), "
-        f"mass matrix {'factored once' if mass is seed else 'inverted in dense blocks'}"
+        f"{_ways_of(system, seed, mass)}"
     )
     return march, mass, why
+
+
+def _ways_of(system: System, seed: SparseSeed, mass: SparseSeed | BlockInverse) -> str:
+    """Say how accelerations are found."""
+    if mass.n > system.n_free:
+        often = "once" if system.constraints.linear else "at each of them"
+        return f"mass matrix with constraints factored {often}, steps projected on them"
+    return f"mass matrix {'factored once' if mass is seed else 'inverted in dense blocks'}"
 
 
 def check_held(system: System, march: ExplicitLoop, integrator: Explicit) -> None:
@@ -160,9 +179,9 @@ def instability(
     Parameters
     ----------
     mass : SparseSeed or BlockInverse
-        Inverse of the mass matrix.
+        Inverse of the mass matrix, perhaps with constraints.
     outcome : Outcome
-        ``GAINED_ENERGY`` or ``NOT_FINITE``.
+        ``GAINED_ENERGY``, ``NOT_FINITE`` or ``DIVERGED``.
     step : int
         Number of the last step.
     now : float
@@ -171,11 +190,15 @@ def instability(
         The states so far.
     """
     gain, _ = march.energy_gain
-    if outcome == Outcome.NOT_FINITE:
+    if outcome == Outcome.DIVERGED:
+        reason = f"the constraints cannot be met by step {step + 1}: they turn too far in it"
+    elif outcome == Outcome.NOT_FINITE:
         reason = f"step {step + 1} leaves the range of numbers"
     else:
         load = system.loads.amplitudes(np.array([now]))[0]
-        limit = integrator.tableau.interval / fastest_vibration(system, mass, march.state[0], load)
+        q, _, _, lam = march.state
+        mass = mass_seed(system) if mass.n > system.n_free else mass
+        limit = integrator.tableau.interval / fastest_vibration(system, mass, q, load, lam)
         reason = (
             f"the motion has {gain:.3g} J more than it was given, and the stable step, shorter "
             f"where beams are stretched, is {limit:.3g} s by now"

@@ -20,7 +20,15 @@ from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.breaks import Breaks
 from ancfsparse.solve.explicit import cheapest_inverse, count_forces, instability
 from ancfsparse.solve.rates import start_load
-from ancfsparse.solve.stability import fastest_vibration, mass_matrix
+from ancfsparse.solve.stability import (
+    definite_mass,
+    fastest_of,
+    fastest_vibration,
+    initial_multipliers,
+    needs_saddle,
+    saddle_seed,
+    sizes_of_terms,
+)
 from ancfsparse.solve.start import check_energy
 from ancfsparse.solve.states import States
 from ancfsparse.system import System
@@ -36,6 +44,9 @@ MARGIN = 0.95
 FEWEST = 12
 # By how much the fastest vibration is taken to have grown, at least, where a run became unstable.
 FASTER, MOST_UNSTABLE = 1.1, 5
+# The same with bodies, which turn within the first steps by so much at most [rad]: nothing but
+# constraints that cannot be met limits their steps.
+MUCH_FASTER, TURN = 2.0, 1.0
 # Steps that are taken in one go at most, and coordinates of all of them.
 CHUNK, COORDINATES = 2000, 4_000_000
 
@@ -51,6 +62,8 @@ class ExplicitMarch:
         Where loads jump or kink.
     watch : callable
         Is given the states of a motion whenever there are more of them.
+    integrator : Explicit
+        One of those that it will march by.
 
     Attributes
     ----------
@@ -69,19 +82,24 @@ class ExplicitMarch:
         max_energy_gain: float,
         breaks: Breaks,
         watch: Callable[[States], None],
+        integrator: Explicit,
     ) -> None:
         self._system, self._t, self._max_energy_gain = system, t, max_energy_gain
         self._watch = watch
         self._breaks, self._spans = breaks, breaks.spans
         self._length = float(t[-1] - t[0])
-        mass = mass_matrix(system)
+        mass = definite_mass(system, system.q0)
         self._seed = SparseSeed(mass.indptr, mass.indices, system.n_free)
+        self._saddle = saddle_seed(system) if needs_saddle(system, integrator) else None
+        self._sizes = None if self._saddle is None else sizes_of_terms(system)
         self._mass: SparseSeed | BlockInverse | None = None
         self.omega = _slowest_fast(system)
-        solves = 1 if system.constraints.linear else 1 + system.n_multipliers
         forces = "residual" if system.damped else "force"
-        self.force_cost = 0.1 * system.operations(forces) + 0.5 * solves * self._seed.solve_flops
+        self.force_cost = 0.1 * system.operations(forces) + _solving(
+            system, self._seed, self._saddle
+        )
         self._noise = 100.0 * EPSILON * system.energy_scale(system.q0)
+        self._interval = MARGIN * integrator.tableau.interval
         self._unstable = 0
         self.failure: Instability | None = None
 
@@ -99,10 +117,24 @@ class ExplicitMarch:
             If the start leaves the range of floating-point numbers.
         """
         check_energy(self._system)
-        self._seed.factor(mass_matrix(self._system).data)
-        self._mass = cheapest_inverse(self._system, self._seed)
-        load = start_load(self._system)
-        self.omega = fastest_vibration(self._system, self._seed, self._system.q0, load)
+        self._seed.factor(definite_mass(self._system, self._system.q0).data)
+        load, lam = start_load(self._system), None
+        if self._saddle is None:
+            self._mass = cheapest_inverse(self._system, self._seed)
+        else:
+            lam, self._mass = initial_multipliers(self._system, self._saddle), self._saddle
+        self.omega = fastest_vibration(self._system, self._seed, self._system.q0, load, lam)
+        if lam is not None:
+            self.omega = max(self.omega, self._interval * self._turning(lam, load))
+
+    def _turning(self, lam: Vector, load: Vector) -> float:
+        """Return how fast bodies turn at the start, and at least in the steps of a run [rad/s]."""
+        system = self._system
+        none = np.zeros(system.n_multipliers)
+        bent, straight = (
+            system.assembly.matrix(0.0, 1.0, system.q0, each, load) for each in (lam, none)
+        )
+        return max(fastest_of(system, self._seed, bent - straight) / TURN, FEWEST / self._length)
 
     def step(self, integrator: Explicit, finer: float) -> float:
         """Return a step that is so much shorter than the longest one [s]."""
@@ -130,23 +162,25 @@ class ExplicitMarch:
             dt = (last - now) / n
             gain, noise = self._max_energy_gain, self._noise
             inputs = self._inputs(np.array([now]), begin, end)[0]
-            march = make_explicit(system, dt, integrator, q, v, inputs, self._mass, gain, noise)
+            state = (q, v, inputs, self._mass, gain, noise)
+            march = make_explicit(system, dt, integrator, *state, self._sizes)
             if not states.rows:
                 states.begin(*march.state)
             span = (now, float(last), n)
             outcome = self._march(march, integrator, span, begin, end, states, stats)
-            q, v, *_ = march.state
+            q, v, _, lam = march.state
             if outcome != Outcome.CONVERGED:
                 count_forces(stats, integrator)
                 self._unstable += 1
                 if self._unstable == MOST_UNSTABLE:
                     self.failure = instability(
-                        system, march, self._mass, integrator, outcome, stats.steps, now, dt
+                        system, march, self._seed, integrator, outcome, stats.steps, now, dt
                     )
                 omega = 0.0
                 if outcome != Outcome.NOT_FINITE:
-                    omega = fastest_vibration(system, self._mass, q, load)
-                self.omega = max(omega, FASTER * self.omega)
+                    omega = fastest_vibration(system, self._seed, q, load, lam)
+                faster = FASTER if self._saddle is None else MUCH_FASTER
+                self.omega = max(omega, faster * self.omega)
                 return None
             now = last
         count_forces(stats, integrator)
@@ -157,7 +191,7 @@ class ExplicitMarch:
         amplitudes = self._system.loads.amplitudes(np.clip(times, begin, end))
         if not self._system.prescribed:
             return amplitudes
-        prescribed, failure = self._system.prescribed.tabulate(times)
+        prescribed, failure = self._system.prescribed.tabulate(times, rates=True)
         if failure is not None:
             raise failure
         return np.hstack([amplitudes, prescribed])
@@ -200,6 +234,15 @@ class ExplicitMarch:
                 self._system.assembly.check()
                 return Outcome(code)
         return Outcome.CONVERGED
+
+
+def _solving(system: System, mass: SparseSeed, saddle: SparseSeed | None) -> float:
+    """Return the modelled cost of the solutions for the accelerations of a stage."""
+    if saddle is None:
+        solves = 1 if system.constraints.linear else 1 + system.n_multipliers
+        return 0.5 * solves * mass.solve_flops
+    factors = 0 if system.constraints.linear else saddle.factor_flops
+    return 0.5 * (factors + saddle.solve_flops)
 
 
 def _slowest_fast(system: System) -> float:

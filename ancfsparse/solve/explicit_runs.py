@@ -84,7 +84,7 @@ class ExplicitRuns:
         self._system, self._t_end, self._length = system, float(t[-1]), float(t[-1] - t[0])
         self._waves, self._convergence = waves, Convergence(accuracy)
         self._accuracy, self._integrators = accuracy, integrators
-        self._march = ExplicitMarch(system, t, max_energy_gain, breaks, watch)
+        self._march = ExplicitMarch(system, t, max_energy_gain, breaks, watch, integrators[-1])
         self._errors = ExplicitErrors(system, self._length, self._march, waves)
         self.force_cost = self._march.force_cost
         # Integrators and by how much their steps were shorter than stable ones, the best last.
@@ -138,12 +138,12 @@ class ExplicitRuns:
                 return
         integrator, finer, _ = self._plan()
         self.running = RunStats()
-        before = self._march.omega
+        before = self._march.step(integrator, 1.0)
         states = self._march.run(integrator, finer, self.running)
         if states is None:
             self.failure = self._march.failure
             # Steps are measured by the stable one, which is shorter by now.
-            shorter = before / self._march.omega
+            shorter = self._march.step(integrator, 1.0) / before
             self._made = [(each, shorter * fine) for each, fine in self._made]
             self._errors.shorten(shorter)
             return

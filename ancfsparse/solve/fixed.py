@@ -63,6 +63,8 @@ class FixedRun(ABC):
         How many share the work.
     """
 
+    takes_rates = False  # of what equations follow
+
     def __init__(
         self,
         system: System,
@@ -175,7 +177,7 @@ class FixedRun(ABC):
         wanted = min(most, self._n_steps - begin, room)
         steps = np.arange(wanted, dtype=np.float64)[:, None] + begin
         times = self._clock.at(steps, self._stages)
-        amplitudes, failure = self._system.inputs(times.ravel())
+        amplitudes, failure = self._system.inputs(times.ravel(), self.takes_rates)
         wanted = len(amplitudes) // p
         self._before = begin, self._march.steps
         clock = time.perf_counter()

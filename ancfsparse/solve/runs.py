@@ -187,6 +187,8 @@ class ImplicitRun(FixedRun):
 class ExplicitRun(FixedRun):
     """Fixed steps without equations; parameters as `build_run` takes them."""
 
+    takes_rates = True
+
     def __init__(self, request: Request, system: System, integrator: Explicit) -> None:
         from ancfsparse.solve.explicit import check_alone, prepare_explicit  # what few runs need
 

@@ -15,7 +15,8 @@ from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.memory import NOTHING, check_factor, estimate, memory_for
-from ancfsparse.solve.rates import start_load
+from ancfsparse.solve.rates import initial_acceleration, start_load
+from ancfsparse.solve.start import regularize
 from ancfsparse.system import System
 from ancfsparse.words import shown
 
@@ -30,9 +31,13 @@ DENSE = 100
 MATRICES = 10
 # Relative accuracy of the square of the highest frequency; the limit is half as uncertain.
 ACCURACY = 1e-4
-# Constraints that an explicit method holds at most: each costs a solution for each evaluation of
-# the forces, and all together a small dense matrix.
+# Constraints that are held by their accelerations alone at most: each costs a solution for each
+# evaluation of the forces, and all together a small dense matrix.
 MOST_HELD = 12
+
+# Share of the smallest phi_q M^-1 phi_q^T that makes redundant constraints definite, the error of
+# accelerations across them: ten times what rounds in a factor.
+BARELY_DEFINITE = 1e-13
 
 IMPLICIT = Parameter("integrator", "GeneralizedAlpha(0.9)", joint="")
 """What is advised where no explicit method serves."""
@@ -47,7 +52,8 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
     Parameters
     ----------
     scene : Scene
-        Without joints that need multipliers and without damping, but for `DormandPrince`.
+        Without joints that need multipliers for `RungeKuttaNystrom`, and without damping but for
+        `DormandPrince`.
     integrator : CentralDifference, RungeKuttaNystrom or DormandPrince
         The method.
 
@@ -62,8 +68,7 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
     with memory_for(estimate(scene, 1, 0, False, Newton(), matrices=MATRICES)):
         system = System(scene)
         check_free(system, integrator)
-        mass = mass_seed(system)
-        omega = fastest_vibration(system, mass, system.q0, start_load(system))
+        omega = fastest_at_start(system, mass_seed(system), integrator)
     return integrator.tableau.interval / omega
 
 
@@ -83,50 +88,23 @@ def check_free(system: System, integrator: Explicit) -> None:
 
     Others take damping, and few multipliers.
     """
-    if system.prescribed.n_equations:
+    if any(each.is_track for _, _, each in system.constraints.measures):
         raise InputError(
-            f"{integrator!r} cannot follow lengths that change with time, nor drives by "
-            "multipliers: drive a node by numbering, as_constraint=False, or take an implicit "
-            "integrator such as GeneralizedAlpha(0.9)"
-        )
-    if system.constraints.measures:
-        raise InputError(
-            "{integrator!r} cannot hold gears and winches: take an implicit integrator such as "
-            "{implicit}",
-            integrator=integrator,
-            implicit=IMPLICIT,
-        )
-    rigid = [body.name for body in system.scene.bodies if not body.n_elements]
-    if rigid:
-        raise InputError(
-            "{integrator!r} cannot hold {name} rigid, which takes multipliers: take an implicit "
+            "{integrator!r} cannot follow points that slide along beams: take an implicit "
             "integrator such as {implicit}",
             integrator=integrator,
-            name=rigid[0],
             implicit=IMPLICIT,
         )
-    if integrator.takes_velocities:
-        if system.n_multipliers > MOST_HELD:
-            raise InputError(
-                "{integrator!r} holds at most {most} constraints by multipliers, and this scene "
-                "has {n}: make pins, clamps and connections by numbering, as_constraint=False, or "
-                "take an implicit integrator such as {implicit}",
-                integrator=integrator,
-                most=MOST_HELD,
-                n=system.n_multipliers,
-                implicit=IMPLICIT,
-            )
-        return
-    if system.n_multipliers:
+    if system.n_multipliers and not integrator.holds:
         raise InputError(
             "{integrator!r} cannot hold constraints by multipliers, and the {first} needs them: "
             "make pins, clamps and connections by numbering, as_constraint=False, or take "
-            "DormandPrince() or an implicit integrator such as {implicit}",
+            "CentralDifference(), DormandPrince() or an implicit integrator such as {implicit}",
             integrator=integrator,
             first=system.constraints.labels[0],
             implicit=IMPLICIT,
         )
-    if system.damped:
+    if system.damped and not integrator.takes_velocities:
         raise InputError(
             "{integrator!r} takes forces that depend on positions and time, and the damping of "
             "this scene depends on velocities: take DormandPrince() or an implicit integrator such "
@@ -141,17 +119,61 @@ def mass_matrix(system: System) -> sp.csc_array:
     return on_free(system, system.assembly.mass)
 
 
+def definite_mass(system: System, q: Vector) -> sp.csc_array:
+    """Return `mass_matrix` with the masses of equations, which motions under constraints lack."""
+    if not any(system.constraints.mass):
+        return mass_matrix(system)
+    none = np.zeros(max(system.n_multipliers, system.loads.n_amplitudes))
+    return on_free(system, system.assembly.matrix(1.0, 0.0, q, none, none))
+
+
 def mass_seed(system: System) -> SparseSeed:
     """Factor the mass matrix."""
-    mass = mass_matrix(system)
+    mass = definite_mass(system, system.q0)
     seed = SparseSeed(mass.indptr, mass.indices, system.n_free)
     check_factor(NOTHING, seed)
     seed.factor(mass.data)
     return seed
 
 
+def saddle_seed(system: System) -> SparseSeed:
+    """Return the seed for the matrix of the masses with all constraints, not factored yet."""
+    regularize(system, 0.0, BARELY_DEFINITE)
+    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    check_factor(NOTHING, seed)
+    return seed
+
+
+def sizes_of_terms(system: System) -> Vector:
+    """Return what the rounding of each constraint is proportional to, (m,) [m].
+
+    Of the reference shape, so that it is the same wherever a motion starts.
+    """
+    q, positions = system.q_ref, np.concatenate([np.ravel(each) for each in system.vectors("r")])
+    magnitude = np.full(system.n_all, np.max(np.abs(np.delete(q, positions)), initial=1.0))
+    least = min(body.shortest for body in system.scene.bodies)
+    magnitude[positions] = np.max(np.abs(q[positions]), initial=least)
+    return np.asarray(system.constraints.sizes(q) + abs(system.constraints.jacobian(q)) @ magnitude)
+
+
+def needs_saddle(system: System, integrator: Explicit) -> bool:
+    """Whether the constraints are too many, or of a kind, for their accelerations alone to hold."""
+    constraints = system.constraints
+    return system.n_multipliers > 0 and (
+        not integrator.takes_velocities
+        or system.n_multipliers > MOST_HELD
+        or system.prescribed.n_equations > 0
+        or any(constraints.mass)
+        or bool(constraints.measures)
+    )
+
+
 def fastest_vibration(
-    system: System, seed: SparseSeed | BlockInverse, q: Vector, amplitudes: Vector
+    system: System,
+    seed: SparseSeed | BlockInverse,
+    q: Vector,
+    amplitudes: Vector,
+    lam: Vector | None = None,
 ) -> float:
     """Return the highest angular frequency of ``K x = omega^2 M x`` at a state [rad/s].
 
@@ -168,18 +190,44 @@ def fastest_vibration(
         Coordinates.
     amplitudes : (n_amplitudes,) float
         Loads that change, because moments stiffen what they turn.
+    lam : (m,) float, optional
+        Multipliers [N]: those of a rigid body make its rotation a vibration; by default zero.
     """
-    lam, mass = np.zeros(system.n_multipliers), whole(mass_matrix(system))
-
-    def highest(values: Vector) -> float:
-        square = _highest(whole(on_free(system, values)), mass, seed)
-        return max(square, np.finfo(float).tiny)
-
-    omega = math.sqrt(highest(system.assembly.matrix(0.0, 1.0, q, lam, amplitudes)))
+    lam = np.zeros(system.n_multipliers) if lam is None else lam
+    if isinstance(seed, SparseSeed) and any(system.constraints.mass):
+        seed.factor(definite_mass(system, q).data)
+    omega = fastest_of(system, seed, system.assembly.matrix(0.0, 1.0, q, lam, amplitudes), q)
     if system.damped:
         damping = system.assembly.matrix(0.0, 0.0, q, lam, amplitudes, damping_factor=1.0)
-        omega = max(omega, highest(damping))
+        omega = max(omega, fastest_of(system, seed, damping, q) ** 2)
     return omega
+
+
+def fastest_of(
+    system: System, seed: SparseSeed | BlockInverse, values: Vector, q: Vector | None = None
+) -> float:
+    """Return the highest angular frequency of a stiffness given by values on the pattern [rad/s].
+
+    With the masses at q or at the start, of which the seed has the inverse.
+    """
+    mass = whole(definite_mass(system, system.q0 if q is None else q))
+    square = _highest(whole(on_free(system, values)), mass, seed)
+    return math.sqrt(max(square, np.finfo(float).tiny))
+
+
+def fastest_at_start(system: System, mass: SparseSeed, integrator: Explicit) -> float:
+    """Return the highest angular frequency at the start [rad/s], rotations of bodies included."""
+    lam = None
+    if needs_saddle(system, integrator):
+        lam = initial_multipliers(system, saddle_seed(system))
+    return fastest_vibration(system, mass, system.q0, start_load(system), lam)
+
+
+def initial_multipliers(system: System, seed: SparseSeed) -> Vector:
+    """Return the multipliers at the start [N]; `seed` of all constraints is left with a factor."""
+    none = np.zeros(system.n_multipliers)
+    seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, none, start_load(system)))
+    return initial_acceleration(system, seed, system.v0)[1]
 
 
 def _highest(matrix: sp.csr_array, mass: sp.csr_array, seed: SparseSeed | BlockInverse) -> float:

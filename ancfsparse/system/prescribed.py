@@ -88,23 +88,26 @@ class Prescribed:
             table.step = min(step, (end - begin) / (POINTS - 1))
             table.begin, table.end = begin, end
 
-    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+    def tabulate(self, times: Vector, rates: bool = False) -> tuple[Vector, LoadFailure | None]:
         """Return what is prescribed up to the first time at which a function fails, and how.
 
         Parameters
         ----------
         times : (k,) float
             Times [s].
+        rates : bool, optional
+            Whether to return the first two rates of what equations have, too.
 
         Returns
         -------
         table : (j, 3 n + n_equations) float
-            Places, velocities, accelerations; what equations have.
+            Places, velocities, accelerations; what equations have, and then its rates.
         failure : LoadFailure or None
             What happened at time j.
         """
         courses, led, failure = self._evaluate(times)
-        parts = [courses[:, k] for k in range(3)] + [led[:, 0]]
+        parts = [courses[:, k] for k in range(3)]
+        parts += [led[:, k] for k in range(3 if rates else 1)]
         return np.concatenate(parts, axis=1), failure
 
     def at(self, time: float) -> Motion:

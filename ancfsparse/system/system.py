@@ -171,13 +171,15 @@ class System(Coordinates):
         elastic = np.array([self.assembly.strain_energy(row) for row in q])
         return kinetic, elastic, -(q @ self.gravity_load)
 
-    def inputs(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+    def inputs(self, times: Vector, rates: bool = False) -> tuple[Vector, LoadFailure | None]:
         """Return all that changes with time, up to the first time at which a function fails.
 
         Parameters
         ----------
         times : (k,) float
             Times [s].
+        rates : bool, optional
+            Whether to return the rates of what equations follow, too, for explicit integrators.
 
         Returns
         -------
@@ -188,7 +190,7 @@ class System(Coordinates):
         """
         table, failure = self.loads.tabulate(times)
         if self.prescribed:
-            more, failed = self.prescribed.tabulate(times[: len(table)])
+            more, failed = self.prescribed.tabulate(times[: len(table)], rates)
             table, failure = np.hstack([table[: len(more)], more]), failed or failure
         return table, failure
 

@@ -168,9 +168,3 @@ def test_bad_arguments_of_gears_and_winches():
         scene.winch([one.origin, (0, 3)], rate=lambda t: 3.0)
     with pytest.raises(ancf.InputError, match="tension needs a winch"):
         ancf.simulate(scene, 0.01, 0.01).tension(pin)
-    rope = ancf.Scene((0.0, -G))
-    section, material = ancf.Circle(0.02), ancf.Material(1e7, 1e3)
-    beam = rope.add_beam("thin", (0, 0), (1, 0), 2, section, material)
-    rope.winch([(0, 1), beam.end])
-    with pytest.raises(ancf.InputError, match="cannot hold gears and winches"):
-        ancf.simulate(rope, 0.01, 1e-5, integrator=ancf.DormandPrince())

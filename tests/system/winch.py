@@ -34,6 +34,7 @@ class _Interface(ct.Structure):
         *((name, ct.c_void_p) for name in ("work", "reach")),
         ("begin", _SEE),
         ("accept", _SEE),
+        ("rates", ct.c_void_p),
     ]
 
 

@@ -74,7 +74,7 @@ cdef class Constraints:
         data.offset = reals(arrays["offset"])
         self.interface.context = data
         self.interface.residual, self.interface.between = residual, between
-        self.interface.matrix = matrix
+        self.interface.matrix, self.interface.rates = matrix, rates
         self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
 
@@ -100,6 +100,21 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
             r[i] += c * (q[j] - a) * push
             r[j] += c * (q[i] - a) * push
             phi[row] += c * ((q1[i] - a) * (q1[j] - a))
+
+
+cdef void rates(void *context, const double *q, const double *v, double *speed,
+                double *bend) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    cdef ptrdiff_t k, i, j
+    cdef double c, a
+    for k in range(self.n_terms):
+        i, j, c, a = self.i[k], self.j[k], self.coefficient[k], self.about[k]
+        if j < 0:
+            speed[self.row[k]] += c * v[i]
+            continue
+        speed[self.row[k]] += c * ((q[j] - a) * v[i] + (q[i] - a) * v[j])
+        if bend != NULL:
+            bend[self.row[k]] += 2.0 * c * v[i] * v[j]
 
 
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:

@@ -50,7 +50,7 @@ cdef class Couplings:
         self.interface.context = data
         self.interface.n_memory, self.interface.memory = data.measures.n, data.angle
         self.interface.residual, self.interface.between = residual, between
-        self.interface.matrix = matrix
+        self.interface.matrix, self.interface.rates = matrix, rates
         self.interface.begin, self.interface.accept = accept, accept
         self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
@@ -87,6 +87,37 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
         vectors_of(m, k, x.q, &a)
         gradient_of(&a, h, g)
         push(m, k, self.factor[k] * x.lam[self.row[k]], g, r)
+
+
+cdef void rates(void *context, const double *q, const double *v, double *speed,
+                double *bend) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    cdef const Measures *m = &self.measures
+    cdef Vectors a
+    cdef double[2] h
+    cdef double[9] g
+    cdef double[9] w
+    cdef double[9][9] s
+    cdef double sum
+    cdef ptrdiff_t k, i, c, e
+    for k in range(m.n):
+        vectors_of(m, k, q, &a)
+        slopes_of(m.kind[k], a.x, a.y, h)
+        gradient_of(&a, h, g)
+        speed[self.row[k]] += self.factor[k] * rate_of(m, k, g, v)
+        if bend == NULL:
+            continue
+        second_of(m.kind[k], &a, h, s)
+        for c in range(9):
+            w[c] = 0.0
+        for i in range(m.start[k], m.start[k + 1]):
+            for c in range(9):
+                w[c] += m.weight[9 * i + c] * v[m.place[i]]
+        sum = 0.0
+        for c in range(9):
+            for e in range(9):
+                sum += w[c] * s[c][e] * w[e]
+        bend[self.row[k]] += self.factor[k] * sum
 
 
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
