@@ -80,7 +80,7 @@ def _quantities(
     case: Case, keys: dict[str, Any], times: list[float], dt: float, accuracy: float | None = None
 ) -> dict[str, Array]:
     mechanism = case.make(**keys)
-    scene, end = mechanism.scene, max(times)
+    scene, end = mechanism.scene, max(*times, dt)  # one step where only the start is asked for
     start = solve_static(scene) if mechanism.settles else None
     steps = round(end / dt)
     if abs(steps * dt - end) > 1e-9 * end:
@@ -119,8 +119,8 @@ def _numbers(what: str, text: str) -> list[float]:
         values = [float(each) for each in text.split(",")]
     except ValueError:
         raise InputError(f"{what} needs numbers separated by commas, got {shown(text)}") from None
-    if not all(0.0 < each < np.inf for each in values) and what == "--at":
-        raise InputError(f"{what} needs positive times [s], got {shown(text)}")
+    if not all(0.0 <= each < np.inf for each in values) and what == "--at":
+        raise InputError(f"{what} needs times from 0 on [s], got {shown(text)}")
     return values
 
 

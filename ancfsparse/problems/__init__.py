@@ -13,6 +13,7 @@ from ancfsparse.problems.flexible import (
     spin_up,
 )
 from ancfsparse.problems.linkages import andrews, four_bar, n_four_bar, slider_crank
+from ancfsparse.problems.machines import bend, crane, robot_arm, spring_antenna
 from ancfsparse.problems.mechanism import Mechanism
 from ancfsparse.problems.mechanisms import (
     bricard,
@@ -22,6 +23,7 @@ from ancfsparse.problems.mechanisms import (
     spatial_pendulum,
 )
 from ancfsparse.problems.meshes import MOTIONS, Lattice, Net, chain, lattice, net, octet
+from ancfsparse.problems.ropes import cable_car, catenary, hanging_net
 from ancfsparse.problems.sliding import sliding_bead
 
 __all__ = [
@@ -31,15 +33,20 @@ __all__ = [
     "Net",
     "Problem",
     "andrews",
+    "bend",
     "bricard",
+    "cable_car",
     "cantilever",
+    "catenary",
     "chain",
+    "crane",
     "double_pendulum_bob",
     "dzhanibekov",
     "elastic_four_bar",
     "elastic_slider_crank",
     "elastica",
     "four_bar",
+    "hanging_net",
     "heavy_top",
     "lattice",
     "moving_supports",
@@ -48,10 +55,12 @@ __all__ = [
     "octet",
     "pendulum",
     "planar_rod",
+    "robot_arm",
     "roll_up",
     "slider_crank",
     "sliding_bead",
     "spaghetti",
     "spatial_pendulum",
     "spin_up",
+    "spring_antenna",
 ]

@@ -10,6 +10,7 @@ from ancfsparse.problems.flexible import (
     spin_up,
 )
 from ancfsparse.problems.linkages import andrews, four_bar, n_four_bar, slider_crank
+from ancfsparse.problems.machines import bend, crane, robot_arm, spring_antenna
 from ancfsparse.problems.mechanism import OWN, Case
 from ancfsparse.problems.mechanisms import (
     bricard,
@@ -18,9 +19,11 @@ from ancfsparse.problems.mechanisms import (
     planar_rod,
     spatial_pendulum,
 )
+from ancfsparse.problems.ropes import cable_car, catenary, hanging_net
 from ancfsparse.problems.sliding import sliding_bead
 
 EXUDYN = "Exudyn 1.13.6 on the same element, generalised-alpha 0.95, converged in the step"
+ROD = "rod of Reissner as a boundary value problem, by SciPy"
 DAMPED = GeneralizedAlpha(0.9)
 
 MECHANISMS = {
@@ -146,6 +149,81 @@ MECHANISMS = {
         3e-4,
         EXUDYN,
         {"n_elements": (32, "")},
+        DAMPED,
+    ),
+    "bend": Case(
+        bend,
+        1e-2,
+        "tip",
+        0.0,
+        (-23.5605819, -13.6046324, 53.4754780),
+        5e-3,
+        f"{ROD}; Bathe and Bolourchi (1979) have 23.5, 13.4, 53.4",
+        {"n_elements": (64, ""), "load": (600.0, "N")},
+        DAMPED,
+    ),
+    "spring_antenna": Case(
+        spring_antenna,
+        1e-3,
+        "height",
+        0.0,
+        (0.1007484,),
+        2e-4,
+        ROD,
+        {"n_elements": (192, "")},
+        DAMPED,
+    ),
+    "robot_arm": Case(
+        robot_arm,
+        1e-3,
+        "pull",
+        0.0,
+        (-1.03702898, 3.11648679),
+        1e-6,
+        ROD,
+        {"n_elements": (96, "")},
+        DAMPED,
+    ),
+    "crane": Case(
+        crane,
+        2e-3,
+        "load",
+        8.0,
+        (7.04540005, 6.56250984),
+        2e-6,
+        "pendulum of changing length, by DOP853 at rtol 1e-12",
+    ),
+    "catenary": Case(
+        catenary,
+        1e-3,
+        "pull",
+        0.0,
+        (-37.11463411, 32.21687518),
+        2e-3,
+        "elastic catenary (Irvine, Cable Structures, 1981)",
+        {"n_elements": (128, "")},
+        DAMPED,
+    ),
+    "hanging_net": Case(
+        hanging_net,
+        1e-3,
+        "middle",
+        0.0,
+        (2.0, 2.0, -1.76733224),
+        1e-7,
+        "energy of a truss of bars, minimised by Newton's method",
+        {"n": (12, "")},
+        DAMPED,
+    ),
+    "cable_car": Case(
+        cable_car,
+        2e-3,
+        "carriage",
+        0.0,
+        (2.9136011, -2.0541525),
+        2e-3,
+        ROD,
+        {"n_elements": (160, "")},
         DAMPED,
     ),
 }

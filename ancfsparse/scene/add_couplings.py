@@ -70,7 +70,7 @@ class WinchSpec(Spec):
     """The record of `Scene.winch`."""
 
     points: tuple[Any, ...]
-    length: Callable[[float], float] | None = None
+    length: Any = None
     rate: Callable[[float], float] | None = None
     second_rate: Callable[[float], float] | None = None
     drum: OfJoint | None = None
@@ -254,7 +254,7 @@ class Couplings(Records):
         self,
         points: Sequence[Node | ArrayLike],
         *,
-        length: Callable[[float], float] | None = None,
+        length: Signal | Callable[[float], float] | None = None,
         rate: Callable[[float], float] | None = None,
         second_rate: Callable[[float], float] | None = None,
         drum: Joint | None = None,
@@ -269,7 +269,7 @@ class Couplings(Records):
         ----------
         points : sequence of Node or array_like of shape (dim,)
             Two or more, such as ``[(0, 3), hook.origin]``; one is a point of a beam or a body.
-        length : callable, optional
+        length : Signal or callable, optional
             The length of the rope as a function of t [m], given as `drive` takes positions.  By
             default it stays.
         rate, second_rate : callable, optional
