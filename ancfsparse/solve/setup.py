@@ -95,7 +95,7 @@ def prepare(
     """
     pattern = system.pattern
     seed, groups = make_seed(system, kind, solver, threads, needed, dt)
-    method, why = choose(solver, seed, straight=system.constraints.linear)
+    method, why = choose(solver, seed, system.constraints.linear, lambda: _is_linkage(system))
     sparing = isinstance(seed, IncompleteSeed) and isinstance(solver, str)
     scale = integrator.scale * dt**2
     regularize(system, scale)
@@ -151,6 +151,17 @@ def prepare(
     assert isinstance(seed, IncompleteSeed)
     back = WayBack(groups, lambda each: costs(system, integrator, each, None), seed, take_exact)
     return Prepared(march, iteration, seed, criterion, why, a, back)
+
+
+def _is_linkage(system: System) -> bool:
+    """Whether a scene has rigid bodies only, and their joints let them move."""
+    if any(body.n_elements for body in system.scene.bodies):
+        return False
+    if system.n_free > system.n_multipliers:
+        return True
+    from ancfsparse.solve.redundant import repeats  # what few scenes need
+
+    return system.n_multipliers - repeats(system, system.q0)[0] < system.n_free
 
 
 def difference_steps(system: System) -> Vector:

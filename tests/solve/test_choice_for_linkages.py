@@ -1,0 +1,32 @@
+"""What ``solver="auto"`` takes for linkages of rigid bodies, by counts."""
+
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import andrews, bricard, four_bar, n_four_bar, slider_crank
+
+
+@pytest.mark.parametrize(
+    ("make", "dt"),
+    [
+        (four_bar, 2e-3),
+        (slider_crank, 2e-3),
+        (andrews, 2e-5),
+        (lambda: n_four_bar(6), 2e-3),
+        (bricard, 2e-3),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::ancfsparse.RedundantConstraints")
+def test_small_ones_keep_a_dense_inverse(make, dt):
+    scene = make().scene
+    auto = ancf.simulate(scene, 300 * dt, dt)
+    assert "davidon, full memory" in auto.stats.solver
+    assert auto.stats.factorizations <= 5
+    sparse = ancf.simulate(scene, 300 * dt, dt, solver=ancf.ModifiedNewton())
+    assert sparse.stats.factorizations > 40
+    assert auto.stats.iterations < 1.3 * sparse.stats.iterations
+
+
+def test_long_ones_keep_sparse_seeds():
+    run = ancf.simulate(n_four_bar(16).scene, 0.02, 1e-3)
+    assert "modified Newton on a sparse seed" in run.stats.solver
