@@ -7,7 +7,7 @@ import pytest
 
 from ancfsparse.problems import pendulum
 from ancfsparse.solve import simulate
-from ancfsparse.studies.error_budget.report import STUDY, _headline, as_markdown, as_text, chart
+from ancfsparse.studies.error_budget.report import STUDY, _headline, chart
 from ancfsparse.studies.error_budget.run import DEFAULT, Budget, Part, error_budget
 
 
@@ -63,7 +63,7 @@ def test_files(budget, tmp_path):
     assert set(data["choice"]) == {"Thin", "Thin, Biot", "L2T2"}
     assert len(data["parts"]) == len(budget.parts)
     assert paths[2].stat().st_size > 10_000
-    assert "L2T2" in as_text(budget)
+    assert "L2T2" in STUDY.text(budget)
 
 
 def by_hand(**errors):
@@ -84,7 +84,7 @@ def test_findings_name_the_largest_part_whichever_it_is():
     step = by_hand(mesh=1e-4, time_step=3e-2, solver=1e-3, model=5e-4)
     assert "the time step leaves 3.0e-02 m, 30 times the solver" in step.findings()[0]
     assert "the time step is the largest error" in _headline(step)
-    assert "| Thin | 1.0e-04 ± 1e-09 | 3.0e-02 ± 1e-09 |" in as_markdown(step)
+    assert "| Thin | 1.0e-04 ± 1e-09 | 3.0e-02 ± 1e-09 |" in STUDY.region("error-budget", step)
 
 
 def test_models_differ_by_the_stretch():

@@ -8,7 +8,7 @@ import pytest
 from ancfsparse.cli import main
 from ancfsparse.studies.lattices.findings import findings, targets
 from ancfsparse.studies.lattices.jobs import OTHERS, RUNS, Job, jobs_of
-from ancfsparse.studies.lattices.report import as_text, chart
+from ancfsparse.studies.lattices.report import STUDY, chart
 from ancfsparse.studies.lattices.run import Row, _again_in_turn, in_process, pairs, run
 
 
@@ -67,7 +67,7 @@ def test_what_is_said_follows_the_rows():
     assert targets(rows) == []
     assert "takes 4 times the time per step, 4 times the set-up, 4 times the memory" in first
     assert "costs 1.78 times as much per element as of 2,700" in second
-    assert "too large" in as_text(rows)
+    assert "too large" in STUDY.text(rows)
 
 
 def test_what_is_aimed_at_is_looked_up():

@@ -7,7 +7,7 @@ import pytest
 from ancfsparse.errors import InputError
 from ancfsparse.studies.common.race import OURS
 from ancfsparse.studies.mechanisms import run as study
-from ancfsparse.studies.mechanisms.report import STUDY, as_markdown, as_text, chart
+from ancfsparse.studies.mechanisms.report import STUDY, chart
 from ancfsparse.studies.mechanisms.run import Comparison, Row, mechanisms
 
 
@@ -44,9 +44,9 @@ def test_the_fastest_of_equal_error_counts(found, tmp_path):
     assert (first.value, first.met) == (pytest.approx(9.0), True)
     assert (second.value, second.met) == (pytest.approx(2.0), False)
     assert "2.0 times less processor time (c" in found.findings()[1]
-    assert "MISSED" in as_text(found)
-    assert as_markdown(found).count("\n| ") == 4
-    assert "is reached by 1 of 2 and missed by c 2.0." in as_markdown(found)
+    assert "MISSED" in STUDY.text(found)
+    assert STUDY.region("mechanisms", found).count("\n| ") == 4
+    assert "is reached by 1 of 2 and missed by c 2.0." in STUDY.region("mechanisms", found)
     assert len(chart(found).axes) == 2
     paths = STUDY.write(found, tmp_path)
     assert [path.name for path in paths] == ["mechanisms.csv", "mechanisms.json", "mechanisms.png"]

@@ -7,7 +7,7 @@ import pytest
 from ancfsparse.cli import main
 from ancfsparse.studies.memory import lattices as module
 from ancfsparse.studies.memory.lattices import Row, beside, findings, methods
-from ancfsparse.studies.memory.lattices_report import as_markdown, as_text, chart
+from ancfsparse.studies.memory.lattices_report import STUDY, chart
 
 
 def row(update, pairs, carry, work, h_omega=50.0, failed=False):
@@ -35,8 +35,8 @@ def test_what_is_said_follows_the_rows():
     first, second = findings(rows())
     assert "auto takes 0.80 (h omega = 50) to 0.80 (50) of the work of the chord" in first
     assert "Pairs complete 16 runs that the chord does not" in second
-    assert "bfgs, 2 pairs carried" in as_text(rows())
-    table = as_markdown(rows())
+    assert "bfgs, 2 pairs carried" in STUDY.text(rows())
+    table = STUDY.region("memory-lattices", rows())
     assert table.count("| chord |") == 3
     assert "| steel, at rest | 1000 | chord | fails |" in table
 

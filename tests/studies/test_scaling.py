@@ -11,7 +11,7 @@ from ancfsparse.studies.scaling import roofline as module
 from ancfsparse.studies.scaling import worker as scaling_job
 from ancfsparse.studies.scaling.charts import chart
 from ancfsparse.studies.scaling.findings import findings, skipped, targets
-from ancfsparse.studies.scaling.report import as_markdown, as_text
+from ancfsparse.studies.scaling.report import STUDY
 from ancfsparse.studies.scaling.roofline import Loop, Roofline, roofline, triad
 from ancfsparse.studies.scaling.rows import TITLES, Row, Scaling, ratios, slope
 from ancfsparse.studies.scaling.run import MORE, enough, leave_out, scaling
@@ -76,7 +76,7 @@ def test_threads_run_beside_auto(monkeypatch):
     found = [row for row in result.rows if row.job.threads == 2]
     assert [row.job.solver for row in found] == ["auto, 2 threads"] * 2
     assert not any(row.note for row in found)
-    assert "auto, 2 threads" in as_text(result)
+    assert "auto, 2 threads" in STUDY.text(result)
 
 
 def test_a_process_answers_with_results_and_with_notes():
@@ -157,9 +157,9 @@ def test_missed_aims_and_missing_results_are_said():
     assert skipped(result) == [
         "chain falling from rest, Davidon, dense, from 100,000 on: too large"
     ]  # fmt: skip
-    assert "too large" in as_text(result)
-    assert "0.1 GB/s" not in as_text(result)
-    assert "| 1.25 | 3.0 times as long | 0.5 times as long |" in as_markdown(result)
+    assert "too large" in STUDY.text(result)
+    assert "0.1 GB/s" not in STUDY.text(result)
+    assert "| 1.25 | 3.0 times as long | 0.5 times as long |" in STUDY.region("scaling", result)
 
 
 def test_panels_without_data_are_blank(readable):

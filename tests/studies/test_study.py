@@ -11,23 +11,31 @@ from matplotlib.figure import Figure
 
 from ancfsparse.studies import commands
 from ancfsparse.studies.common.study import Study
-from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.common.tables import Table, bullets
 from ancfsparse.studies.common.target import Target
 from ancfsparse.studies.table1.report import STUDY as TABLE1
 
 ROOT = Path(__file__).parents[2]
 STUDIES = [TABLE1, *(each for each in vars(commands).values() if isinstance(each, Study))]
 
+
+def squares_table(squares):
+    rows = [[str(k), str(square)] for k, square in enumerate(squares)]
+    return Table(["number", "square"], rows, title="Squares")
+
+
 SQUARES = Study(
     "squares",
     run=lambda n, progress=False: [k * k for k in range(n)],
-    text=str,
+    heading=lambda squares: f"{len(squares)} squares",
+    tables=lambda squares: [squares_table(squares)],
     rows=lambda squares: [{"number": k, "square": s} for k, s in enumerate(squares)],
     record=lambda squares: {"squares": squares},
     findings=lambda squares: [f"The largest is {max(squares)}."],
     targets=lambda squares: [Target("largest", max(squares), 4.0)],
     charts={"first": lambda squares: Figure(), "second": lambda squares: Figure()},
-    regions={"squares": str, "second": lambda squares: "more"},
+    notes=lambda squares: ["One note."],
+    regions={"squares": squares_table, "second": lambda squares: "more"},
 )
 
 
@@ -48,7 +56,12 @@ def test_a_study_writes_tables_and_charts(tmp_path):
 
 
 def test_a_table_alone_is_enough(tmp_path):
-    bare = Study("bare", run=list, text=str, rows=lambda numbers: [{"n": n} for n in numbers])
+    bare = Study(
+        "bare",
+        run=list,
+        tables=lambda numbers: [],
+        rows=lambda numbers: [{"n": n} for n in numbers],
+    )
     assert [path.name for path in bare.write([1], tmp_path)] == ["bare.csv"]
 
 
@@ -63,15 +76,23 @@ def test_a_region_gets_its_text_and_its_own_chart_or_the_first(tmp_path, gallery
     study.check(results, page)
     study.write([0, 1], results)
     study.fill([0, 1], page, results)
-    assert "<!-- squares:begin -->\n[0, 1]\n<!-- squares:end -->" in page.read_text()
+    region = "| number | square |\n|---|---:|\n| 0 | 0 |\n| 1 | 1 |\n\n- The largest is 1."
+    assert f"<!-- squares:begin -->\n{region}\n<!-- squares:end -->" in page.read_text()
     assert "<!-- second:begin -->\nmore\n<!-- second:end -->" in page.read_text()
     assert {p.name for p in (tmp_path / gallery).iterdir()} == {"first.png", "second.png"}
 
 
 def test_tables_of_pages():
-    lines = table(["", "s", "name"], [["a", "1", ""], ["b", "", "x"]], left=(0, 2))
-    assert lines == ["| | s | name |", "|---|---:|---|", "| a | 1 | |", "| b | | x |"]
-    assert with_findings(["text"], ["One.", "Two."]) == "text\n\n- One.\n- Two."
+    found = Table(["", "s", "name"], [["a", "1", ""], ["b", "", "x"]], left=(0, 2))
+    assert found.markdown() == ["| | s | name |", "|---|---:|---|", "| a | 1 | |", "| b | | x |"]
+    assert bullets(["One.", "Two"]) == ["- One.", "- Two."]
+
+
+def test_a_terminal_gets_columns_findings_targets_and_notes():
+    assert SQUARES.text([0, 1, 16]) == (
+        "3 squares\n\nSquares\n  number  square\n  0            0\n  1            1\n  2           16"
+        "\n\nThe largest is 16.\n\n" + str(Target("largest", 16, 4.0)) + "\n\nOne note."
+    )
 
 
 def test_names_of_studies_regions_and_charts_are_their_own():

@@ -66,7 +66,7 @@ def test_files_hold_the_table(table, tmp_path):
 
 
 def test_text_shows_every_method_of_every_row(table):
-    text = report.as_text(table)
+    text = report.STUDY.text(table)
     for words in (*ROWS, *cells.COLUMNS, "ode23t", "10.10"):
         assert words in text
 
@@ -139,7 +139,7 @@ def test_cell_out_of_time_says_so_and_the_rest_goes_on():
     assert not cell.finished
     assert math.isnan(cell.seconds)
     assert cell.record()["seconds"] is None
-    assert "> 0.001 s" in report.as_text(table)
+    assert "> 0.001 s" in report.STUDY.text(table)
     assert table.cells["L2T2", "Davidon"].finished
     assert any("no SciPy method finished" in each for each in findings(table))
     figures.figure2(table)
@@ -173,7 +173,7 @@ def test_cell_that_fails_is_named_and_the_rest_goes_on(monkeypatch):
     assert table.cells["Thin", "BFGS"].finished
     assert not table.matches
     assert "Thin, Davidon: no result, failed at 0.01 s." in findings(table)
-    assert "failed at 0.01 s" in report.as_markdown(table)
+    assert "failed at 0.01 s" in report.STUDY.region("table1", table)
     figures.figure2(table)
 
 

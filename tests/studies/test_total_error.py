@@ -13,7 +13,7 @@ from ancfsparse.studies.common.race import OURS, Point, Task
 from ancfsparse.studies.common.references import Reference
 from ancfsparse.studies.total_error import run as module
 from ancfsparse.studies.total_error.findings import findings, headline
-from ancfsparse.studies.total_error.report import STUDY, as_markdown, as_text, chart
+from ancfsparse.studies.total_error.report import STUDY, chart
 from ancfsparse.studies.total_error.run import TotalError, element_forces, total_error
 
 
@@ -123,8 +123,8 @@ def test_files(short, tmp_path):
     assert len(data["paper"]) == 3
     assert data["findings"] == findings(short)
     assert paths[2].stat().st_size > 10_000
-    assert "The paper's choice" in as_text(short)
-    assert as_markdown(short).startswith("| error [m] |")
+    assert "The paper's choice" in STUDY.text(short)
+    assert STUDY.region("total-error", short).startswith("| error [m] |")
 
 
 def test_command_fills_a_page(tmp_path, capsys, monkeypatch, short):

@@ -32,7 +32,7 @@ def test_so_are_the_counts(runs):
 
 
 def test_the_table_and_the_file_hold_every_run(runs, tmp_path):
-    text = units.as_text(runs)
+    text = units.STUDY.text(runs)
     assert all(scene in text for scene in units.SCENES)
     assert text.count("\n") == len(list(units.cases())) + 5
     (path,) = units.STUDY.write(runs, tmp_path / "out")

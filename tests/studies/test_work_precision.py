@@ -17,7 +17,7 @@ from ancfsparse.studies.common.models import MODELS
 from ancfsparse.studies.common.race import OURS, Point, Task, race
 from ancfsparse.studies.common.references import Reference, march
 from ancfsparse.studies.work_precision.findings import findings, headline
-from ancfsparse.studies.work_precision.report import as_markdown, as_text, chart
+from ancfsparse.studies.work_precision.report import STUDY, chart
 from ancfsparse.studies.work_precision.run import LEVELS, WorkPrecision, work_precision
 
 MODEL = "Thin, Biot"
@@ -78,7 +78,7 @@ def test_a_step_that_fails_stays_on_the_chart():
     lost = [p for p in result.points if not p.finished]
     assert [p.task.value for p in lost] == [5e-2]
     assert "t = " in lost[0].note
-    assert f"dt = 0.05: {lost[0].note}" in as_text(result)
+    assert f"dt = 0.05: {lost[0].note}" in STUDY.text(result)
     hollow = [line for line in chart(result).axes[0].lines if line.get_markerfacecolor() == "none"]
     assert len(hollow) == 1
 
@@ -151,7 +151,7 @@ def test_record_and_page_hold_failures_and_verdicts():
     data = json.loads(json.dumps([p.record() for p in result.points], allow_nan=False))
     assert data[-1]["note"] == "gave up at t = 1 s"
     assert data[-1]["tip_error_m"] is None
-    page = as_markdown(result)
+    page = STUDY.region("work-precision", result)
     assert "| 1e-05 | trapezoidal, Newton, 0.001 s | 30.0 |" in page
 
 

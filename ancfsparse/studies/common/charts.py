@@ -10,6 +10,7 @@ from typing import Any, cast
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import NullFormatter
 from matplotlib.transforms import blended_transform_factory
 
 from ancfsparse.studies.common.models import MODELS
@@ -63,6 +64,30 @@ def set_legend(figure: Figure, shown: Mapping[str, Any], columns: int, title: st
         shown.values(), shown, loc="outside lower center", ncols=columns, fontsize=SMALL,
         title_fontsize=SMALL, frameon=False, title=title or None,
     )  # fmt: skip
+
+
+def set_axes(ax: Axes, x: str, y: str = "", log: str = "xy") -> None:
+    """Label the axes of a panel and draw its grid.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where curves are drawn already.
+    x, y : str
+        What they show.
+    log : str, optional
+        The logarithmic ones among ``"x"`` and ``"y"``; x beyond a decade is labelled at decades.
+    """
+    if "x" in log:
+        ax.set_xscale("log")
+        low, high = ax.get_xlim()
+        if high > 10.0 * low:
+            ax.xaxis.set_minor_formatter(NullFormatter())
+    if "y" in log:
+        ax.set_yscale("log")
+    ax.set_xlabel(x, fontsize=SMALL)
+    ax.set_ylabel(y, fontsize=SMALL)
+    ax.grid(alpha=0.3, which="major")
 
 
 def set_empty(ax: Axes, why: str) -> None:

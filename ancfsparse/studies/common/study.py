@@ -1,4 +1,4 @@
-"""What a study shows of its result: text, tables, findings, targets, charts, regions of pages."""
+"""What a study shows of its result: tables, findings, targets, charts, regions of pages."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any, Generic, TypeVar
 from matplotlib.figure import Figure
 
 from ancfsparse.studies.common.files import check_targets, fill_page, write_csv
+from ancfsparse.studies.common.tables import Table, bullets
 from ancfsparse.studies.common.target import Target
 
 DPI = 120
@@ -25,38 +26,61 @@ class Study(Generic[Result]):
     Attributes
     ----------
     name : str
-        Stem of the names of its tables.
+        Stem of the names of its files.
     run : callable
         Runs it and returns the result; its arguments are its own, and ``progress``.
-    text : callable
-        Sets the result for a terminal.
+    tables : callable
+        Gives the tables for a terminal.
     rows : callable
         Gives the lines of the CSV table, by column.
+    heading : callable, optional
+        Gives the lines above the tables on a terminal.
     record : callable, optional
         Gives one JSON object, to which findings and targets are added.
     findings : callable, optional
         Gives sentences that are worked out from the numbers.
     targets : callable, optional
         Gives numbers with what they should be.
+    notes : callable, optional
+        Gives the lines below all else on a terminal.
     charts : mapping of str to callable
         Draw the result, by the stem of the name of the picture.
     regions : mapping of str to callable
-        Set the result for a page, by the name of the markers there.  The picture of the same name
-        goes with it, or the first one.
+        Give what goes on a page, by the name of the markers there: a table, below which the
+        findings are listed, or text.  The picture of the same name goes with it, or the first one.
     gallery : str
         Folder of the pictures of a page, beside the page.
     """
 
     name: str
     run: Callable[..., Result]
-    text: Callable[[Result], str]
+    tables: Callable[[Result], Sequence[Table]]
     rows: Callable[[Result], Sequence[dict[str, Any]]]
+    heading: Callable[[Result], str] | None = None
     record: Callable[[Result], dict[str, Any]] | None = None
     findings: Callable[[Result], list[str]] | None = None
     targets: Callable[[Result], list[Target]] | None = None
+    notes: Callable[[Result], list[str]] | None = None
     charts: Mapping[str, Callable[[Result], Figure]] = field(default_factory=dict)
-    regions: Mapping[str, Callable[[Result], str]] = field(default_factory=dict)
+    regions: Mapping[str, Callable[[Result], Table | str]] = field(default_factory=dict)
     gallery: str = "gallery"
+
+    def text(self, result: Result) -> str:
+        """Set the result for a terminal."""
+        parts = [] if self.heading is None else [self.heading(result)]
+        parts += map(str, self.tables(result))
+        for give in (self.findings, self.targets, self.notes):
+            if give is not None:
+                parts.append("\n".join(map(str, give(result))))
+        return "\n\n".join(part for part in parts if part)
+
+    def region(self, marker: str, result: Result) -> str:
+        """Set the region of a page."""
+        found = self.regions[marker](result)
+        if isinstance(found, str):
+            return found
+        sentences = [] if self.findings is None else self.findings(result)
+        return "\n".join([*found.markdown(), "", *bullets(sentences)])
 
     def check(self, output: Path, page: Path | None) -> None:
         """Refuse a folder and a page that could not be written to, before the run."""
@@ -88,7 +112,7 @@ class Study(Generic[Result]):
 
     def fill(self, result: Result, page: Path, folder: Path) -> None:
         """Renew the regions of a page, and beside it the charts that were written to a folder."""
-        for marker, text in self.regions.items():
+        for marker in self.regions:
             stem = marker if marker in self.charts else next(iter(self.charts))
             gallery = page.parent / self.gallery
-            fill_page(page, marker, text(result), folder / f"{stem}.png", gallery)
+            fill_page(page, marker, self.region(marker, result), folder / f"{stem}.png", gallery)

@@ -1,22 +1,55 @@
-"""Tables of pages."""
+"""Tables for terminals and pages."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 
-def table(
-    head: Sequence[str], rows: Iterable[Sequence[str]], left: Sequence[int] = (0,)
-) -> list[str]:
-    """Return the lines of a table; columns are set to the right but for those of these numbers."""
-    rule = ["---|" if column in left else "---:|" for column in range(len(head))]
-    return [_line(head), "|" + "".join(rule), *map(_line, rows)]
+@dataclass(frozen=True)
+class Table:
+    """Cells of text under a head.
+
+    Attributes
+    ----------
+    head : sequence of str
+        Names of the columns.
+    rows : sequence of sequence of str
+        Lines, of as many cells.
+    left : sequence of int, optional
+        Numbers of the columns that are set to the left; all others are set to the right.
+    title : str, optional
+        Line above it on a terminal.
+    """
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    left: Sequence[int] = (0,)
+    title: str = ""
+
+    def markdown(self) -> list[str]:
+        """Return the lines for a page."""
+        rule = ["---|" if column in self.left else "---:|" for column in range(len(self.head))]
+        return [_line(self.head), "|" + "".join(rule), *map(_line, self.rows)]
+
+    def __str__(self) -> str:
+        """Set it for a terminal, the columns as wide as what they hold."""
+        cells = [self.head, *self.rows]
+        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+        lines = [
+            "  ".join(
+                f"{cell:{'<' if column in self.left else '>'}{width}}"
+                for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+            )
+            for row in cells
+        ]
+        return "\n".join([self.title] * bool(self.title) + [f"  {each}".rstrip() for each in lines])
 
 
 def _line(cells: Sequence[str]) -> str:
     return "".join(f"| {cell} " if cell else "| " for cell in cells) + "|"
 
 
-def with_findings(lines: Iterable[str], findings: Iterable[str]) -> str:
-    """Put a list of sentences below the lines of a page."""
-    return "\n".join([*lines, "", *(f"- {each}" for each in findings)])
+def bullets(sentences: Iterable[str]) -> list[str]:
+    """Return the lines of a list of sentences for a page."""
+    return [f"- {each.removesuffix('.')}." for each in sentences]

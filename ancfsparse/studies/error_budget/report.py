@@ -7,18 +7,18 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
 
 from ancfsparse.studies.common.charts import (
     MODEL_COLOURS,
     SMALL,
     WIDTH,
+    set_axes,
     set_head,
     set_legend,
     set_title,
 )
 from ancfsparse.studies.common.study import Study
-from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.error_budget.run import DEFAULT, PARTS, Budget, Part, error_budget
 
 AXES = {
@@ -28,23 +28,18 @@ AXES = {
 }
 
 
-def as_text(budget: Budget) -> str:
-    """Set the table for a terminal: a line per model, a column per part, findings below."""
-    lines = [
+def heading(budget: Budget) -> str:
+    """Name the choice that is looked at."""
+    return (
         f"Error budget of {budget.elements} elements, dt = {budget.dt:g} s, default tolerance: "
-        "tip error [m] and what its reference may be off",
-        f"  {'':<14}" + "".join(f"{part:>24}" for part in PARTS),
-    ]
-    for model in budget.references:
-        cells = [_cell(budget, model, part) for part in PARTS]
-        lines.append(f"  {model:<14}" + "".join(f"{cell:>24}" for cell in cells))
-    return "\n".join([*lines, "", *budget.findings()])
+        "tip error [m] and what its reference may be off"
+    )
 
 
-def as_markdown(budget: Budget) -> str:
-    """Set the table for a page."""
+def parts(budget: Budget) -> Table:
+    """Set a line per model, a column per part."""
     rows = [[model, *(_cell(budget, model, part) for part in PARTS)] for model in budget.references]
-    return with_findings(table(["", *PARTS], rows), (f"{each}." for each in budget.findings()))
+    return Table(["", *PARTS], rows)
 
 
 def _cell(budget: Budget, model: str, part: str) -> str:
@@ -69,19 +64,13 @@ def chart(budget: Budget) -> Figure:
         chosen = {"mesh": budget.elements, "time step": budget.dt}.get(part)
         if chosen is not None:
             ax.axvline(chosen, color="black", linewidth=0.8, linestyle=":")
-        ax.set_xscale("log")
         dotted = DEFAULT if chosen is None else f"{chosen:g}"
-        ax.set_xlabel(AXES[part] + f"; dotted: {dotted}", fontsize="small")
-        ax.set_ylabel("tip error [m]")
+        set_axes(ax, AXES[part] + f"; dotted: {dotted}", "tip error [m]")
         ax.tick_params(labelleft=True)
         set_title(ax, _title(budget, part))
     meshes = sorted({int(p.value) for p in budget.parts if p.part == "mesh"})
     panels[0].set_xticks(meshes, [str(n) for n in meshes])
     _models(panels[3], budget)
-    for ax in panels:
-        ax.set_yscale("log")
-        ax.xaxis.set_minor_formatter(NullFormatter())
-        ax.grid(alpha=0.3, which="major")
     text = "hollow: not larger than what the reference may be off"
     set_legend(figure, shown, len(shown), text)
     set_head(figure, _headline(budget))
@@ -114,8 +103,7 @@ def _models(ax: Axes, budget: Budget) -> None:
         range(len(pairs)), [f"{p.model} – {p.value}" for p in pairs], rotation=35, ha="right",
         fontsize=SMALL,
     )  # fmt: skip
-    ax.set_xlabel("two models, both converged in mesh and time", fontsize="small")
-    ax.set_ylabel("distance of the tips [m]")
+    set_axes(ax, "two models, both converged in mesh and time", "distance of the tips [m]", "y")
     ax.tick_params(labelleft=True)
     known = [p.error for p in pairs if p.known]
     if known:
@@ -155,10 +143,11 @@ def _headline(budget: Budget) -> str:
 STUDY = Study(
     "error-budget",
     run=error_budget,
-    text=as_text,
+    heading=heading,
+    tables=lambda budget: [parts(budget)],
     rows=lambda budget: [asdict(p) for p in budget.parts],
     record=Budget.record,
     findings=Budget.findings,
     charts={"error-budget": chart},
-    regions={"error-budget": as_markdown},
+    regions={"error-budget": parts},
 )

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import groupby
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
 
-from ancfsparse.studies.common.charts import SMALL, WIDTH, set_empty, set_head, set_legend
+from ancfsparse.studies.common.charts import SMALL, WIDTH, set_axes, set_empty, set_head, set_legend
 from ancfsparse.studies.common.study import Study
-from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.lattices.findings import findings, targets
 from ancfsparse.studies.lattices.run import Row, lattices, pairs
 
@@ -41,21 +39,10 @@ def _cells(row: Row) -> list[str]:
     ]
 
 
-def as_text(rows: Sequence[Row]) -> str:
-    """Set the table for a terminal: a block per scene."""
-    lines = []
-    for title, group in groupby(rows, key=lambda row: row.job.title):
-        lines += ["", title, "  " + "  ".join(HEAD)]
-        lines += [f"  {row.job.side:>15}  " + "  ".join(_cells(row)) for row in group]
-    return "\n".join([*lines[1:], "", *(f"{each}." for each in findings(rows))])
-
-
-def as_markdown(rows: Sequence[Row]) -> str:
-    """Set the chart and the table for a page."""
-    picture = "![Time and memory of exact and incomplete seeds against size](gallery/lattices.png)"
+def runs(rows: Sequence[Row]) -> Table:
+    """Set a line for each run."""
     lines = [[row.job.title, row.job.side, *_cells(row)] for row in rows]
-    tabled = table(["", "size", *HEAD], lines, left=(0, 2))
-    return with_findings([picture, "", *tabled], (f"{each}." for each in findings(rows)))
+    return Table(["", "size", *HEAD], lines, left=(0, 2))
 
 
 def chart(rows: Sequence[Row]) -> Figure:
@@ -102,12 +89,8 @@ def _panels(
                 shown[label] = drawn
     for ax, what in ((left, "microseconds per element and step"), (right, "kB per element")):
         ax.set_title(name, fontsize=SMALL)
-        ax.set_xscale("log")
-        ax.xaxis.set_minor_formatter(NullFormatter())
-        ax.set_xlabel("elements", fontsize=SMALL)
-        ax.set_ylabel(what, fontsize=SMALL)
+        set_axes(ax, "elements", what, "x")
         ax.tick_params(labelsize=SMALL)
-        ax.grid(alpha=0.3)
     left.set_yscale("log")
     right.set_ylim(bottom=0.0)
     return shown
@@ -132,11 +115,11 @@ def _headline(rows: Sequence[Row]) -> str:
 STUDY = Study(
     "lattices",
     run=lattices,
-    text=as_text,
+    tables=lambda rows: [runs(rows)],
     rows=lambda rows: [row.flat() for row in rows],
     record=lambda rows: {"rows": [row.flat() for row in rows]},
     findings=findings,
     targets=targets,
     charts={"lattices": chart},
-    regions={"lattices": as_markdown},
+    regions={"lattices": runs},
 )

@@ -6,9 +6,9 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
+from ancfsparse.studies.common.charts import SMALL, WIDTH, set_axes, set_head, set_legend
 from ancfsparse.studies.common.study import Study
-from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.long_runs.run import MOST_RISE, NOISE, LongRun, LongRuns, long_runs
 
 REASONS = {
@@ -29,8 +29,8 @@ COLOURS = {
 """Of each integrator, from its shortest step to its longest."""
 
 
-def as_markdown(result: LongRuns) -> str:
-    """Set the table for a page, and for a terminal."""
+def table(result: LongRuns) -> Table:
+    """Set a line for each run."""
     head = [
         "", "end", "energy at the end", "most above the start", "drift per second",
         "iterations per step", "steps halved", "s", "memory grew",
@@ -45,7 +45,7 @@ def as_markdown(result: LongRuns) -> str:
             f"{100 * run.rate:+.1e} %", f"{run.iterations:.2g}" if run.iterations else "-",
             str(run.halved), f"{run.seconds:.2g}", _grown(run),
         ])  # fmt: skip
-    return with_findings(table(head, rows), findings(result))
+    return Table(head, rows)
 
 
 def _grown(run: LongRun) -> str:
@@ -106,11 +106,9 @@ def chart(result: LongRuns) -> Figure:
             )  # fmt: skip
             if run.reason:
                 ax.plot(run.t[-1], 100 * run.energy[-1], "x", color=colour, markersize=7)
-        ax.set_xscale("log")
-        ax.set_xlabel("time [s]")
+        set_axes(ax, "time [s]", log="x")
         ax.set_ylim(low, high)
         ax.set_title(title, fontsize=SMALL)
-        ax.grid(alpha=0.3)
     for ax in axes[1:]:
         ax.axhline(100 * MOST_RISE, color="grey", linestyle=":", linewidth=1.0)
     axes[0].set_ylabel("energy above the start [% of the largest kinetic]")
@@ -139,10 +137,10 @@ def _coloured(runs: list[LongRun]) -> list[tuple[LongRun, str]]:
 STUDY = Study(
     "long-runs",
     run=long_runs,
-    text=as_markdown,
+    tables=lambda result: [table(result)],
     rows=lambda result: [run.record() for run in result.runs],
     record=LongRuns.record,
     findings=findings,
     charts={"long-runs": chart},
-    regions={"long-runs": as_markdown},
+    regions={"long-runs": table},
 )

@@ -6,17 +6,18 @@ from dataclasses import asdict
 
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
+from ancfsparse.studies.common.charts import SMALL, WIDTH, set_axes, set_head, set_legend
 from ancfsparse.studies.common.race import OURS
 from ancfsparse.studies.common.study import Study
-from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.common.tables import Table, bullets
 from ancfsparse.studies.mechanisms.run import WANTED, Comparison, mechanisms
 
 HEAD = ("mechanism", "step [s]", "error [m]", "ours [ms]", "Exudyn [ms]", "how", "ratio")
 
 
-def _lines(found: Comparison) -> list[list[str]]:
-    return [
+def comparison(found: Comparison) -> Table:
+    """Set a line for each mechanism and step."""
+    rows = [
         [
             ours.scene,
             f"{ours.dt:.2g}",
@@ -28,20 +29,13 @@ def _lines(found: Comparison) -> list[list[str]]:
         ]
         for ours, other in found.pairs()
     ]
-
-
-def as_text(found: Comparison) -> str:
-    """Set the table for a terminal."""
-    widths = (22, 10, 20, 11, 13, 40, 8)
-    rows = [list(HEAD), *_lines(found)]
-    lines = ["".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True)) for row in rows]
-    return "\n".join([*lines, "", *found.findings(), "", *map(str, found.targets())])
+    return Table(HEAD, rows, left=(0, 5))
 
 
 def as_markdown(found: Comparison) -> str:
     """Set the table for a page."""
-    lines = table(HEAD, _lines(found), left=(0, 5))
-    return with_findings(lines, [*found.findings(), _aims(found)])
+    lines = [*comparison(found).markdown(), "", *bullets([*found.findings(), _aims(found)])]
+    return "\n".join(lines)
 
 
 def _aims(found: Comparison) -> str:
@@ -66,19 +60,12 @@ def chart(found: Comparison) -> Figure:
     for ax, scene in zip(panels, scenes, strict=False):
         for way, colour in zip(ways, colours, strict=False):
             rows = [r for r in found.rows if (r.scene, r.program, r.newton) == (scene, *way)]
-            (line,) = ax.loglog(
-                [1e3 * r.seconds for r in rows],
-                [r.error for r in rows],
-                "o-" if way[0] == OURS else "s--",
-                color=colour,
-                markersize=4,
-                linewidth=1.2,
-            )
+            x, y = [1e3 * r.seconds for r in rows], [r.error for r in rows]
+            style = "o-" if way[0] == OURS else "s--"
+            (line,) = ax.plot(x, y, style, color=colour, markersize=4, linewidth=1.2)
             shown[OURS if way[0] == OURS else f"Exudyn, {way[1]}"] = line
         ax.set_title(scene.replace("_", " "), fontsize=SMALL)
-        ax.set_xlabel("processor time of the solver [ms]", fontsize=SMALL)
-        ax.set_ylabel("error [m]", fontsize=SMALL)
-        ax.grid(alpha=0.3, which="major")
+        set_axes(ax, "processor time of the solver [ms]", "error [m]")
     for ax in panels[len(scenes) :]:
         ax.set_axis_off()
     set_legend(figure, shown, 2)
@@ -94,7 +81,7 @@ def chart(found: Comparison) -> Figure:
 STUDY = Study(
     "mechanisms",
     run=mechanisms,
-    text=as_text,
+    tables=lambda found: [comparison(found)],
     rows=lambda found: [asdict(row) for row in found.rows],
     record=Comparison.record,
     findings=Comparison.findings,

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from ancfsparse.errors import EnergyGain, StepFailure
 from ancfsparse.integrators import GeneralizedAlpha
@@ -191,8 +190,8 @@ def findings(rows: Sequence[Row]) -> list[str]:
             continue
         least, most = min(ratios, key=_first), max(ratios, key=_first)
         sentences.append(
-            f"{scene}: auto takes {least[0]:.2f} (h omega = {least[1].h_omega:g}) to {most[0]:.2f} "
-            f"({most[1].h_omega:g}) of the work of the chord"
+            f"{scene.capitalize()}: auto takes {least[0]:.2f} (h omega = {least[1].h_omega:g}) to "
+            f"{most[0]:.2f} ({most[1].h_omega:g}) of the work of the chord"
         )
     fail = {row.h_omega: row for row in rows if row.update == "chord" and row.failed}
     rescued = [
@@ -214,8 +213,3 @@ def findings(rows: Sequence[Row]) -> list[str]:
 
 def _first(pair: tuple[float, Row]) -> float:
     return pair[0]
-
-
-def record(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return one JSON object."""
-    return {"rows": [asdict(row) for row in rows]}

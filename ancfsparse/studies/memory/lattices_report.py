@@ -13,7 +13,8 @@ from matplotlib.ticker import NullFormatter
 from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
 from ancfsparse.studies.common.study import Study
-from ancfsparse.studies.memory.lattices import Row, beside, findings, lattices, record
+from ancfsparse.studies.common.tables import Table
+from ancfsparse.studies.memory.lattices import Row, beside, findings, lattices
 from ancfsparse.studies.memory.report import COLOURS
 
 HEAD = ("corrections", "sweeps and products", "seeds", "work beside the chord")
@@ -52,26 +53,10 @@ def _cells(rows: Sequence[Row], row: Row) -> list[str]:
     ]
 
 
-def as_text(rows: Sequence[Row]) -> str:
-    """Set all runs for a terminal."""
-    lines = ["Secant pairs on incomplete seeds of lattices"]
-    last = None
-    for row in rows:
-        if (row.scene, row.h_omega) != last:
-            last = row.scene, row.h_omega
-            lines += ["", f"{row.scene}, h omega = {row.h_omega:g}: " + ", ".join(HEAD)]
-        lines.append(f"  {row.name:<26}" + "".join(f"{c:>9}" for c in _cells(rows, row)))
-    return "\n".join([*lines, "", *(f"{each}." for each in findings(rows))])
-
-
-def as_markdown(rows: Sequence[Row]) -> str:
-    """Set the chord, auto and the best of both kinds of pairs for a page."""
-    lines = ["| | h omega | | " + " | ".join(HEAD) + " |", "|---|---:|---|" + "---:|" * len(HEAD)]
-    lines += [
-        f"| {row.scene} | {row.h_omega:g} | {row.name} | " + " | ".join(_cells(rows, row)) + " |"
-        for row in _chosen(rows)
-    ]
-    return "\n".join([*lines, "", *(f"- {each[0].upper()}{each[1:]}." for each in findings(rows))])
+def table(rows: Sequence[Row], shown: Sequence[Row]) -> Table:
+    """Set some of the rows, beside the chord among all."""
+    lines = [[row.scene, f"{row.h_omega:g}", row.name, *_cells(rows, row)] for row in shown]
+    return Table(["", "h omega", "", *HEAD], lines, left=(0, 2))
 
 
 def chart(rows: Sequence[Row]) -> Figure:
@@ -131,10 +116,10 @@ def _headline(rows: Sequence[Row]) -> str:
 STUDY = Study(
     "memory-lattices",
     run=lattices,
-    text=as_text,
+    tables=lambda rows: [table(rows, rows)],
     rows=lambda rows: [asdict(row) for row in rows],
-    record=record,
+    record=lambda rows: {"rows": [asdict(row) for row in rows]},
     findings=findings,
     charts={"memory-lattices": chart},
-    regions={"memory-lattices": as_markdown},
+    regions={"memory-lattices": lambda rows: table(rows, _chosen(rows))},
 )

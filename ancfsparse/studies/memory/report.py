@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from itertools import cycle
 from typing import Any
@@ -13,43 +13,33 @@ from matplotlib.figure import Figure
 from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
 from ancfsparse.studies.common.study import Study
-from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.memory.run import SAME, MemoryStudy, Run, memory
 
 COLOURS = dict(zip(UPDATES, cycle(["#e69f00", "#0072b2", "#009e73", "#cc79a7"]), strict=False))
 """Taken in turn, so that a new update has one."""
 
 
-def as_text(result: MemoryStudy) -> str:
-    """Set the tables for a terminal: a block per scene."""
+def heading(result: MemoryStudy) -> str:
+    """State what is measured."""
     settings = result.settings
-    lines = [
+    return (
         f"Memory length, dt = {settings['dt_s']:g} s, {settings['steps']} steps, medians of "
         f"{settings['rounds']} rounds in turn; cost and seconds beside the chord"
-    ]
-    for scene in result.scenes:
-        chord, *others = result.of(scene)
-        lines += [
-            "",
-            scene,
-            f"  {'':<10}{'pairs':>6}{'carried':>9}{'it./step':>10}{'seeds':>7}{'cost':>7}"
-            f"{'seconds':>9}",
-        ]
-        for run in (chord, *others):
-            lines.append(
-                f"  {run.update:<10}{run.pairs:>6}{'yes' if run.carry else '':>9}"
-                f"{run.iterations_per_step:>10.2f}{run.factorizations:>7}"
-                f"{run.model_cost / chord.model_cost:>7.2f}{run.seconds / chord.seconds:>9.2f}"
-            )
-    return "\n".join([*lines, "", *result.findings()])
+    )
 
 
-def as_markdown(result: MemoryStudy) -> str:
-    """Set the chord and the best of both kinds of pairs, scene by scene, for a page."""
+def best(result: MemoryStudy) -> Table:
+    """Set the chord and the best of both kinds of pairs, scene by scene."""
+    return _table(result, lambda scene: [result.best(scene, False), result.best(scene, True)])
+
+
+def _table(result: MemoryStudy, shown: Callable[[str], Sequence[Run]]) -> Table:
+    """Set the chord of each scene and the runs that are shown of it."""
     rows = []
     for scene in result.scenes:
         chord = result.of(scene)[0]
-        for run in (chord, result.best(scene, False), result.best(scene, True)):
+        for run in (chord, *shown(scene)):
             name = f"{run.update}, {run.pairs} pairs{' carried' * run.carry}"
             rows.append([
                 scene, "chord" if run is chord else name, f"{run.iterations_per_step:.2f}",
@@ -57,7 +47,7 @@ def as_markdown(result: MemoryStudy) -> str:
                 f"{run.seconds / chord.seconds:.2f}",
             ])  # fmt: skip
     head = ["", "", "corrections per step", "seeds", "cost by counts", "seconds"]
-    return with_findings(table(head, rows, left=(0, 1)), (f"{each}." for each in result.findings()))
+    return Table(head, rows, left=(0, 1))
 
 
 def _row(run: Run) -> dict[str, Any]:
@@ -135,10 +125,11 @@ def _panel(
 STUDY = Study(
     "memory",
     run=memory,
-    text=as_text,
+    heading=heading,
+    tables=lambda result: [_table(result, lambda scene: result.of(scene)[1:])],
     rows=lambda result: [_row(run) for run in result.runs],
     record=MemoryStudy.record,
     findings=MemoryStudy.findings,
     charts={"memory": chart},
-    regions={"memory": as_markdown},
+    regions={"memory": best},
 )

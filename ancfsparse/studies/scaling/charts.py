@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
 
 from ancfsparse.studies.common.charts import (
     SMALL,
     WIDTH,
+    set_axes,
     set_empty,
     set_head,
     set_legend,
@@ -64,8 +64,7 @@ def chart(result: Scaling) -> Figure:
         x, y = [r.job.elements for r in rows], [r.bytes_per_element for r in rows]
         memory.plot(x, y, style, color="black", markersize=5, label=TITLES[scene])
     if known:
-        memory.set_yscale("log")
-        memory.set_ylabel("bytes per element")
+        set_axes(memory, "elements", "bytes per element")
         memory.legend(fontsize=SMALL)
         set_title(memory, memory_title(result))
     else:
@@ -76,13 +75,6 @@ def chart(result: Scaling) -> Figure:
         set_title(counted, count_title(autos))
     else:
         set_empty(counted, "corrections and factorisations of auto: no result")
-    for ax in (*costs[:3], memory, counted):
-        if not ax.axison:
-            continue
-        ax.set_xscale("log")
-        ax.set_xlabel("elements")
-        ax.xaxis.set_minor_formatter(NullFormatter())
-        ax.grid(alpha=0.3, which="major")
     set_legend(figure, shown, 4, "crosses: no result at that size, for reasons the table tells")
     set_head(figure, headline(result))
     return figure
@@ -103,10 +95,9 @@ def _costs(ax: Axes, result: Scaling, scene: tuple[str, str], shown: dict[str, A
         missing = [r.job.elements for r in here if r.note]
         ax.plot(missing, [0.97 - 0.035 * k] * len(missing), "x", color=colour, markersize=5,
                 transform=top)  # fmt: skip
-    ax.set_yscale("log")
+    set_axes(ax, "elements", "us per element and step")
     low, high = ax.get_ylim()
     ax.set_ylim(low, high * (high / low) ** 0.25)  # room for crosses above the curves
-    ax.set_ylabel("us per element and step")
     set_title(ax, cost_title(result, scene))
 
 
@@ -150,5 +141,4 @@ def _counts(ax: Axes, result: Scaling) -> None:
         factors = [row.record["factorizations"] / row.job.steps for row in rows]
         ax.plot(x, corrections, style, color="black", markersize=5)
         ax.plot(x, factors, style, color="#d55e00", markersize=5)
-    ax.set_yscale("log")
-    ax.set_ylabel("per step; black: corrections,\norange: factorisations")
+    set_axes(ax, "elements", "per step; black: corrections,\norange: factorisations")

@@ -6,7 +6,7 @@ from typing import Any
 
 from ancfsparse.dispatch import instruction_set
 from ancfsparse.studies.common.study import Study
-from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.peers.exudyn_scene import SETTINGS as PEERS
 from ancfsparse.studies.scaling.charts import chart
 from ancfsparse.studies.scaling.findings import findings, name_of, targets
@@ -14,58 +14,58 @@ from ancfsparse.studies.scaling.rows import TITLES, Row, Scaling, ratios
 from ancfsparse.studies.scaling.run import scaling
 
 
-def as_text(result: Scaling) -> str:
-    """Set the tables for a terminal: a block per scene, a line per size and solver."""
+def heading(result: Scaling) -> str:
+    """State what is measured."""
     settings = result.settings
-    lines = [
+    return (
         f"Cost per element and step, dt = {settings['dt_s']:g} s, {settings['steps']} steps, "
         f"{instruction_set()}, the fastest of {settings['rounds']} rounds in turn, and of "
         "more where runs are short"
-    ]
-    for group in result.by_size():
-        row = group[0]
-        count = next(
-            c for c in result.counts if (c["scene"], c["size"]) == (TITLES[row.scene], row.job.size)
-        )
-        lines += [
-            "",
-            f"{TITLES[row.scene]}, {row.job.size}: {row.job.elements} elements, "
-            f"{count['unknowns']} unknowns, {count['factor_entries']} entries in L "
-            f"({count['ordering']})",
-            f"  {'':<26}{'us':>8}{'it./step':>10}{'factors':>9}{'set-up s':>10}{'peak MB':>9}"
-            f"{'bytes/el.':>11}",
-        ]
-        lines += [_line(row) for row in group]
-        compared = [
-            f"{key} {value:.2f}" for key, value in ratios(group).items() if isinstance(value, float)
-        ]
-        if compared:
-            lines.append("  " + ", ".join(compared))
-    lines += ["", "Powers of the number of elements, from 500 on"]
-    lines += [f"  {key:<58}{value:>6.2f}" for key, value in result.slopes().items()]
-    growth = result.growth()
-    if growth:
-        lines += ["", "Cost per element and step of auto on chains falling from rest"]
-        lines += [f"  {key:<58}{value:>6.2f}" for key, value in growth.items()]
-    lines += ["", *map(str, targets(result))]
-    return "\n".join([*lines, "", *findings(result), "", str(result.roofline)])
-
-
-def _line(row: Row) -> str:
-    if row.note:
-        return f"  {row.job.solver:<26}{row.note}"
-    flat = row.flat()
-    line = (
-        f"  {row.job.solver:<26}{row.microseconds:>8.3f}{flat['iterations_per_step']:>10.2f}"
-        f"{flat['factorizations']:>9}{flat['set_up_seconds']:>10.2f}"
-        f"{flat['peak_megabytes']:>9.0f}{flat['bytes_per_element']:>11.0f}"
     )
+
+
+def tables(result: Scaling) -> list[Table]:
+    """Set the solvers of each scene and size, then powers and growth."""
+    fits = {
+        "Powers of the number of elements, from 500 on": result.slopes(),
+        "Cost per element and step of auto on chains falling from rest": result.growth(),
+    }
+    return [
+        *(_solvers(result, group) for group in result.by_size()),
+        *(
+            Table(["", ""], [[key, f"{value:.2f}"] for key, value in values.items()], (0,), title)
+            for title, values in fits.items() if values
+        ),
+    ]  # fmt: skip
+
+
+def _solvers(result: Scaling, group: list[Row]) -> Table:
+    """Set the solvers of a scene and size, and how they compare."""
+    job, title = group[0].job, TITLES[group[0].scene]
+    count = next(c for c in result.counts if (c["scene"], c["size"]) == (title, job.size))
+    above = (
+        f"{title}, {job.size}: {job.elements} elements, {count['unknowns']} unknowns, "
+        f"{count['factor_entries']} entries in L ({count['ordering']})"
+    )
+    compared = [f"{k} {v:.2f}" for k, v in ratios(group).items() if isinstance(v, float)]
+    head = ["", "us", "it./step", "factors", "set-up s", "peak MB", "bytes/el.", "us by part"]
+    return Table(head, [_line(row) for row in group], (0, 7), "\n".join([above, *compared]))
+
+
+def _line(row: Row) -> list[str]:
+    if row.note:
+        return [row.job.solver, *[""] * 6, row.note]
+    flat = row.flat()
     split = [f"{key} {value:.3f}" for key, value in flat["split_microseconds"].items()]
-    return line + ("   " + ", ".join(split) if split else "")
+    return [
+        row.job.solver, f"{row.microseconds:.3f}", f"{flat['iterations_per_step']:.2f}",
+        f"{flat['factorizations']}", f"{flat['set_up_seconds']:.2f}",
+        f"{flat['peak_megabytes']:.0f}", f"{flat['bytes_per_element']:.0f}", ", ".join(split),
+    ]  # fmt: skip
 
 
-def as_markdown(result: Scaling) -> str:
-    """Set what auto costs and how it compares, scene by scene and size by size, for a page."""
+def of_auto(result: Scaling) -> Table:
+    """Set what auto costs and how it compares, scene by scene and size by size."""
     head = [
         "with `auto`", "elements", "us per element and step", "corrections per step",
         "factorisations", "MB at the peak", "beside best fixed", "Newton takes",
@@ -87,7 +87,7 @@ def as_markdown(result: Scaling) -> str:
             f"{flat['peak_megabytes']:.0f}", best, _times(compared.get("Newton / auto")),
             _times(min(peers, default=None)),
         ])  # fmt: skip
-    return with_findings(table(head, rows), findings(result))
+    return Table(head, rows)
 
 
 def _times(ratio: float | None) -> str:
@@ -103,11 +103,13 @@ def _spread(flat: dict[str, Any]) -> dict[str, Any]:
 STUDY = Study(
     "scaling",
     run=scaling,
-    text=as_text,
+    heading=heading,
+    tables=tables,
     rows=lambda result: [_spread(row.flat()) for row in result.rows],
     record=Scaling.record,
     findings=findings,
     targets=targets,
+    notes=lambda result: [str(result.roofline)],
     charts={"scaling": chart},
-    regions={"scaling": as_markdown},
+    regions={"scaling": of_auto},
 )

@@ -19,6 +19,7 @@ from ancfsparse.kernels.benchmark import time_kernel
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.problems import chain
 from ancfsparse.seeds import SparseSeed
+from ancfsparse.studies.common.tables import Table
 from ancfsparse.system import System
 
 DT = 5e-4
@@ -96,21 +97,23 @@ class Roofline:
 
     def __str__(self) -> str:
         """Set the table for a terminal."""
-        lines = [
-            f"Roofline, chain of l2t2, {instruction_set()}: a triad on large arrays moves "
-            f"{self.triad:.1f} GB/s",
-            f"  {'':<18}{'elements':>10}{'ns/element':>12}{'Gflop/s':>10}{'GB/s':>8}"
-            f"{'of triad':>10}",
+        rows = [
+            [
+                each.name,
+                f"{each.elements}",
+                f"{each.nanoseconds:.1f}",
+                f"{each.gigaflops:.1f}" * bool(each.operations),
+                f"{each.gigabytes_per_second:.1f}" * bool(each.bytes),
+                f"{each.gigabytes_per_second / self.triad:.0%}" * bool(each.bytes),
+            ]
+            for each in self.loops
         ]
-        for each in self.loops:
-            flops = f"{each.gigaflops:.1f}" if each.operations else ""
-            speed = f"{each.gigabytes_per_second:.1f}" if each.bytes else ""
-            share = f"{each.gigabytes_per_second / self.triad:.0%}" if each.bytes else ""
-            lines.append(
-                f"  {each.name:<18}{each.elements:>10}{each.nanoseconds:>12.1f}{flops:>10}"
-                f"{speed:>8}{share:>10}".rstrip()
-            )
-        return "\n".join(lines)
+        head = ["", "elements", "ns/element", "Gflop/s", "GB/s", "of triad"]
+        title = (
+            f"Roofline, chain of l2t2, {instruction_set()}: a triad on large arrays moves "
+            f"{self.triad:.1f} GB/s"
+        )
+        return str(Table(head, rows, title=title))
 
 
 def roofline(n_elements: int = 100_000, triad_numbers: int = 16_000_000) -> Roofline:

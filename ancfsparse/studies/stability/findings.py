@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from statistics import median
 
-from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.stability.cells import (
     FAILED,
     GAINED,
@@ -117,8 +117,8 @@ def solver_headline(result: Stability) -> str:
     )
 
 
-def integrator_table(result: Stability) -> str:
-    """Set the table of integrators for a page: safe step and share of the runs, by scene."""
+def integrator_table(result: Stability) -> Table:
+    """Set safe step and share of the runs that complete by integrator and scene."""
     rows = []
     for name in INTEGRATORS:
         runs = with_integrator(result, name)
@@ -128,11 +128,11 @@ def integrator_table(result: Stability) -> str:
             step = safe_step(here)
             cells.append(f"{f'{step:g} s' if step else 'none'}, {completed(here):.0f} %")
         rows.append([name, *cells])
-    return with_findings(table(['with `"auto"`', *result.scenes], rows), findings(result))
+    return Table(['with `"auto"`', *result.scenes], rows)
 
 
-def solver_table(result: Stability) -> str:
-    """Set the table of solvers for a page."""
+def solver_table(result: Stability) -> Table:
+    """Set the outcomes by solver and integrator."""
     head = [
         "", "integrator", "finished", "with help", "gained energy", "failed",
         "corrections per step",
@@ -147,4 +147,4 @@ def solver_table(result: Stability) -> str:
             ]
             work = median(run.iterations for run in runs if run.whole)
             rows.append([solver, integrator, *map(str, counts), f"{work:.2f}"])
-    return "\n".join(table(head, rows, left=(0, 1)))
+    return Table(head, rows, left=(0, 1))

@@ -9,21 +9,23 @@ from ancfsparse.studies.stability.findings import findings, integrator_table, so
 from ancfsparse.studies.stability.run import Stability, stability
 
 
-def as_text(result: Stability) -> str:
-    """Set the tables for a terminal."""
-    n = len(result.runs)
+def heading(result: Stability) -> str:
+    """Count the outcomes."""
     counts = [f"{sum(r.outcome == kind for r in result.runs)} {kind}" for kind in OUTCOMES]
-    tables = integrator_table(result), solver_table(result)
-    return f"{n} runs: {', '.join(counts)}\n\n" + "\n\n".join(tables).replace("\n- ", "\n")
+    return f"{len(result.runs)} runs: {', '.join(counts)}"
 
 
 STUDY = Study(
     "stability",
     run=stability,
-    text=as_text,
+    heading=heading,
+    tables=lambda result: [integrator_table(result), solver_table(result)],
     rows=lambda result: [run.record() for run in result.runs],
     record=Stability.record,
     findings=findings,
     charts={"stability": integrator_chart, "stability-solvers": solver_chart},
-    regions={"stability": integrator_table, "stability-solvers": solver_table},
+    regions={
+        "stability": integrator_table,
+        "stability-solvers": lambda result: "\n".join(solver_table(result).markdown()),
+    },
 )

@@ -19,6 +19,7 @@ from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
 from ancfsparse.studies.common.methods import chosen
 from ancfsparse.studies.common.progress import bar
 from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.stability.run import STEPS, STIFFNESSES
 from ancfsparse.studies.stability.scenes import SCENES
 
@@ -179,21 +180,16 @@ def findings(rows: Sequence[Row]) -> list[str]:
     return sentences
 
 
-def table(rows: Sequence[Row]) -> str:
-    """Set for a page how many runs finish, by scene and kind of seed."""
-    lines = ["| finished of all | " + " | ".join(SEEDS) + " |", "|---|" + "---:|" * len(SEEDS)]
+def finished(rows: Sequence[Row]) -> Table:
+    """Set how many runs finish, by scene and kind of seed."""
+    lines = []
     for scene in dict.fromkeys(row.scene for row in rows):
         cells = []
         for seed in SEEDS:
             own = [row for row in rows if (row.scene, row.seed) == (scene, seed)]
             cells.append(f"{sum(row.outcome == 'finished' for row in own)} of {len(own)}")
-        lines.append(f"| {scene} | " + " | ".join(cells) + " |")
-    return "\n".join([*lines, "", *(f"- {each}." for each in findings(rows))])
-
-
-def as_record(rows: Sequence[Row]) -> list[dict[str, object]]:
-    """Return the lines of the table."""
-    return [asdict(row) for row in rows]
+        lines.append([scene, *cells])
+    return Table(["finished of all", *SEEDS], lines)
 
 
 OUTCOMES = {
@@ -241,9 +237,9 @@ def chart(rows: Sequence[Row]) -> Figure:
 STUDY = Study(
     "stability-seeds",
     run=seeds,
-    text=table,
-    rows=as_record,
+    tables=lambda rows: [finished(rows)],
+    rows=lambda rows: [asdict(row) for row in rows],
     findings=findings,
     charts={"stability-seeds": chart},
-    regions={"stability-seeds": table},
+    regions={"stability-seeds": finished},
 )

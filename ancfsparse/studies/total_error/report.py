@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator, ScalarFormatter
+from matplotlib.ticker import FixedLocator, NullLocator, ScalarFormatter
 
 from ancfsparse.studies.common import paper
 from ancfsparse.studies.common.charts import (
@@ -17,6 +17,7 @@ from ancfsparse.studies.common.charts import (
     WIDTH,
     failures,
     mark_failures,
+    set_axes,
     set_head,
     set_legend,
     set_title,
@@ -24,7 +25,7 @@ from ancfsparse.studies.common.charts import (
 )
 from ancfsparse.studies.common.race import OURS, Point
 from ancfsparse.studies.common.study import Study
-from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.total_error.findings import about_steps, about_thick, findings, headline
 from ancfsparse.studies.total_error.run import MESHES, TotalError, element_forces, total_error
 
@@ -37,53 +38,47 @@ APART = 2.0
 Size = Callable[[Point], float]
 
 
-def as_text(result: TotalError) -> str:
-    """Set the front, the paper's choices and what they say for a terminal."""
+def heading(result: TotalError) -> str:
+    """State what is measured, and how well the references are known."""
     settings = result.settings
-    lines = [
-        f"Whole error against cost, {settings['t_end_s']:g} s, {settings['instruction_set']}; "
-        f"{settings['seconds']}",
-        f"error: {settings['error']}",
-        "",
-        *(
-            f"  {name:<14} converged to {each.uncertainty:.1e} m"
-            for name, each in result.references.items()
-        ),
-        "",
-        "The front: no run of ours has a smaller error at no more seconds",
-        f"  {'':<32}{'elements':>9}{'dt [s]':>10}{'error [m]':>12}{'ms':>9}{'element forces':>16}",
-        *(_line(p) for p in result.front()),
-        "",
-        "The paper's choice",
-        *(_line(p) for p in result.paper_choices()),
-    ]
-    theirs = [p for p in result.points if p.task.program != OURS and p.finished]
-    if theirs:
-        lines += ["", "Peers", *(_line(p) for p in theirs)]
-    failed = failures(result.points)
-    lines += ["", "Without result", *(f"  {each}" for each in failed)] if failed else []
-    return "\n".join([*lines, "", *findings(result), *result.missing])
-
-
-def _line(p: Point) -> str:
-    name = f"{p.task.model if p.task.program == OURS else p.task.program}, {p.task.method}"
+    known = [f"{name} to {each.uncertainty:.1e} m" for name, each in result.references.items()]
     return (
-        f"  {name:<32}{p.task.elements:>9}{p.task.value:>10.3g}{p.error:>12.1e}"
-        f"{1e3 * p.seconds:>9.2f}{element_forces(p):>16,.0f}"
+        f"Whole error against cost, {settings['t_end_s']:g} s, {settings['instruction_set']}; "
+        f"{settings['seconds']}\nerror: {settings['error']}\nconverged: {', '.join(known)}"
     )
 
 
-def as_markdown(result: TotalError) -> str:
-    """Set the front and the findings for a page."""
+def tables(result: TotalError) -> list[Table]:
+    """Set the front, the paper's choices and the peers."""
+    title = "The front: no run of ours has a smaller error at no more seconds"
+    theirs = [p for p in result.points if p.task.program != OURS and p.finished]
+    return [
+        _runs(result.front(), title),
+        _runs(result.paper_choices(), "The paper's choice"),
+        *[_runs(theirs, "Peers")] * bool(theirs),
+    ]
+
+
+def front_table(result: TotalError) -> Table:
+    """Set the front for a page, the most accurate run first."""
+    return _runs(result.front()[::-1])
+
+
+def _runs(points: Sequence[Point], title: str = "") -> Table:
     rows = [
         [
             f"{p.error:.1e}", p.task.model, str(p.task.elements), p.task.method,
             f"{p.task.value:.3g}", f"{1e3 * p.seconds:.2f}",
         ]
-        for p in reversed(result.front())
+        for p in points
     ]  # fmt: skip
     head = ["error [m]", "element", "elements", "integrator", "dt [s]", "ms"]
-    return with_findings(table(head, rows, left=(1, 3)), findings(result))
+    return Table(head, rows, left=(1, 3), title=title)
+
+
+def notes(result: TotalError) -> list[str]:
+    """List runs without result, and peers that did not run."""
+    return [*(f"Without result: {each}" for each in failures(result.points)), *result.missing]
 
 
 def chart(result: TotalError) -> Figure:
@@ -100,8 +95,6 @@ def chart(result: TotalError) -> Figure:
     set_title(counts, "The same without a clock: forces of elements that were evaluated")
     _by_mesh(mesh, result)
     _by_step(step, result)
-    for ax in (seconds, counts, mesh, step):
-        ax.grid(alpha=0.3, which="major")
     for ax in (seconds, counts):
         if not math.isnan(low):
             shown["distance between models"] = ax.axvspan(low, high, color="#dddddd", zorder=0)
@@ -157,12 +150,9 @@ def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str,
                 [p.error for p in theirs], [size(p) for p in theirs], 40, color=colour,
                 marker=marker,
             )  # fmt: skip
-    ax.set_xscale("log")
-    ax.set_yscale("log")
+    set_axes(ax, "tip error [m]; labels: elements, step (*: explicit)", unit)
     ax.set_xlim(0.02 * min(p.error for p in best), 1.5)  # room for labels
     ax.set_ylim(bottom=0.5 * min(size(p) for p in best))
-    ax.set_xlabel("tip error [m]; labels: elements, step (*: explicit)")
-    ax.set_ylabel(unit)
 
 
 def _front_title(result: TotalError) -> str:
@@ -180,44 +170,37 @@ def _by_mesh(ax: Axes, result: TotalError) -> None:
         ax.plot([p.task.elements for p in curve], [p.error for p in curve], "o-",
                 color=MODEL_COLOURS[model], markersize=4)  # fmt: skip
     ax.axvline(paper.ELEMENTS, color="black", linewidth=0.8, linestyle=":")
-    ax.set_xscale("log")
-    ax.set_yscale("log")
+    set_axes(ax, "elements", f"tip error at dt = {paper.DT:g} s [m]")
     ax.xaxis.set_major_locator(FixedLocator(list(MESHES)))
     ax.xaxis.set_major_formatter(ScalarFormatter())
     ax.xaxis.set_minor_locator(NullLocator())
-    ax.set_xlabel("elements")
-    ax.set_ylabel(f"tip error at dt = {paper.DT:g} s [m]")
-    about = about_thick(result) or ["Error by mesh"]
-    set_title(ax, about[0])
+    set_title(ax, (about_thick(result) or ["Error by mesh"])[0])
 
 
 def _by_step(ax: Axes, result: TotalError) -> None:
     """Draw error against step, on the paper's mesh and on a fine one."""
-    meshes = sorted({p.task.elements for p in result.ours()})
-    fine = meshes[-1]
+    fine = max(p.task.elements for p in result.ours())
     for model in result.references:
         for n, style in ((paper.ELEMENTS, "o-"), (fine, "s--")):
             curve = [p for p in result.ours(model) if p.task.elements == n and not explicit(p)]
             ax.plot([p.task.value for p in curve], [p.error for p in curve], style,
                     color=MODEL_COLOURS[model], markersize=4)  # fmt: skip
     ax.axvline(paper.DT, color="black", linewidth=0.8, linestyle=":")
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.set_xlabel(f"time step [s], implicit; solid: {paper.ELEMENTS} elements, dashed: {fine}")
-    ax.set_ylabel("tip error [m]")
+    meshes = f"solid: {paper.ELEMENTS} elements, dashed: {fine}"
+    set_axes(ax, f"time step [s], implicit; {meshes}", "tip error [m]")
     thin = result.at("Thin", paper.ELEMENTS, paper.DT)
-    about = about_steps(result, thin) if thin else "Error by step"
-    set_title(ax, about)
+    set_title(ax, about_steps(result, thin) if thin else "Error by step")
 
 
 STUDY = Study(
     "total-error",
     run=total_error,
-    text=as_text,
+    heading=heading,
+    tables=tables,
     rows=lambda result: [p.record() for p in result.points],
     record=TotalError.record,
     findings=findings,
+    notes=notes,
     charts={"total-error": chart},
-    regions={"total-error": as_markdown},
+    regions={"total-error": front_table},
 )

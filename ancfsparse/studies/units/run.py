@@ -19,6 +19,7 @@ from ancfsparse.solve import simulate
 from ancfsparse.studies.common import methods
 from ancfsparse.studies.common.methods import chosen
 from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.common.tables import Table
 
 
 class Units(NamedTuple):
@@ -218,28 +219,28 @@ def _run(
     )
 
 
-def as_text(runs: Sequence[Run]) -> str:
-    """Tabulate the worst of each case over units and accelerations."""
-    lines = [f"{'scene':18} {'integrator':28} {'solver':32} {'positions':>10} {'counts':>7}"]
-    for case in dict.fromkeys((r.scene, r.integrator, r.solver) for r in runs):
-        mine = [r for r in runs if (r.scene, r.integrator, r.solver) == case]
-        scene, integrator, solver = case
+def tables(runs: Sequence[Run]) -> list[Table]:
+    """Set the worst of each case, and of each system of units and acceleration."""
+    cases = []
+    for scene, integrator, solver in dict.fromkeys((r.scene, r.integrator, r.solver) for r in runs):
+        mine = [r for r in runs if (r.scene, r.integrator, r.solver) == (scene, integrator, solver)]
         short = solver.split(", carry")[0].replace("(max_iterations=25", "(")
-        lines.append(
-            f"{scene:18} {integrator:28} {short:32.32} "
-            f"{max(r.difference for r in mine):10.1e} "
-            f"{100.0 * max(r.count_difference for r in mine):6.1f}%"
-        )
-    lines.append("")
-    lines.append("largest differences of positions over the length, by units and m/s2")
+        counts = 100.0 * max(r.count_difference for r in mine)
+        cases.append([scene, integrator, short, _worst(mine), f"{counts:.1f}%"])
     gravities = list(dict.fromkeys(r.gravity for r in runs))
-    lines.append(f"{'':10}" + "".join(f"{g:>9g}" for g in gravities))
-    for name in dict.fromkeys(r.units for r in runs):
-        worst = [
-            max(r.difference for r in runs if r.units == name and r.gravity == g) for g in gravities
-        ]
-        lines.append(f"{name:10}" + "".join(f"{value:9.1e}" for value in worst))
-    return "\n".join(lines)
+    systems = [
+        [name, *(_worst([r for r in runs if (r.units, r.gravity) == (name, g)]) for g in gravities)]
+        for name in dict.fromkeys(r.units for r in runs)
+    ]
+    title = "Largest differences of positions over the length, by units and m/s2"
+    return [
+        Table(["scene", "integrator", "solver", "positions", "counts"], cases, (0, 1, 2)),
+        Table(["", *(f"{g:g}" for g in gravities)], systems, title=title),
+    ]
 
 
-STUDY = Study("units", run=units, text=as_text, rows=lambda runs: [asdict(run) for run in runs])
+def _worst(runs: Sequence[Run]) -> str:
+    return f"{max(run.difference for run in runs):.1e}"
+
+
+STUDY = Study("units", run=units, tables=tables, rows=lambda runs: [asdict(run) for run in runs])

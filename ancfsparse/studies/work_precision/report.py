@@ -13,6 +13,7 @@ from ancfsparse.studies.common.charts import (
     WIDTH,
     failures,
     mark_failures,
+    set_axes,
     set_head,
     set_legend,
     set_title,
@@ -21,7 +22,7 @@ from ancfsparse.studies.common.charts import (
 from ancfsparse.studies.common.entrants import INTEGRATORS
 from ancfsparse.studies.common.race import OURS, Point, fastest
 from ancfsparse.studies.common.study import Study
-from ancfsparse.studies.common.tables import table, with_findings
+from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.work_precision.findings import (
     count_title,
     evaluations,
@@ -44,52 +45,38 @@ STYLES = {OURS: "-o", "Exudyn": "--s", "SciPy": ":^", "SUNDIALS": "-.v"}
 Size = Callable[[Point], float]
 
 
-def as_text(result: WorkPrecision) -> str:
-    """Set the tables for a terminal: each model's fastest runs by error, failures, targets."""
+def heading(result: WorkPrecision) -> str:
+    """State what is measured, and how well the references are known."""
     settings = result.settings
-    lines = [
+    known = [f"{model} to {each.uncertainty:.1e} m" for model, each in result.references.items()]
+    return (
         f"Seconds against error in time, {settings['elements']} elements, "
-        f"{settings['t_end_s']:g} s, {settings['instruction_set']}; {settings['seconds']}",
-        f"error: {settings['error']}",
+        f"{settings['t_end_s']:g} s, {settings['instruction_set']}; {settings['seconds']}\n"
+        f"error: {settings['error']}\nreferences are known: {', '.join(known)}"
+    )
+
+
+def tables(result: WorkPrecision) -> list[Table]:
+    """Set the fastest runs of each model, and the orders of the curves."""
+    orders = [[name, f"{order:.2f}"] for name, order in result.orders().items()]
+    title = "Powers of the step with which the errors of ours fall"
+    return [
+        *(fastest_runs(result, m) for m in result.references),
+        Table(["", ""], orders, (0,), title),
     ]
-    for model, reference in result.references.items():
-        lines += [
-            "",
-            f"{model}: the reference is known to {reference.uncertainty:.1e} m",
-            f"  {'error [m]':>10}  {'our fastest':<40}{'ms':>8}{'residuals':>11}"
-            + "".join(f"{name + ' / ours':>18}" for name in result.programs(model)),
-        ]
-        lines += [_line(result, model, level) for level in LEVELS]
-    lines += ["", "Powers of the step with which the errors of ours fall"]
-    lines += [f"  {name:<52}{order:>6.2f}" for name, order in result.orders().items()]
-    failed = failures(result.points)
-    lines += ["", "Without result", *(f"  {each}" for each in failed)] if failed else []
-    return "\n".join([*lines, "", *map(str, result.targets()), *result.missing])
 
 
-def _line(result: WorkPrecision, model: str, level: float) -> str:
-    best = fastest(result.of(model, OURS), level)
-    ours = f"  {level:>10.0e}  "
-    if best is None:
-        ours += f"{'none':<40}{'':>8}{'':>11}"
-    else:
-        what = f"{best.task.name}, {best.task.knob} = {best.task.value:g}"
-        ours += f"{what:<40}{1e3 * best.seconds:>8.1f}{best.counts['residuals']:>11}"
-    ratios = [result.ratio(model, name, level) for name in result.programs(model)]
-    return ours + "".join(f"{_ratio(each):>18}" for each in ratios)
+def fastest_runs(result: WorkPrecision, model: str = "") -> Table:
+    """Set our fastest run at each error, and how long each peer takes.
 
-
-def _ratio(value: float) -> str:
-    if math.isnan(value):
-        return "neither"
-    if value == 0.0:
-        return "only they"
-    return "only we" if math.isinf(value) else f"{value:.1f}"
-
-
-def as_markdown(result: WorkPrecision) -> str:
-    """Set the table of the fastest runs on Exudyn's discretisation for a page."""
-    model = next(iter(result.references))
+    Parameters
+    ----------
+    result : WorkPrecision
+        The study.
+    model : str, optional
+        Key of its references; the first by default, which has Exudyn's discretisation.
+    """
+    model = model or next(iter(result.references))
     names = result.programs(model)
     rows = []
     for level in LEVELS:
@@ -100,11 +87,20 @@ def as_markdown(result: WorkPrecision) -> str:
         theirs = [_times(result.ratio(model, name, level)) for name in names]
         rows.append([f"{level:.0e}", *ours, *theirs])
     head = ["error at most [m]", "our fastest", "ms", *(f"{name} takes" for name in names)]
-    return with_findings(table(head, rows, left=(1,)), findings(result))
+    return Table(head, rows, left=(1,), title=model)
 
 
-def _times(value: float) -> str:
-    return f"{value:.1f} times as long" if math.isfinite(value) and value > 0.0 else _ratio(value)
+def _times(ratio: float) -> str:
+    if math.isnan(ratio):
+        return "neither"
+    if ratio == 0.0:
+        return "only they"
+    return "only we" if math.isinf(ratio) else f"{ratio:.1f} times as long"
+
+
+def notes(result: WorkPrecision) -> list[str]:
+    """List runs without result, and peers that did not run."""
+    return [*(f"Without result: {each}" for each in failures(result.points)), *result.missing]
 
 
 def chart(result: WorkPrecision) -> Figure:
@@ -156,13 +152,9 @@ def _panel(
         )  # fmt: skip
         ax.plot([p.error for p in good], [size(p) for p in good], ".", color=colour,
                 markersize=3, alpha=0.5)  # fmt: skip
-    ax.set_xscale("log")
-    ax.set_yscale("log")
+    set_axes(ax, "tip error in time [m]", unit)
     blind = ax.axvspan(*_blind(result, model), color="#dddddd", zorder=0)
     shown.setdefault("below what the reference knows", blind)
-    ax.set_xlabel("tip error in time [m]")
-    ax.set_ylabel(unit)
-    ax.grid(alpha=0.3, which="major")
     if notes is not None:
         colours = {p.task: _looks(result, p.task.program, p.task.method)[0] for p in result.points}
         mark_failures(ax, result.of(model), lambda p: colours[p.task], notes)
@@ -194,11 +186,13 @@ def _looks(result: WorkPrecision, program: str, method: str) -> tuple[str, str]:
 STUDY = Study(
     "work-precision",
     run=work_precision,
-    text=as_text,
+    heading=heading,
+    tables=tables,
     rows=lambda result: [p.record() for p in result.points],
     record=WorkPrecision.record,
     findings=findings,
     targets=WorkPrecision.targets,
+    notes=notes,
     charts={"work-precision": chart},
-    regions={"work-precision": as_markdown},
+    regions={"work-precision": fastest_runs},
 )
