@@ -6,7 +6,7 @@ import pytest
 
 from ancfsparse.cli import main
 from ancfsparse.studies.memory import lattices as module
-from ancfsparse.studies.memory.lattices import Row, beside, findings, methods
+from ancfsparse.studies.memory.lattices import Row, beside, entrants, findings
 from ancfsparse.studies.memory.lattices_report import STUDY, chart
 
 
@@ -17,7 +17,7 @@ def row(update, pairs, carry, work, h_omega=50.0, failed=False):
 def rows():
     found = []
     for h_omega, failed in ((50.0, False), (250.0, False), (1000.0, True)):
-        for update, pairs, carry in methods():
+        for update, pairs, carry in entrants():
             broken = failed and update in ("chord", "auto")
             work = 10.0 if update == "chord" else 8.0 + carry
             found.append(row(update, pairs, carry, work, h_omega, broken))
@@ -53,5 +53,5 @@ def test_the_command_runs_a_small_lattice(tmp_path, monkeypatch):
     assert left.value.code == 0
     with (tmp_path / "memory-lattices.csv").open(encoding="utf-8") as file:
         table = list(csv.DictReader(file))
-    assert len(table) == 2 * len(methods())
+    assert len(table) == 2 * len(entrants())
     assert all(float(line["work"]) > 0.0 for line in table)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tqdm import tqdm
 
-from ancfsparse.studies.common.charts import failures
+from ancfsparse.studies.common.contest import failures
 from ancfsparse.studies.common.files import fill_page
 from ancfsparse.studies.common.models import (
     INSTANTS,

@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from ancfsparse.cli import main
+from ancfsparse.studies.common.worker import Worker
 from ancfsparse.studies.scaling import roofline as module
 from ancfsparse.studies.scaling import worker as scaling_job
 from ancfsparse.studies.scaling.charts import chart
@@ -15,7 +16,7 @@ from ancfsparse.studies.scaling.report import STUDY
 from ancfsparse.studies.scaling.roofline import Loop, Roofline, roofline, triad
 from ancfsparse.studies.scaling.rows import TITLES, Row, Scaling, ratios, slope
 from ancfsparse.studies.scaling.run import MORE, enough, leave_out, scaling
-from ancfsparse.studies.scaling.worker import SOLVERS, Job, Worker
+from ancfsparse.studies.scaling.worker import PROGRAM, SOLVERS, Job
 
 QUICK = Roofline(20.0, [Loop("solve", 100, 10.0, 50.0, 30.0), Loop("factor", 100, 5.0)])
 
@@ -80,7 +81,7 @@ def test_threads_run_beside_auto(monkeypatch):
 
 
 def test_a_process_answers_with_results_and_with_notes():
-    with Worker() as worker:
+    with Worker(PROGRAM) as worker:
         good = worker.run(Job("net", 3, "smooth", "Newton", 3, 5e-4))
         bad = worker.run(Job("chain", 2000, "rest", "Davidon, dense", 3, 5e-4))
         again = worker.run(Job("net", 3, "smooth", "Newton", 3, 5e-4))
@@ -91,7 +92,7 @@ def test_a_process_answers_with_results_and_with_notes():
 
 
 def test_a_process_that_dies_leaves_a_note():
-    with Worker() as worker:
+    with Worker(PROGRAM) as worker:
         worker.process.kill()
         worker.process.wait()
         record = worker.run(Job("chain", 5, "rest", "auto", 1, 5e-4))
@@ -208,7 +209,7 @@ def test_each_part_of_a_run_grows_as_what_it_works_on():
 
 
 def test_a_run_that_takes_too_long_is_ended():
-    with Worker() as worker:
+    with Worker(PROGRAM) as worker:
         record = worker.run(Job("chain", 1000, "rest", "Newton", 100_000, 5e-4), 1.0)
         assert worker.process.poll() is not None
     assert record == {"note": "ended after 1 s"}

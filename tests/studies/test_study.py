@@ -90,8 +90,9 @@ def test_tables_of_pages():
 
 def test_a_terminal_gets_columns_findings_targets_and_notes():
     assert SQUARES.text([0, 1, 16]) == (
-        "3 squares\n\nSquares\n  number  square\n  0            0\n  1            1\n  2           16"
-        "\n\nThe largest is 16.\n\n" + str(Target("largest", 16, 4.0)) + "\n\nOne note."
+        "3 squares\n\n"
+        "Squares\n  number  square\n  0            0\n  1            1\n  2           16\n\n"
+        "The largest is 16.\n\n" + str(Target("largest", 16, 4.0)) + "\n\nOne note."
     )
 
 

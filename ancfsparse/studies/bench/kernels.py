@@ -69,13 +69,7 @@ class KernelBench:
 
 
 def bench_kernels(progress: bool = False) -> KernelBench:
-    """Time all kernels.
-
-    Parameters
-    ----------
-    progress : bool, optional
-        Whether to draw a progress bar.
-    """
+    """Time all kernels."""
     names = (*module_names(), *REFERENCES)
     timings = []
     with progress_bar(names, "element", progress) as bar:

@@ -133,15 +133,6 @@ def bench_paper(t_end: float = paper.T_END, repeats: int = 9, progress: bool = F
     """Time the pendulum with Exudyn beside it, run by run in turn.
 
     Times are those of the solvers alone: our compiled march, Exudyn's ``SolveDynamic``.
-
-    Parameters
-    ----------
-    t_end : float, optional
-        Simulated time, a multiple of 0.5 s.
-    repeats : int, optional
-        Runs of each contestant.
-    progress : bool, optional
-        Whether to draw a progress bar.
     """
     exudyn = load()
     problems = {

@@ -13,8 +13,9 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import NullFormatter
 from matplotlib.transforms import blended_transform_factory
 
+from ancfsparse.studies.common.contest import failure, grouped_failures
 from ancfsparse.studies.common.models import MODELS
-from ancfsparse.studies.common.race import OURS, Point
+from ancfsparse.studies.common.race import Point
 
 # A page shows a picture 800 pixels wide: what is drawn at this width [in] has letters of ten pixels
 # and more if they are of 8 points; notes, which no finding needs, of 8.6 pixels.
@@ -47,19 +48,7 @@ def _fill(text: str, letters: int) -> str:
 
 
 def set_legend(figure: Figure, shown: Mapping[str, Any], columns: int, title: str = "") -> None:
-    """Set the key of all panels below them.
-
-    Parameters
-    ----------
-    figure : Figure
-        Of constrained layout.
-    shown : mapping
-        What was drawn, by name.
-    columns : int
-        Into how many columns.
-    title : str, optional
-        What it says of all.
-    """
+    """Set the key of all panels below them."""
     figure.legend(
         shown.values(), shown, loc="outside lower center", ncols=columns, fontsize=SMALL,
         title_fontsize=SMALL, frameon=False, title=title or None,
@@ -96,35 +85,6 @@ def set_empty(ax: Axes, why: str) -> None:
     ax.text(0.5, 0.5, why, transform=ax.transAxes, ha="center", fontsize=SMALL)
 
 
-def failures(points: Sequence[Point]) -> list[str]:
-    """Sum up runs without result: one line per method, model, value and kind of reason."""
-    groups = _grouped(points)
-    return [_say(*key, solvers) for key, solvers in groups.items()]
-
-
-Key = tuple[str, str, str, float, str]
-
-
-def _grouped(points: Sequence[Point]) -> dict[Key, list[Point]]:
-    groups: dict[Key, list[Point]] = {}
-    for p in points:
-        if not p.finished:
-            t = p.task
-            head = t.method if t.program == OURS else f"{t.program}, {t.method}"
-            kind = p.note.partition(" at ")[0]
-            key = (head, t.model, t.knob, t.value, kind)
-            groups.setdefault(key, []).append(p)
-    return groups
-
-
-def _say(head: str, model: str, knob: str, value: float, kind: str, points: list[Point]) -> str:
-    solvers = dict.fromkeys(p.task.solver for p in points if p.task.solver)
-    named = f" ({', '.join(solvers)})" if solvers else ""
-    meshes = dict.fromkeys(str(p.task.elements) for p in points)
-    reason = points[0].note if len({p.note for p in points}) == 1 else kind
-    return f"{head}{named}, {', '.join(meshes)} {model}, {knob} = {value:.3g}: {reason}"
-
-
 def mark_failures(
     ax: Axes, points: Sequence[Point], colour: Callable[[Point], str], notes: list[str]
 ) -> None:
@@ -141,11 +101,11 @@ def mark_failures(
     notes : list of str
         Lines of all panels so far; the new ones are appended.
     """
-    groups = _grouped(points)
+    groups = grouped_failures(points)
     place = blended_transform_factory(ax.transAxes, ax.transAxes)
     for column, (key, members) in enumerate(groups.items()):
         x = 0.98 - 0.045 * column
-        notes.append(f"{len(notes) + 1}: {_say(*key, members)}")
+        notes.append(f"{len(notes) + 1}: {failure(*key, members)}")
         ax.plot(
             x, 0.965, "o", transform=place, markerfacecolor="none", markersize=8,
             markeredgecolor=colour(members[0]), clip_on=False,

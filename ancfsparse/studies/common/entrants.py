@@ -88,21 +88,7 @@ def entrants(
     integrators: Sequence[Integrator] = INTEGRATORS,
     solvers: Sequence[str] = tuple(SOLVERS),
 ) -> list[Task]:
-    """Return a task for every integrator, every step and every solver.
-
-    Parameters
-    ----------
-    model : str
-        Key of `MODELS`.
-    elements : int
-        Their number.
-    t_end : float
-        Simulated time [s].
-    integrators : sequence of Integrator, optional
-        Rows to run.
-    solvers : sequence of str, optional
-        Which of `SOLVERS`.
-    """
+    """Return a task for every integrator, every step and every solver."""
     return [
         task(model, elements, t_end, integrator, dt, solver)
         for integrator in integrators

@@ -21,17 +21,7 @@ def write_csv(records: Sequence[dict[str, Any]], path: Path) -> None:
 
 
 def check_targets(output: Path, page: Path | None, *names: str) -> None:
-    """Refuse a folder and a page that could not be written to, before a study and not after it.
-
-    Parameters
-    ----------
-    output : Path
-        Folder for tables and charts; may be missing.
-    page : Path or None
-        Page to renew, with the markers of all `names`.
-    names : str
-        What the markers are called.
-    """
+    """Refuse a folder and a page that could not be written to, before a study and not after it."""
     folder = next(each for each in (output, *output.parents) if each.exists())
     if not folder.is_dir():
         raise InputError(

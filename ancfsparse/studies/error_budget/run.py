@@ -140,25 +140,7 @@ def error_budget(
     fine: int = FINE,
     progress: bool = False,
 ) -> Budget:
-    """Measure every part of the error.
-
-    Parameters
-    ----------
-    models : sequence of str, optional
-        Keys of `MODELS`.
-    elements : int, optional
-        Elements of the choice that is looked at.
-    dt : float, optional
-        Its step [s].
-    t_end : float, optional
-        Simulated time [s].
-    meshes : sequence of int, optional
-        Numbers of elements beside `elements`.
-    fine : int, optional
-        Finest mesh of the references.
-    progress : bool, optional
-        Whether to draw a progress bar.
-    """
+    """Measure every part of the error of a choice of mesh and step, beside other `meshes`."""
     for model in models:
         check_choice("model", model, MODELS)
     dts = [each for each in sorted({*TIMES, dt}, reverse=True) if meets_instants(each, t_end)]

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
@@ -18,6 +14,7 @@ from ancfsparse.solve import simulate, solve_static
 from ancfsparse.solve.seed import groups_of
 from ancfsparse.studies.common.process import peak_memory
 from ancfsparse.studies.common.progress import bar as progress_bar
+from ancfsparse.studies.common.worker import Worker, serve
 from ancfsparse.studies.lattices.jobs import Job, jobs_of
 from ancfsparse.system import System
 
@@ -105,17 +102,8 @@ def lattices(
 
 def in_process(job: Job) -> dict[str, Any]:
     """Run a job in a process of its own; one that ends without an answer leaves a note."""
-    done = subprocess.run(
-        [sys.executable, "-m", __name__, json.dumps(asdict(job))],
-        capture_output=True,
-        text=True,
-        check=False,
-        env=os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
-    )
-    if done.returncode:
-        return {"note": f"the process ended with exit code {done.returncode}"}
-    record: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return record
+    with Worker(__name__) as worker:
+        return worker.run(job)
 
 
 def run(job: Job) -> dict[str, Any]:
@@ -229,4 +217,4 @@ def _again_in_turn(rows: Sequence[Row]) -> None:
 
 
 if __name__ == "__main__":
-    print(json.dumps(run(Job(**json.loads(sys.argv[1])))))
+    serve(lambda job: run(Job(**job)))

@@ -185,17 +185,7 @@ class LongRuns:
 def long_runs(
     steps: int = 1_000_000, entrants: Sequence[Entrant] = ENTRANTS, progress: bool = False
 ) -> LongRuns:
-    """Let the paper's pendulum fall for so many of the paper's steps.
-
-    Parameters
-    ----------
-    steps : int, optional
-        Number of steps of 5e-4 s; other steps cover the same time.
-    entrants : sequence of Entrant, optional
-        What falls.
-    progress : bool, optional
-        Whether to draw a progress bar.
-    """
+    """Let the paper's pendulum fall for so many of the paper's steps."""
     check_count("steps", steps, 200)
     wanted = progress_bar(entrants, "run", progress)
     runs = [_fall(entrant, steps) for entrant in wanted]

@@ -183,15 +183,6 @@ def mechanisms(
 ) -> Comparison:
     """Run mechanisms by both programs, in turn.
 
-    Parameters
-    ----------
-    names : sequence of str, optional
-        Keys of `CASES`.
-    rounds : int, optional
-        Runs of each; the least time counts.
-    progress : bool, optional
-        Whether to draw a progress bar.
-
     Raises
     ------
     InputError

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from ancfsparse.errors import EnergyGain, StepFailure
 from ancfsparse.integrators import GeneralizedAlpha
-from ancfsparse.nonlinear import Method, ModifiedNewton, QuasiNewton
-from ancfsparse.nonlinear.methods import UPDATES
+from ancfsparse.nonlinear import Method
 from ancfsparse.problems import lattice
 from ancfsparse.problems.meshes import STIFF
 from ancfsparse.results import RunStats
@@ -18,7 +17,7 @@ from ancfsparse.solve.memory import NOTHING
 from ancfsparse.solve.seed import make_seed
 from ancfsparse.solve.setup import costs
 from ancfsparse.studies.common.progress import bar
-from ancfsparse.studies.memory.run import ONE_TERM, TERM_COST
+from ancfsparse.studies.memory.run import ONE_TERM, TERM_COST, Key, methods
 from ancfsparse.system import System
 
 OMEGA = {"soft": 1.5e4, "steel": 2.5e5}
@@ -32,8 +31,6 @@ INTEGRATOR = GeneralizedAlpha(0.9)
 
 # Terms passed over for each pair of auto's: two when it is learnt, and two in the next correction.
 PASSES = 4.0
-
-Key = tuple[str, int, bool]
 
 
 @dataclass(frozen=True)
@@ -82,15 +79,9 @@ class Row:
         return f"{self.update}, {self.pairs} pairs{' carried' * self.carry}"
 
 
-def methods() -> dict[Key, Method | str]:
+def entrants() -> dict[Key, Method | str]:
     """Return what is run by update, number of pairs, and whether they are carried."""
-    found: dict[Key, Method | str] = {("chord", 0, False): ModifiedNewton()}
-    found["auto", 0, False] = "auto"
-    for update in UPDATES:
-        for carry in (False, True):
-            for pairs in LENGTHS:
-                found[update, pairs, carry] = QuasiNewton(update, memory=pairs, carry=carry)
-    return found
+    return methods(LENGTHS) | {("auto", 0, False): "auto"}
 
 
 def work_of(scene: Scene, stats: RunStats, key: Key) -> float:
@@ -117,31 +108,18 @@ def work_of(scene: Scene, stats: RunStats, key: Key) -> float:
 
 
 def lattices(n_nodes: int = 8, steps: int = 20, progress: bool = False) -> list[Row]:
-    """Run all updates on incomplete seeds of lattices, soft and steel, with longer steps in turn.
-
-    Parameters
-    ----------
-    n_nodes : int, optional
-        Nodes along a side.
-    steps : int, optional
-        Time steps of each run.
-    progress : bool, optional
-        Whether to draw a progress bar.
-    """
+    """Run all updates on incomplete seeds of soft and steel lattices, with longer steps in turn."""
     jobs = [
         (stiff, motion, h_omega, key, method)
         for stiff, lengths in H_OMEGA.items()
         for motion in MOTIONS
         for h_omega in lengths
-        for key, method in methods().items()
+        for key, method in entrants().items()
     ]
     rows = []
     for stiff, motion, h_omega, key, method in bar(jobs, "run", progress):
-        scene, dt, failed = (
-            lattice(n_nodes, motion, *STIFF[stiff]).scene,
-            h_omega / OMEGA[stiff],
-            False,
-        )
+        scene = lattice(n_nodes, motion, *STIFF[stiff]).scene
+        dt, failed = h_omega / OMEGA[stiff], False
         try:
             stats = simulate(
                 scene, steps * dt, dt, integrator=INTEGRATOR, solver=method, seed="incomplete",
@@ -149,14 +127,14 @@ def lattices(n_nodes: int = 8, steps: int = 20, progress: bool = False) -> list[
             ).stats  # fmt: skip
         except (StepFailure, EnergyGain) as error:
             stats, failed = error.trajectory.stats, True
-        taken = max(stats.steps, 1)
+        taken, (update, pairs, carry) = max(stats.steps, 1), key
         rows.append(
             Row(
                 f"{stiff}, {'at rest' if motion == 'rest' else motion}",
                 h_omega,
-                key[0],
-                key[1],
-                key[2],
+                update,
+                pairs,
+                carry,
                 stats.iterations_per_step,
                 (stats.sweeps + stats.products) / taken,
                 stats.factorizations,

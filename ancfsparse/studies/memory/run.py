@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from statistics import median
 from typing import Any
@@ -23,6 +24,9 @@ from ancfsparse.system import System
 DT = 5e-4
 LENGTHS = (1, 2, 5, 10, 20)
 MOTIONS = ("smooth", "rough")
+
+Key = tuple[str, int, bool]
+"""Update, number of pairs, and whether they are carried."""
 
 # Products with a term of an inverse stream through memory like the sweeps, whose operations weigh
 # this much in the cost model; a term takes a dot product and an addition.
@@ -138,7 +142,7 @@ def _verdict(run: Run, other: Run) -> str:
 
 
 def model_cost(
-    costs: Costs, n: int, steps: int, iterations: int, factorizations: int, method: Method
+    costs: Costs, n: int, steps: int, iterations: int, factorizations: int, method: Method | str
 ) -> float:
     """Weigh the counts of a run, per step.
 
@@ -174,28 +178,15 @@ def memory(
     rounds: int = 3,
     progress: bool = False,
 ) -> MemoryStudy:
-    """Run all four updates with growing memory on a chain and a net, in smooth and rough motion.
-
-    Parameters
-    ----------
-    chain_elements, net_nodes : int, optional
-        Sizes, as in `problems.chain` and `problems.net`.
-    steps : int, optional
-        Time steps of 5e-4 s.
-    rounds : int, optional
-        Runs of each, in turn.
-    progress : bool, optional
-        Whether to draw a progress bar.
-    """
+    """Run all four updates with growing memory on a chain and a net, in smooth and rough motion."""
     scenes = {f"chain of {chain_elements}, {m}": chain(chain_elements, m).scene for m in MOTIONS}
     scenes |= {f"net {net_nodes} x {net_nodes}, {m}": net(net_nodes, m).scene for m in MOTIONS}
-    methods = _methods()
     runs = []
-    total = rounds * len(scenes) * len(methods)
+    total = rounds * len(scenes) * len(methods(LENGTHS))
     with progress_bar(total, "run", progress) as bar:
         for name, scene in scenes.items():
             bar.set_description(name)
-            runs += _race(name, scene, methods, steps, rounds, bar)
+            runs += _race(name, scene, steps, rounds, bar)
     settings = {
         "dt_s": DT,
         "steps": steps,
@@ -206,53 +197,42 @@ def memory(
     return MemoryStudy(runs, settings)
 
 
-def _methods() -> list[Method]:
-    return [
-        ModifiedNewton(),
-        *(
-            QuasiNewton(update, memory=pairs, carry=carry)
-            for update in UPDATES
-            for carry in (False, True)
-            for pairs in LENGTHS
-        ),
-    ]
+def methods(lengths: Sequence[int]) -> dict[Key, Method | str]:
+    """Return the chord, and each update with each memory length, carried or not."""
+    found: dict[Key, Method | str] = {("chord", 0, False): ModifiedNewton()}
+    for update in UPDATES:
+        for carry in (False, True):
+            for pairs in lengths:
+                found[update, pairs, carry] = QuasiNewton(update, memory=pairs, carry=carry)
+    return found
 
 
-def _race(
-    name: str, scene: Scene, methods: list[Method], steps: int, rounds: int, bar: Any
-) -> list[Run]:
+def _race(name: str, scene: Scene, steps: int, rounds: int, bar: Any) -> list[Run]:
     """Run all methods on a scene in turn."""
     system = System(scene)
     seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
     costs = Costs.of(system.operations("residual"), system.operations("tangent"), seed)
+    entrants = methods(LENGTHS)
 
-    def cost_of(stats: RunStats, method: Method) -> float:
-        counts = stats.iterations, stats.factorizations
-        return model_cost(costs, seed.n, steps, *counts, method)
-
-    def run(method: Method) -> RunStats:
+    def run(method: Method | str) -> RunStats:
         return simulate(
             scene, steps * DT, DT, integrator=Newmark(0.0), solver=method, save_every=steps
         ).stats
 
-    return [
-        _summed_up(name, method, all_stats, cost_of(all_stats[0], method))
-        for method, all_stats in zip(methods, in_turn(methods, run, rounds, bar), strict=True)
-    ]
-
-
-def _summed_up(name: str, method: Method, all_stats: list[RunStats], cost: float) -> Run:
-    stats = all_stats[0]
-    quasi = method if isinstance(method, QuasiNewton) else None
-    return Run(
-        name,
-        quasi.update if quasi else "chord",
-        int(quasi.memory) if quasi else 0,
-        quasi.carry if quasi else False,
-        stats.iterations_per_step,
-        stats.factorizations,
-        stats.recoveries,
-        stats.skipped_pairs,
-        cost,
-        [each.march_seconds for each in all_stats],
-    )
+    runs = []
+    found = in_turn(list(entrants.values()), run, rounds, bar)
+    for (key, method), (stats, *others) in zip(entrants.items(), found, strict=True):
+        counts = stats.iterations, stats.factorizations
+        runs.append(
+            Run(
+                name,
+                *key,
+                stats.iterations_per_step,
+                stats.factorizations,
+                stats.recoveries,
+                stats.skipped_pairs,
+                model_cost(costs, seed.n, steps, *counts, method),
+                [each.march_seconds for each in (stats, *others)],
+            )
+        )
+    return runs

@@ -45,15 +45,6 @@ def load() -> Any:
 def run_elastica(problem: Problem, elements: int, t_end: float, dt: float) -> tuple[float, Tips]:
     """Simulate the pendulum with PyElastica's rod and its position Verlet method.
 
-    Parameters
-    ----------
-    problem : Problem
-        The pendulum; length, stiffness, mass and gravity are taken from it.
-    elements : int
-        Elements of the rod.
-    t_end, dt : float
-        Simulated time and time step [s].
-
     Returns
     -------
     seconds : float

@@ -42,20 +42,6 @@ def integrate_sundials(
 ) -> OdeRun:
     """Run one of SUNDIALS' integrators against the clock.
 
-    Parameters
-    ----------
-    equations : FirstOrder
-        The right-hand side and the start.
-    method : {"CVODE Adams", "CVODE BDF", "ARKODE 5(4)", "ARKODE 6(5)", "ARKODE 8(7)"}
-        Multistep formulas, Adams with fixed-point iteration and BDF with sparse factors of our
-        tangents; or embedded Runge-Kutta formulas of Dormand and Prince, Verner, and Fehlberg.
-    t : (k,) float
-        Times to report [s], from the first to the last.
-    rtol, atol : float
-        Relative and absolute tolerance.
-    cap : float, optional
-        Wall time it may take [s].
-
     Returns
     -------
     OdeRun

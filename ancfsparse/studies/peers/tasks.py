@@ -79,18 +79,9 @@ def installed(load: Callable[[], Any]) -> bool:
 
 
 def peers(model: str, elements: int, t_end: float, cap: float) -> list[Task]:
-    """Return the tasks of all peers that are installed.
+    """Return the tasks of the peers that are installed; Exudyn has those of its own model only.
 
-    Parameters
-    ----------
-    model : str
-        Key of `MODELS`; Exudyn runs on its own only.
-    elements : int
-        Their number.
-    t_end : float
-        Simulated time [s].
-    cap : float
-        Wall time an integrator of SciPy or SUNDIALS may take [s].
+    SciPy and SUNDIALS are stopped after `cap` seconds a run.
     """
     tasks = []
     if model == EXUDYN_MODEL and installed(exudyn_peer.load):

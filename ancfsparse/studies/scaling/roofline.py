@@ -117,15 +117,7 @@ class Roofline:
 
 
 def roofline(n_elements: int = 100_000, triad_numbers: int = 16_000_000) -> Roofline:
-    """Measure bandwidth, triangular solve, factorisation and kernels on a planar chain.
-
-    Parameters
-    ----------
-    n_elements : int, optional
-        Length of the chain.
-    triad_numbers : int, optional
-        Numbers in each of the three arrays of the triad.
-    """
+    """Measure bandwidth, triangular solve, factorisation and kernels on a planar chain."""
     before = triad(triad_numbers)
     loops = _seed(n_elements)
     kind = element_kind("l2t2", 2)

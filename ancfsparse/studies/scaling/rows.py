@@ -175,11 +175,6 @@ def ratios(group: Sequence[Row]) -> dict[str, Any]:
     Rounds are run in turn, as many of each, so what else the machine does hits all alike, and a
     single round that it slows down decides nothing.
 
-    Parameters
-    ----------
-    group : sequence of Row
-        As `Scaling.by_size` returns them.
-
     Returns
     -------
     dict

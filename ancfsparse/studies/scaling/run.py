@@ -9,11 +9,12 @@ from typing import Any
 
 from ancfsparse.studies.common.progress import bar as progress_bar
 from ancfsparse.studies.common.race import in_turn
+from ancfsparse.studies.common.worker import Worker
 from ancfsparse.studies.peers.exudyn import load
 from ancfsparse.studies.peers.exudyn_scene import SETTINGS as PEERS
 from ancfsparse.studies.scaling.roofline import roofline
 from ancfsparse.studies.scaling.rows import TITLES, Row, Scaling
-from ancfsparse.studies.scaling.worker import SHORT, SOLVERS, Job, Worker, counts
+from ancfsparse.studies.scaling.worker import PROGRAM, SHORT, SOLVERS, Job, counts
 
 DT = 5e-4
 CHAINS = (10, 100, 1000, 10_000, 100_000, 1_000_000)
@@ -169,5 +170,5 @@ def _race(rows: list[Row], rounds: int, limit: float) -> None:
         return not row.note and (done < rounds or done < enough(row.fastest, rounds))
 
     with ExitStack() as stack:
-        entrants = [(row, stack.enter_context(Worker())) for row in rows]
+        entrants = [(row, stack.enter_context(Worker(PROGRAM))) for row in rows]
         in_turn(entrants, run, MORE * rounds, goes_on=goes_on)

@@ -1,21 +1,11 @@
-"""One run of a scaling study: what is run, and a process of its own to run it in.
-
-A process of its own because only then is its peak memory that of the run.  It reads jobs, one JSON
-object per line, and answers each with the record of the run.
-"""
+"""One run of a scaling study, in a process of its own."""
 
 from __future__ import annotations
 
-import json
-import os
-import select
-import subprocess
-import sys
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from statistics import median
-from types import TracebackType
-from typing import Any, Self, cast
+from typing import Any, cast
 
 from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.integrators import Newmark
@@ -28,6 +18,7 @@ from ancfsparse.solve import simulate
 from ancfsparse.studies.common import methods
 from ancfsparse.studies.common.methods import chosen
 from ancfsparse.studies.common.process import peak_memory
+from ancfsparse.studies.common.worker import serve
 from ancfsparse.studies.peers.exudyn import ExudynError
 from ancfsparse.studies.peers.exudyn_scene import SETTINGS as PEERS
 from ancfsparse.studies.peers.exudyn_scene import march_exudyn
@@ -39,6 +30,9 @@ SOLVERS: dict[str, Method | str] = {
     "Davidon, dense": methods.SOLVERS["davidon, full"],
 }
 """Ours; the last is the paper's, a full matrix."""
+
+PROGRAM = __name__
+"""What a `Worker` runs."""
 
 # A run shorter than this is repeated until this much time has gone by [s].
 SHORT = 0.1
@@ -86,13 +80,6 @@ class Job:
 
 def run(job: Job, base: int) -> dict[str, Any]:
     """Run a job in this process.
-
-    Parameters
-    ----------
-    job : Job
-        What to run.
-    base : int
-        Peak memory of this process before it was given jobs [bytes].
 
     Returns
     -------
@@ -158,72 +145,7 @@ def counts(scene: Scene) -> dict[str, Any]:
     }
 
 
-class Worker:
-    """A process that runs jobs one by one, as a context manager."""
-
-    def __init__(self) -> None:
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", __name__],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            env=os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
-        )
-
-    def __enter__(self) -> Self:
-        """Return the worker."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """End the process."""
-        if kind is not None:
-            self.process.kill()
-        self.process.communicate()
-
-    def run(self, job: Job, limit: float | None = None) -> dict[str, Any]:
-        """Run a job; a process that crashes, or is ended, leaves a note in place of its record.
-
-        Parameters
-        ----------
-        job : Job
-            What to run.
-        limit : float, optional
-            After so long [s] the process is ended.
-        """
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        try:
-            self.process.stdin.write(json.dumps(asdict(job)) + "\n")
-            self.process.stdin.flush()
-            # One answer per job and none before it, so nothing waits in the buffer of the file.
-            if not select.select([self.process.stdout], [], [], limit)[0]:
-                self.process.kill()
-                self.process.wait()
-                return {"note": f"ended after {limit:g} s"}
-            answer = self.process.stdout.readline()
-        except BrokenPipeError:
-            answer = ""
-        if not answer:
-            return {"note": f"the process ended with exit code {self.process.wait()}"}
-        record: dict[str, Any] = json.loads(answer)
-        return record
-
-
-def serve() -> None:
-    """Answer jobs on stdin until it ends; whatever else is printed is thrown away."""
-    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    run(Job("chain", 2, "rest", "auto", 1, 5e-4), 0)  # whatever is loaded once only
-    base = peak_memory()
-    for line in sys.stdin:
-        answers.write(json.dumps(run(Job(**json.loads(line)), base)) + "\n")
-        answers.flush()
-
-
 if __name__ == "__main__":
-    serve()
+    run(Job("chain", 2, "rest", "auto", 1, 5e-4), 0)  # whatever is loaded once only
+    idle = peak_memory()
+    serve(lambda job: run(Job(**job), idle))

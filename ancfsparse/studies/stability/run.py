@@ -177,19 +177,7 @@ def stability(
     steps: Sequence[float] = STEPS,
     progress: bool = False,
 ) -> Stability:
-    """Run the map.
-
-    Parameters
-    ----------
-    scenes : sequence of str, optional
-        Keys of `SCENES`.
-    stiffnesses : sequence of float, optional
-        Young's moduli [Pa].
-    steps : sequence of float, optional
-        Time steps [s].
-    progress : bool, optional
-        Whether to draw a progress bar.
-    """
+    """Run all integrators and solvers over scenes, Young's moduli [Pa] and time steps [s]."""
     for scene in scenes:
         check_choice("scene", scene, SCENES)
     for what, values, unit in (("stiffness", stiffnesses, "Pa"), ("step", steps, "s")):

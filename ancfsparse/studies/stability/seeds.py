@@ -95,17 +95,7 @@ def seeds(
     steps: Sequence[float] = STEPS,
     progress: bool = False,
 ) -> list[Row]:
-    """Run the map on each kind of seed, up to 100 steps a run.
-
-    Parameters
-    ----------
-    scenes : sequence of str, optional
-        Keys of `CASES`.
-    stiffnesses, steps : sequence of float, optional
-        Young's moduli [Pa] and time steps [s].
-    progress : bool, optional
-        Whether to draw a progress bar.
-    """
+    """Run the map on each kind of seed, up to 100 steps a run."""
     for scene in scenes:
         check_choice("scene", scene, CASES)
     points = [

@@ -249,19 +249,7 @@ class Bench:
 def march(
     problem: Problem, column: str, t_end: float, dt: float, save_every: int = 1
 ) -> Trajectory:
-    """Simulate as the paper does: the trapezoidal rule, and its bounds on the residual.
-
-    Parameters
-    ----------
-    problem : Problem
-        What to simulate.
-    column : str
-        Key of `METHODS`.
-    t_end, dt : float
-        Simulated time and time step [s].
-    save_every : int, optional
-        Steps between saved states.
-    """
+    """Simulate as the paper does: the trapezoidal rule, and its bounds on the residual."""
     return simulate(
         problem.scene,
         t_end,

@@ -16,18 +16,7 @@ OVER_ODE = 10.0
 
 
 def findings(table: Table) -> list[str]:
-    """Say what the numbers show.
-
-    Parameters
-    ----------
-    table : Table
-        A finished table.
-
-    Returns
-    -------
-    list of str
-        One sentence each: the claim against the paper, then against SciPy row by row.
-    """
+    """Say what the numbers show."""
     ours = [cell for (_, column), cell in table.cells.items() if column in paper.QUASI_NEWTON]
     sentences = []
     compared = [cell for cell in ours if not math.isnan(cell.speed_up)]

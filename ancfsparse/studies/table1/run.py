@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice, check_count, check_positive
-from ancfsparse.dispatch import instruction_set
 from ancfsparse.problems import Problem
 from ancfsparse.results import Trajectory
 from ancfsparse.studies.common import paper
 from ancfsparse.studies.common.progress import bar as progress_bar
+from ancfsparse.studies.peers.environment import environment
 from ancfsparse.studies.table1.cells import COLUMNS, ROWS, Bench, Cell, march
 
 Vector = NDArray[np.float64]
@@ -102,19 +100,6 @@ def table1(
 ) -> Table:
     """Run the table.
 
-    Parameters
-    ----------
-    rows : sequence of str, optional
-        Which of `ROWS`.
-    t_end, dt : float, optional
-        Simulated time and time step [s]; the paper's by default.
-    cap : float, optional
-        Wall time an integrator of SciPy may take [s].
-    runs : int, optional
-        How often a fast cell is run; its time is the median.
-    progress : bool, optional
-        Whether to draw a progress bar.
-
     Returns
     -------
     Table
@@ -162,10 +147,7 @@ def table1(
         "ode_rtol": paper.RTOL,
         "ode_atol": paper.ATOL,
         "ode_cap_s": cap,
-        "instruction_set": instruction_set(),
-        "machine": platform.machine(),
-        "python": platform.python_version(),
-        "scipy": scipy.__version__,
+        **environment(),
     }
     return Table(bench.t, cells, references, matches, motion, problem, settings)
 

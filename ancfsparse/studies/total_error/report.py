@@ -15,7 +15,6 @@ from ancfsparse.studies.common.charts import (
     MODEL_COLOURS,
     SMALL,
     WIDTH,
-    failures,
     mark_failures,
     set_axes,
     set_head,
@@ -74,11 +73,6 @@ def _runs(points: Sequence[Point], title: str = "") -> Table:
     ]  # fmt: skip
     head = ["error [m]", "element", "elements", "integrator", "dt [s]", "ms"]
     return Table(head, rows, left=(1, 3), title=title)
-
-
-def notes(result: TotalError) -> list[str]:
-    """List runs without result, and peers that did not run."""
-    return [*(f"Without result: {each}" for each in failures(result.points)), *result.missing]
 
 
 def chart(result: TotalError) -> Figure:
@@ -200,7 +194,7 @@ STUDY = Study(
     rows=lambda result: [p.record() for p in result.points],
     record=TotalError.record,
     findings=findings,
-    notes=notes,
+    notes=TotalError.notes,
     charts={"total-error": chart},
     regions={"total-error": front_table},
 )

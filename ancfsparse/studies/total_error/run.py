@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from ancfsparse.checks import check_choice, check_count
 from ancfsparse.studies.common import paper
+from ancfsparse.studies.common.contest import Contest
 from ancfsparse.studies.common.entrants import Integrator, task
 from ancfsparse.studies.common.models import INSTANTS, MODELS, Tips, distance, step_up_to
 from ancfsparse.studies.common.progress import bar as progress_bar
 from ancfsparse.studies.common.race import OURS, Point, Sample, Task, front, race
-from ancfsparse.studies.common.references import Reference, converged
+from ancfsparse.studies.common.references import converged
 from ancfsparse.studies.peers import elastica as elastica_peer
 from ancfsparse.studies.peers import exudyn as exudyn_peer
 from ancfsparse.studies.peers.environment import environment
@@ -50,33 +50,12 @@ FINE, FINE_DT = 160, 5e-4
 EQUAL = 1.1
 
 
-@dataclass(frozen=True)
-class TotalError:
-    """Everything the study measures.
-
-    Attributes
-    ----------
-    points : list of Point
-        One for each run, failures included.
-    references : dict of str to Reference
-        Motions converged in mesh and time, by model.
-    missing : list of str
-        What could not be compared with, and how to get it.
-    settings : dict
-        What was run, and on what.
-    """
-
-    points: list[Point]
-    references: dict[str, Reference]
-    missing: list[str]
-    settings: dict[str, Any]
+class TotalError(Contest):
+    """Everything the study measures."""
 
     def ours(self, model: str | None = None) -> list[Point]:
         """Return our points with a result, of one model if it is named."""
-        return [
-            p for p in self.points
-            if p.task.program == OURS and p.finished and model in (None, p.task.model)
-        ]  # fmt: skip
+        return [p for p in self.of(model, OURS) if p.finished]
 
     def front(self) -> list[Point]:
         """Return our points that none of ours beats in error at no more seconds, fastest first."""
@@ -125,14 +104,10 @@ class TotalError:
     def record(self) -> dict[str, Any]:
         """Return one JSON object."""
         low, high = self.model_spread()
-        return {
-            "settings": self.settings,
-            "references": {name: each.record() for name, each in self.references.items()},
+        return super().record() | {
             "distance_between_models_m": None if math.isnan(low) else [low, high],
             "front": [p.record() for p in self.front()],
             "paper": [p.record() for p in self.paper_choices()],
-            "missing": self.missing,
-            "points": [p.record() for p in self.points],
         }
 
 
@@ -151,27 +126,7 @@ def total_error(
     fine: int = FINE,
     progress: bool = False,
 ) -> TotalError:
-    """Run the study.
-
-    Parameters
-    ----------
-    models : sequence of str, optional
-        Keys of `MODELS`.
-    meshes : sequence of int, optional
-        Numbers of elements.
-    t_end : float, optional
-        Simulated time [s].
-    with_peers : bool, optional
-        Whether to run Exudyn and PyElastica, as far as they are installed.
-    rounds : int, optional
-        Runs of each, in turn; its time is the best.
-    integrators : sequence of Integrator, optional
-        Rows of our table, each with its steps.
-    fine : int, optional
-        Finest mesh of the references.
-    progress : bool, optional
-        Whether to draw a progress bar.
-    """
+    """Run all meshes and steps of each model against its motion converged on `fine` elements."""
     for model in models:
         check_choice("model", model, MODELS)
     for n in meshes:

@@ -162,17 +162,7 @@ def units(
     gravities: Sequence[float] = GRAVITIES,
     progress: bool = False,
 ) -> list[Run]:
-    """Run the same scenes in all systems of units and under all accelerations.
-
-    Parameters
-    ----------
-    scenes, systems : sequence of str
-        Keys of `SCENES` and `UNITS`.
-    gravities : sequence of float
-        Accelerations [m/s2].
-    progress : bool, optional
-        Whether to draw a progress bar.
-    """
+    """Run the same scenes in all systems of units and under all accelerations."""
     runs = []
     for scene, integrator, solver in tqdm(list(cases(scenes)), disable=not progress, leave=False):
         first = _run(scene, integrator, solver, UNITS["kg m s"], STANDARD)

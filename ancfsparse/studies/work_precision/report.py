@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from ancfsparse.studies.common.charts import (
     WIDTH,
-    failures,
     mark_failures,
     set_axes,
     set_head,
@@ -96,11 +95,6 @@ def _times(ratio: float) -> str:
     if ratio == 0.0:
         return "only they"
     return "only we" if math.isinf(ratio) else f"{ratio:.1f} times as long"
-
-
-def notes(result: WorkPrecision) -> list[str]:
-    """List runs without result, and peers that did not run."""
-    return [*(f"Without result: {each}" for each in failures(result.points)), *result.missing]
 
 
 def chart(result: WorkPrecision) -> Figure:
@@ -192,7 +186,7 @@ STUDY = Study(
     record=WorkPrecision.record,
     findings=findings,
     targets=WorkPrecision.targets,
-    notes=notes,
+    notes=WorkPrecision.notes,
     charts={"work-precision": chart},
     regions={"work-precision": fastest_runs},
 )

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from typing import Any
 
 from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.studies.common import paper
+from ancfsparse.studies.common.contest import Contest
 from ancfsparse.studies.common.entrants import INTEGRATORS, SOLVERS, Integrator, entrants
 from ancfsparse.studies.common.models import INSTANTS, MODELS, step_up_to
 from ancfsparse.studies.common.progress import bar as progress_bar
@@ -37,32 +37,8 @@ SOLVERS_OF = {"Thick": ("BFGS", "modified Newton")}
 FACTOR, DOWN_TO = 5.0, 1e-5
 
 
-@dataclass(frozen=True)
-class WorkPrecision:
-    """Everything the study measures.
-
-    Attributes
-    ----------
-    points : list of Point
-        One for each run, failures included.
-    references : dict of str to Reference
-        By model.
-    missing : list of str
-        What could not be compared with, and how to get it.
-    settings : dict
-        What was run, and on what.
-    """
-
-    points: list[Point]
-    references: dict[str, Reference]
-    missing: list[str]
-    settings: dict[str, Any]
-
-    def of(self, model: str, program: str | None = None) -> list[Point]:
-        """Return the points of a model, and of a program if one is named."""
-        return [
-            p for p in self.points if p.task.model == model and program in (None, p.task.program)
-        ]
+class WorkPrecision(Contest):
+    """Everything the study measures."""
 
     def programs(self, model: str) -> list[str]:
         """Return the peers of a model."""
@@ -145,13 +121,7 @@ class WorkPrecision:
 
     def record(self) -> dict[str, Any]:
         """Return one JSON object."""
-        return {
-            "settings": self.settings,
-            "references": {name: each.record() for name, each in self.references.items()},
-            "orders": self.orders(),
-            "missing": self.missing,
-            "points": [each.record() for each in self.points],
-        }
+        return super().record() | {"orders": self.orders()}
 
 
 def work_precision(
@@ -164,27 +134,7 @@ def work_precision(
     integrators: Sequence[Integrator] = INTEGRATORS,
     progress: bool = False,
 ) -> WorkPrecision:
-    """Run the study.
-
-    Parameters
-    ----------
-    models : sequence of str, optional
-        Keys of `MODELS`; peers run on `EXUDYN_MODEL` only.
-    elements : int, optional
-        Number of elements.
-    t_end : float, optional
-        Simulated time [s].
-    with_peers : bool, optional
-        Whether to run the peers that are installed.
-    rounds : int, optional
-        Runs of each, in turn; its time is the best.
-    cap : float, optional
-        Wall time an integrator of SciPy or SUNDIALS may take [s].
-    integrators : sequence of Integrator, optional
-        Rows of our table.
-    progress : bool, optional
-        Whether to draw a progress bar.
-    """
+    """Run all methods on each mesh, and on that of Exudyn the peers, each `cap` seconds at most."""
     for model in models:
         check_choice("model", model, MODELS)
     check_count("elements", elements)

@@ -1,0 +1,79 @@
+"""Runs in processes of their own, because only then is the peak memory that of the run.
+
+A process reads jobs, one JSON object per line, and answers each with the record of the run.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import asdict
+from types import TracebackType
+from typing import Any, Self
+
+
+class Worker:
+    """A process that runs jobs one by one, as a context manager.
+
+    Parameters
+    ----------
+    module : str
+        What it runs; as a program, this module calls `serve`.
+    """
+
+    def __init__(self, module: str) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", module],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+        )
+
+    def __enter__(self) -> Self:
+        """Return the worker."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """End the process."""
+        if kind is not None:
+            self.process.kill()
+        self.process.communicate()
+
+    def run(self, job: Any, limit: float | None = None) -> dict[str, Any]:
+        """Run a job, for `limit` seconds at most; without a record, a note gives the reason."""
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        try:
+            self.process.stdin.write(json.dumps(asdict(job)) + "\n")
+            self.process.stdin.flush()
+            # One answer per job and none before it, so nothing waits in the buffer of the file.
+            if not select.select([self.process.stdout], [], [], limit)[0]:
+                self.process.kill()
+                self.process.wait()
+                return {"note": f"ended after {limit:g} s"}
+            answer = self.process.stdout.readline()
+        except BrokenPipeError:
+            answer = ""
+        if not answer:
+            return {"note": f"the process ended with exit code {self.process.wait()}"}
+        record: dict[str, Any] = json.loads(answer)
+        return record
+
+
+def serve(run: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
+    """Answer jobs on stdin until it ends; whatever else is printed is thrown away."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    for line in sys.stdin:
+        answers.write(json.dumps(run(json.loads(line))) + "\n")
+        answers.flush()
