@@ -266,6 +266,8 @@ def check_reals(what: str, value: object, needed: str) -> NDArray[np.float64]:
                 raise TypeError
         elif given.dtype.kind not in "iuf":
             raise TypeError
+        if given.dtype == np.float64:
+            return np.array(given)
         with np.errstate(over="ignore"):
             return np.array(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -310,7 +312,7 @@ def check_vector(what: str, value: ArrayLike, dim: int, unit: str = "") -> NDArr
             f"{what} has {got}, but the scene is {kind}: give {hint}, or give the gravity of the "
             f"scene {5 - dim} components to make it {'spatial' if dim == 2 else 'planar'}"
         )
-    if not np.isfinite(vector).all():
+    if not all(map(math.isfinite, vector.tolist())):
         axis = "xyz"[int(np.argmin(np.isfinite(vector)))]
         raise InputError(
             f"{what} must be finite, but its {axis} component is "

@@ -13,6 +13,9 @@ if sys.platform != "win32":
 
 GIGABYTE = 1e9
 
+# To ask how much memory is free takes longer than to take this much [bytes].
+LITTLE = 1e6
+
 
 def available() -> float | None:
     """Return the memory that is free for this process [bytes], None where nobody says."""
@@ -68,7 +71,7 @@ def check_room(what: str, needed: float, advice: str | Sentence) -> None:
     InputError
         With how much would be needed and how much is there.
     """
-    free = available()
+    free = available() if needed > LITTLE else None
     if free is not None and needed > free:
         raise InputError(
             "{what} would need about {needed:.3g} GB, more than there is: {free:.3g} GB of memory "

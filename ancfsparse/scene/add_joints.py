@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -174,7 +175,8 @@ class Joints(Records):
         """
         self._mine("a rod", check_end("a rod", node))
         point = check_position(f"anchor of the rod at {node!r}", anchor, self.dim)
-        distance = float(np.linalg.norm(node.position - point))
+        way = node.position - point
+        distance = math.sqrt(way @ way)
         if distance <= SAME_PLACE * node.beam.size:
             raise InputError(
                 f"the rod at {node!r} would have zero length: its anchor {place(point)} is the "

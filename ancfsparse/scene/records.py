@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from typing import TypeVar
 
 import numpy as np
@@ -161,7 +162,7 @@ class Records:
 def _check_range(body: ElasticBody) -> None:
     """Refuse stiffnesses and masses that leave the range of floating-point numbers."""
     for name, value in (*body.stiffnesses().items(), *body.viscosities().items()):
-        if not np.isfinite(value).all():
+        if not (math.isfinite(value) if isinstance(value, float) else np.isfinite(value).all()):
             raise InputError(
                 f"{name} of {body.name} is {np.max(value):g}, beyond the range of floating-point "
                 "numbers: check the units of its section and its material"

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from ancfsparse.errors import InputError, Parameter, Sentence
 from ancfsparse.kernels.layout import MANY_BLOCKS
-from ancfsparse.machine import GIGABYTE, available
+from ancfsparse.machine import GIGABYTE, LITTLE, available
 from ancfsparse.nonlinear import Method
 from ancfsparse.scene import Beam, Mesh, Scene
 from ancfsparse.seeds import DeflatedSeed, Seed, SparseSeed
@@ -183,7 +183,7 @@ def check_fits(needed: Memory) -> None:
     InputError
         With how much would be needed, how much is there, and what to try.
     """
-    free = available()
+    free = available() if needed.total > LITTLE else None
     if free is None or needed.total <= free:
         return
     parts = {

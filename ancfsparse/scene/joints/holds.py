@@ -67,8 +67,9 @@ class Holds:
 
 def _check_place(here: list[Joint]) -> None:
     """Refuse joints, in the order they were added, that hold one place twice."""
-    fixed = [each for each in here if each.direction is None]
-    partly = [each for each in here if each.direction is not None]
+    found = [(each, each.direction) for each in here]
+    fixed = [each for each, direction in found if direction is None]
+    partly = [each for each, direction in found if direction is not None]
     if len(fixed) > 1:
         first, second = fixed[:2]
         (node,), (other,) = second.nodes, first.nodes
@@ -81,8 +82,8 @@ def _check_place(here: list[Joint]) -> None:
             f"{partly[0].nodes[0]!r} is held twice: its position is fixed by a {fixed[0].name}, so "
             f"the {partly[0].name} has nothing left to hold"
         )
-    if partly:
-        directions = np.array([each.direction for each in partly])
+    if len(partly) > 1:
+        directions = np.array([direction for _, direction in found])
         if np.linalg.matrix_rank(directions, tol=1e-9) < len(partly):
             last = partly[-1]
             raise SingularSceneError(

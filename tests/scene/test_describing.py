@@ -1,0 +1,35 @@
+"""Describing a scene does no work that its records do not need."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse import machine
+from ancfsparse.errors import SingularSceneError
+
+
+def test_small_bodies_joints_and_loads_ask_neither_for_memory_nor_for_a_decomposition(monkeypatch):
+    def refused(*arguments, **options):
+        raise AssertionError("not needed")
+
+    monkeypatch.setattr(machine, "available", refused)
+    monkeypatch.setattr(np.linalg, "matrix_rank", refused)
+    scene = ancf.Scene((0.0, -9.81))
+    section, material = ancf.Circle(0.01), ancf.Material(1e8, 4000.0)
+    beams = [scene.add_beam("thin", (k, 0.0), (k + 1, 0.0), 2, section, material) for k in range(3)]
+    scene.pin(beams[0].start)
+    for one, other in itertools.pairwise(beams):
+        scene.connect(one.end, other.start)
+    scene.rod(beams[2].end, (3.0, 1.0))
+    scene.point_force(beams[2].end, (0.0, 1.0))
+    assert len(scene.records) == 8
+
+
+def test_directions_of_two_rods_are_still_compared():
+    scene = ancf.Scene((0.0, -9.81))
+    beam = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Circle(0.01), ancf.Material(1e8, 4e3))
+    scene.rod(beam.end, (1.0, 1.0))
+    with pytest.raises(SingularSceneError, match="dependent directions"):
+        scene.rod(beam.end, (1.0, -1.0))
