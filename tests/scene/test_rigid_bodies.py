@@ -134,16 +134,6 @@ def test_bad_points():
         scene.distributed_force(ball, (0, 0, 1))
 
 
-def test_explicit_integrators_refuse_bodies():
-    scene = spatial()
-    scene.add_body(ancf.Sphere(1.0), mass=1.0, position=(0, 0, 0), name="ball")
-    for integrator in (ancf.CentralDifference(), ancf.DormandPrince()):
-        with pytest.raises(ancf.InputError, match="cannot hold ball rigid, which takes multipl"):
-            ancf.simulate(scene, 1.0, 0.01, integrator=integrator)
-        with pytest.raises(ancf.InputError, match="cannot hold ball rigid, which takes multipl"):
-            ancf.stable_step(scene, integrator)
-
-
 @pytest.mark.parametrize(
     "join",
     [
