@@ -70,7 +70,9 @@ if TYPE_CHECKING:
     from ancfsparse.solve.buckling import buckling
     from ancfsparse.solve.complex_modes import complex_modes
     from ancfsparse.solve.load_path import load_path
+    from ancfsparse.solve.modal_response import modal_response
     from ancfsparse.solve.modes import modes
+    from ancfsparse.solve.quasi_static import quasi_static
     from ancfsparse.sweeps import grid, latin_hypercube, sweep
 
 __all__ = [
@@ -130,9 +132,11 @@ __all__ = [
     "latin_hypercube",
     "load",
     "load_path",
+    "modal_response",
     "modes",
     "plan",
     "position",
+    "quasi_static",
     "reaction",
     "section_force",
     "simulate",
@@ -161,9 +165,11 @@ _ON_DEMAND = {
     "grid": "sweeps",
     "latin_hypercube": "sweeps",
     "load_path": "solve.load_path",
+    "modal_response": "solve.modal_response",
     "modes": "solve.modes",
     "plan": "plans",
     "position": "plans",
+    "quasi_static": "solve.quasi_static",
     "reaction": "plans",
     "section_force": "plans",
     "slope_angle": "plans",

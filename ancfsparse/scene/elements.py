@@ -60,9 +60,9 @@ def chosen_element(
             f"{has[dim]}: give the scene a gravity with {element.dim} components"
         )
     for key, value in given.items():
-        if value != DEFAULTS[key]:
+        if not isinstance(value, str) or value != DEFAULTS[key]:
             raise InputError(
-                f"element {element.name} of {label} has no options: leave {key}={value!r} out"
+                f"element {element.name} of {label} has no options: leave {key}={shown(value)} out"
             )
     missing = [name for name in element.own if name not in element.values]
     if missing:

@@ -139,6 +139,15 @@ class Balance:
         # Far above the rounding of forces, which only then need be looked at one by one.
         self._most_rounding = 64.0 * ROUNDING * EPSILON * self.size_of_forces(largest)
 
+    def move_to(self, t: float) -> None:
+        """Take loads and drives at another time [s]; the loads count by their largest size."""
+        self._amplitudes = self.system.loads.amplitudes(np.array([t]))[0]
+        self._set_drives(t)
+        self._ready = None
+        pushed = self.state(self.start.q, self.start.lam, 1.0)
+        self.loads = max(self.loads, self.size_of_forces(pushed.r - self.start.r))
+        self.acceleration = self.loads * (self.system.dim / self._whole_mass) ** 0.5
+
     def _set_drives(self, t: float) -> None:
         """Let drives begin in the reference shape; with the loads they come to where they are."""
         system, prescribed = self.system, self.system.prescribed

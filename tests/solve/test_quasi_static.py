@@ -1,0 +1,145 @@
+"""Sequences of equilibria: beside statics, beside motions, and where equilibria are lost."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+
+SECTION = ancf.Rectangle(0.01, 0.01)
+MATERIAL = ancf.Material(youngs_modulus=2e9, density=1000.0)
+
+
+def cantilever(load, damping=0.0):
+    """A beam of 1 m whose lowest frequency is 2.3 Hz."""
+    scene = ancf.Scene(gravity=(0.0, 0.0))
+    material = ancf.Material(2e9, 1000.0, rayleigh=(damping, 0.0))
+    beam = scene.add_beam("thin", (0, 0), (1, 0), 6, SECTION, material)
+    scene.clamp(beam.start)
+    scene.point_force(beam.end, load)
+    return scene, beam
+
+
+def test_states_are_equilibria():
+    scene, beam = cantilever(lambda t: (-3.0 * t, 4.0 * np.sin(3.0 * t)))
+    run = ancf.quasi_static(scene, 1.0, 0.05)
+    for k in (0, 7, 20):
+        rest = ancf.solve_static(scene, t=run.t[k])
+        np.testing.assert_allclose(run.position(beam.end)[k], rest.position(beam.end), atol=1e-9)
+        np.testing.assert_allclose(
+            run.reaction(beam.start)[k], rest.reaction(beam.start), atol=1e-6
+        )
+    assert run.stats.recoveries == 0
+    assert run.finished
+
+
+@pytest.mark.parametrize("slow", [4.0, 8.0, 16.0])
+def test_what_inertia_changes_is_the_square_of_the_frequency_ratio(slow):
+    """Tip force in phase with the tip, 0.1 % of large motion: 1 / (1 - r^2) of its deflection.
+
+    Of that the lowest mode has 97 %, which is the constant.
+    """
+    frequency = ancf.modes(cantilever((0.0, 0.0))[0], 1).frequencies[0]
+    omega = 2.0 * np.pi * frequency / slow
+    # Starts at rest in the middle of an equilibrium: all of it vibrates with the load.
+    scene, beam = cantilever(lambda t: (0.0, 1e-3 * (1.0 - np.cos(omega * t))), damping=3.0)
+    t_end = 5.0 * 2.0 * np.pi / omega
+    dt = t_end / 4000
+    motion = ancf.simulate(scene, t_end, dt, save_every=10)
+    still = ancf.quasi_static(scene, t_end, 10 * dt)
+    last = slice(-80, None)
+    off = motion.position(beam.end)[last, 1] - still.position(beam.end)[last, 1]
+    size = 0.5 * np.ptp(still.position(beam.end)[:, 1])
+    # The part in phase; what damping adds is across it.
+    wave = -np.cos(omega * still.t[last])
+    share = (off @ wave) / (wave @ wave) / size
+    assert share * slow**2 == pytest.approx(0.97, rel=0.1)
+
+
+def test_a_pendulum_follows_slowly_turning_gravity():
+    scene = ancf.Scene(gravity=(0.0, -9.81))
+    rod = scene.add_beam("thin", (0, 0), (0, -1), 4, SECTION, MATERIAL)
+    scene.pin(rod.start)
+    scene.changing_gravity(lambda t: (9.81 * t, 0.0))
+    run = ancf.quasi_static(scene, 1.0, 0.1)
+    x, y = run.position(rod.end).T
+    np.testing.assert_allclose(np.arctan2(x, -y), np.arctan(run.t), atol=1e-6)
+
+
+def test_drives_lead_the_way():
+    scene = ancf.Scene(gravity=(0.0, -9.81))
+    cord = scene.add_beam("string", (0, 0), (1, 0), 8, ancf.Circle(0.01),
+                          ancf.Material(1e7, 1000.0), length=1.2, slack=1e-4)  # fmt: skip
+    scene.pin(cord.start)
+    scene.drive(cord.end, lambda t: (1.0 + 0.22 * t, 0.0))
+    run = ancf.quasi_static(scene, 1.0, 0.02)
+    np.testing.assert_allclose(run.position(cord.end)[:, 0], 1.0 + 0.22 * run.t, atol=1e-14)
+    rest = ancf.solve_static(scene, t=0.8)
+    np.testing.assert_allclose(
+        run.position(cord.node(4))[40], rest.position(cord.node(4)), atol=1e-8
+    )
+
+
+def toggle():
+    """Two bars whose apex is pushed down: it snaps through at 2 E A sin^3 a / 3 sqrt 3 or so."""
+    scene = ancf.Scene(gravity=(0.0, 0.0))
+    given = ("string", (0, 0), (1, 0.1), 1, SECTION, ancf.Material(1e7, 1000.0))
+    left = scene.add_beam(*given)
+    right = scene.add_beam(given[0], (1, 0.1), (2, 0), *given[3:])
+    scene.connect(left.end, right.start)
+    scene.pin(left.start)
+    scene.pin(right.end)
+    scene.point_force(left.end, ancf.Ramp((0.0, -1.0), 1.0))
+    return scene, left.end
+
+
+def test_a_toggle_snaps_through_and_goes_on_from_there():
+    scene, apex = toggle()
+    run = ancf.quasi_static(scene, 1.0, 0.02)
+    height = run.position(apex)[:, 1]
+    assert height[0] == pytest.approx(0.1)
+    assert height[-1] < -0.1
+    assert run.stats.recoveries == 1
+    # Limit load of two bars of rest length l at slope a, from the force along the path.
+    y = np.linspace(0.02, 0.1, 20001)
+    length, stretched = np.hypot(1.0, 0.1), np.hypot(1.0, y)
+    limit = np.max(2.0 * 1e7 * 1e-4 * (1.0 - stretched / length) * y / stretched)
+    k = int(np.argmax(height < 0.0))
+    assert run.t[k - 1] <= limit <= run.t[k]
+
+
+def test_errors_on_the_way_have_what_was_found():
+    def load(t):
+        if t > 0.5:
+            raise ValueError("no data")
+        return 0.0, t
+
+    with pytest.raises(ancf.LoadFailure, match="no data") as failure:
+        ancf.quasi_static(cantilever(load)[0], 1.0, 0.1)
+    np.testing.assert_allclose(failure.value.trajectory.t, np.arange(6) / 10)
+    assert not failure.value.trajectory.finished
+
+
+def test_it_begins_where_an_equilibrium_is():
+    scene, beam = cantilever(ancf.Ramp((0.0, 1.0), 1.0))
+    begin = ancf.solve_static(scene, t=0.5)
+    run = ancf.quasi_static(scene, 1.0, 0.25, start=begin)
+    np.testing.assert_allclose(run.t, (0.5, 0.75, 1.0))
+    np.testing.assert_allclose(run.position(beam.end)[0], begin.position(beam.end), atol=1e-9)
+    assert len(ancf.quasi_static(scene, 1.0).t) == 201
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"dt": 0.3}, "does not divide"),
+        ({"t_end": -1.0}, "t_end must be positive"),
+        ({"tolerance": 1.0}, "from 1e-14 to 0.001, got 1"),
+        ({"start": 3}, "start must be a state"),
+        ({"seed": "best"}, "unknown seed 'best'"),
+        ({"scene": 1}, "a Scene is needed, got 1"),
+    ],
+)
+def test_what_is_invalid_is_refused(change, words):
+    scene, _ = cantilever((0.0, 1.0))
+    with pytest.raises(ancf.InputError, match=words):
+        ancf.quasi_static(**({"scene": scene, "t_end": 1.0} | change))
