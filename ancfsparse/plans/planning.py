@@ -76,13 +76,12 @@ def plan(
     t_end = check_positive("t_end", t_end, "s")
     asked = wanted(checked(quantity, scene), error)
     named = check_integrator(integrator)
-    is_open = undecided(scene)
-    if dt is not None and not is_open:
+    steps = None if dt is None else count_steps_from(0.0, t_end, dt)
+    if steps is not None and not undecided(scene):
         raise InputError(
             f"dt={dt:g} and an error are both given, and no beam has n_elements='auto' or "
             "element='auto', so nothing is left to choose: leave dt or the error out"
         )
-    steps = None if dt is None else count_steps_from(0.0, t_end, dt)
     pilots = Pilots(scene, t_end, asked, named or DEFAULT, steps or STATES)
     found = search(pilots, Model(), _finer(scene), steps)
     return _record(scene, t_end, asked, pilots, found, begin, named is not None)

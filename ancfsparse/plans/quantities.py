@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from ancfsparse.plans.models import counterpart
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Node, Scene, check_point
 from ancfsparse.words import shown
+
+if TYPE_CHECKING:
+    from ancfsparse.plans.record import Plan
 
 Array = NDArray[np.float64]
 
@@ -77,6 +80,12 @@ class Quantity(ABC):
     def on(self, scene: Scene) -> Quantity:
         """Return the same quantity of a scene that was built from the one it is of."""
         return self
+
+    def plan(self, scene: Scene, t_end: float, quantity: Any, error: Any, **fixed: Any) -> Plan:
+        """Plan for quantities, of which this is one; see `ancfsparse.plan`."""
+        from ancfsparse.plans.planning import plan
+
+        return plan(scene, t_end, quantity, error, **fixed)
 
     def value(self, run: Trajectory) -> Array:
         """Return the values that are asked for.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method, Outcome
@@ -36,8 +37,10 @@ def simulate(
     output: str | Path | None = None,
     progress: bool = False,
     start: State | Equilibrium | None = None,
+    quantity: Any = None,
+    error: Any = None,
 ) -> Trajectory:
-    """March a scene through time, with a fixed step or to a given accuracy.
+    """March a scene through time, with a fixed step, to an accuracy, or to an error of a quantity.
 
     Each step finds coordinates and multipliers such that the equations of motion and the position
     constraints hold together at the new time (equation 6 of the paper).
@@ -121,6 +124,11 @@ def simulate(
         ``tolerance`` leaves, because seeds and pairs are not carried over.  In all other cases the
         start is made consistent as at t = 0, after positions and velocities have been put on the
         constraints.
+    quantity : Quantity or sequence of Quantity, optional
+        What is asked for, such as ``ancf.position(rod.end)``, with an ``error``: mesh and step are
+        chosen as `ancf.plan` does, and the trajectory has the plan in ``plan``.
+    error : float, str or sequence of them, optional
+        Largest error of the quantity, in its unit or such as ``"1 %"``, see `ancf.plan`.
 
     Returns
     -------
@@ -159,6 +167,26 @@ def simulate(
     least is taken, and the next regular look at the energy decides.  One whose energy only rises,
     in a motion that has lost some, is compared with Newton's.  No step is accepted unconverged.
     """
+    if quantity is not None or error is not None:
+        from ancfsparse.solve.asked import run_as_asked
+
+        options = {
+            "solver": solver,
+            "seed": seed,
+            "max_energy_gain": max_energy_gain,
+            "max_halvings": max_halvings,
+            "threads": threads,
+            "save_every": save_every,
+            "save_nodes": save_nodes,
+            "output": output,
+            "progress": progress,
+        }
+        own: dict[str, Any] = {"accuracy": accuracy, "start": start}
+        refused = {name: each for name, each in own.items() if each is not None}
+        if not isinstance(tolerance, str) or tolerance != "default":
+            refused["tolerance"] = tolerance
+        fixed = {"dt": dt, "integrator": integrator}
+        return run_as_asked(scene, t_end, quantity, error, fixed, options, refused)
     request = check_request(
         scene,
         t_end,

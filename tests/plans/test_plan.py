@@ -29,3 +29,61 @@ def test_the_tip_of_the_pendulum_is_found_as_well_as_asked(error):
     assert plan.error >= run.measured[0] / 2.0
     assert plan.cost["seconds"] < 2.0  # of a busy machine; the aim is 0.2
     assert plan.cost["runs"] <= 12
+
+
+def test_simulate_plans_and_runs():
+    scene, rod = pendulum("thin", "auto")
+    run = ancf.simulate(scene, 0.5, quantity=ancf.position(rod.end), error="1 %")
+    assert isinstance(run, ancf.Trajectory)
+    assert run.plan.is_met
+    assert "predicted error" in repr(run)
+    plan = ancf.plan(scene, 0.5, [ancf.position(rod.end), ancf.energy("kinetic")], ["1 %", "2 %"])
+    assert [each.wanted.error for each in plan.predictions] == [0.01, 0.02]
+    assert np.array_equal(run.plan.model.counts[rod.name], plan.model.counts[rod.name])
+
+
+def test_a_plan_is_readable_and_states_what_is_kept():
+    scene, rod = pendulum("thin", 10)
+    plan = ancf.plan(scene, T_END, ancf.position(rod.end), 1e-3)
+    text = str(plan)
+    assert not plan.is_met
+    assert "mesh of beam 0 given" in text
+    assert "above what was asked for" in text
+    assert "cheaper:" in text
+    # docs/accuracy.md measures 1.1e-2 m at four times; over the whole run up to three times that.
+    assert 5e-3 < plan.predictions[0].sources["mesh"] < 4e-2
+
+    scene, rod = pendulum("thin", "auto")
+    kept = ancf.plan(
+        scene, T_END, ancf.position(rod.end), 1e-2, dt=2e-3, integrator=ancf.Newmark(0.0)
+    )
+    assert kept.dt == pytest.approx(2e-3)
+    assert kept.integrator == ancf.Newmark(0.0)
+    assert "step given" in str(kept)
+    assert "integrator given" in str(kept)
+
+
+def test_bad_input_gets_a_sentence():
+    scene, rod = pendulum("thin", "auto")
+    tip = ancf.position(rod.end)
+    fixed, its = pendulum("thin", 4)
+    for make, words in (
+        (lambda: ancf.simulate(scene, 1.0, quantity=tip), "but no error"),
+        (lambda: ancf.simulate(scene, 1.0, error=1e-3), "but no quantity"),
+        (lambda: ancf.simulate(scene, 1.0, quantity="tip", error=1e-3), "quantity must be"),
+        (
+            lambda: ancf.simulate(scene, 1.0, quantity=tip, error=1e-3, accuracy=1e-3),
+            "a plan sets accuracy by itself",
+        ),
+        (
+            lambda: ancf.plan(fixed, 1.0, ancf.position(its.end), 1e-3, dt=1e-3),
+            "nothing is left to choose",
+        ),
+        (lambda: ancf.plan(fixed, 1.0, tip, 1e-3), "of another scene"),
+        (lambda: ancf.plan(scene, -1.0, tip, 1e-3), "t_end must be positive"),
+        (lambda: ancf.plan(scene, 1.0, tip, 0.0), "must be positive"),
+        (lambda: ancf.plan(scene, 1.0, tip, 1e-3, integrator="fast"), "integrator must be"),
+        (lambda: ancf.plan("scene", 1.0, tip, 1e-3), "a Scene is needed"),
+    ):
+        with pytest.raises(ancf.InputError, match=words):
+            make()
