@@ -18,6 +18,8 @@ from ancfsparse.errors import (
     LoadFailure,
     ModesFailure,
     OutputFailure,
+    PlanChanged,
+    PlanFailure,
     RedundantConstraints,
     StepFailure,
     UnstableEquilibrium,
@@ -54,7 +56,6 @@ from ancfsparse.system import State
 if TYPE_CHECKING:
     from ancfsparse.plans import (
         Plan,
-        PlanChanged,
         energy,
         plan,
         position,
@@ -105,6 +106,7 @@ __all__ = [
     "OutputFailure",
     "Plan",
     "PlanChanged",
+    "PlanFailure",
     "Polygon",
     "Pulse",
     "QuasiNewton",
@@ -155,7 +157,6 @@ _ON_DEMAND = {
     "Cylinder": "scene.shapes",
     "Helix": "scene.curves",
     "Plan": "plans",
-    "PlanChanged": "plans",
     "Rod": "scene.shapes",
     "Sphere": "scene.shapes",
     "assemble": "solve.assemble",

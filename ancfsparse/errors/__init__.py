@@ -23,6 +23,8 @@ from ancfsparse.errors.runs import (
     EnergyGain,
     Instability,
     OutputFailure,
+    PlanChanged,
+    PlanFailure,
     StepFailure,
 )
 from ancfsparse.errors.sentence import Parameter, Sentence, in_python, with_unit
@@ -40,6 +42,8 @@ __all__ = [
     "ModesFailure",
     "OutputFailure",
     "Parameter",
+    "PlanChanged",
+    "PlanFailure",
     "RedundantConstraints",
     "Sentence",
     "SingularSceneError",

@@ -235,3 +235,38 @@ class AccuracyFailure(AncfError, RuntimeError):
             "steps. Ask for less, for a shorter time (a chaotic motion forgets its start), or "
             "smooth loads that jump." + KEPT * (self.trajectory is not None)
         )
+
+
+class PlanFailure(AncfError, RuntimeError):
+    """The error of a quantity cannot be predicted.
+
+    Parameters
+    ----------
+    quantity : str
+        What was asked for.
+    asked, apart : float
+        The error that was asked for, and by how much motions with half the step still differ.
+    unit : str
+        Of both.
+    runs : int
+        Number of motions that were compared.
+    """
+
+    def __init__(self, quantity: str, asked: float, apart: float, unit: str, runs: int) -> None:
+        super().__init__(quantity, asked, apart, unit, runs)
+        self.quantity, self.asked, self.apart = quantity, asked, apart
+        self.unit, self.runs = unit, runs
+
+    def sentence(self, face: Face = in_python) -> str:
+        """Compose the message a reader meets."""
+        return (
+            f"no plan: the {self.quantity} does not converge as steps are halved; after "
+            f"{self.runs} motions the last two differ by {self.apart:.3g} {self.unit}".rstrip()
+            + f", and {self.asked:.3g} {self.unit}".rstrip()
+            + " was asked for. Ask for a larger error, for a shorter time (a chaotic motion "
+            "forgets its start), or smooth loads that jump."
+        )
+
+
+class PlanChanged(UserWarning):
+    """A run has left the range that its plan assumed, and was planned again."""

@@ -10,11 +10,10 @@ from ancfsparse.plans.quantities import (
     strain,
     velocity,
 )
-from ancfsparse.plans.record import Plan, PlanChanged
+from ancfsparse.plans.record import Plan
 
 __all__ = [
     "Plan",
-    "PlanChanged",
     "energy",
     "plan",
     "position",

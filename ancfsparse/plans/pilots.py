@@ -13,6 +13,7 @@ from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.costs import Counted, counted
 from ancfsparse.plans.models import Model, built
+from ancfsparse.plans.quantities import Quantity
 from ancfsparse.plans.wanted import Wanted
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
@@ -20,8 +21,15 @@ from ancfsparse.solve import simulate
 
 Array = NDArray[np.float64]
 
-# Intervals between saved states, at which the motions of pilots are compared.
-STATES = 50
+# Steps of the first pilot.
+FEWEST = 50
+# Work that pilots may cost in any case, about a tenth of a second; it is counted, so that plans do
+# not depend on what else a machine does.
+FREE = 1.5e7
+# States of a pilot at which motions are compared; vibrations between them would be missed.
+MOST_STATES = 1024
+# The same for a quantity that is slow to evaluate.
+MOST_SLOW = 128
 
 
 @dataclass(frozen=True)
@@ -71,7 +79,7 @@ class Pilots:
     t_end: float
     wanted: Sequence[Wanted]
     integrator: Implicit | Explicit
-    base: int = STATES
+    base: int = FEWEST
     done: dict[tuple[object, ...], Pilot | None] = field(default_factory=dict)
     seconds: float = 0.0
     failure: StepFailure | None = None
@@ -98,27 +106,50 @@ class Pilots:
 
     def _run(self, model: Model, steps: int) -> Pilot | None:
         scene = built(self.scene, model)
-        every = max(1, self.base // STATES) * (steps // self.base)
         try:
             run = simulate(
                 scene,
                 self.t_end,
                 self.t_end / steps,
                 integrator=self.integrator,
-                save_every=every,
+                save_every=self._save_every(steps),
             )
         except StepFailure as failure:
             failure.trajectory = None
             self.failure = failure
             return None
-        histories = tuple(each.quantity.on(scene).history(run) for each in self.wanted)
+        histories = tuple(_history(each.quantity.on(scene), run) for each in self.wanted)
         cost = counted(run.stats, steps, run.q.shape[1])
         return Pilot(model, steps, histories, cost, run)
+
+    def _save_every(self, steps: int) -> int:
+        """Return a divisor of the steps, such that runs with more of them save the same times."""
+        coarse = max(1, self.base // MOST_STATES)
+        every = next(each for each in range(coarse, 0, -1) if self.base % each == 0)
+        while steps // every > MOST_STATES and steps // every > self.base:
+            every *= 2
+        return every
+
+    @property
+    def spent(self) -> float:
+        """Work of all runs so far, in that of a residual of one coordinate."""
+        return sum(run.amount for run in self.costs)
 
     @property
     def costs(self) -> list[Counted]:
         """Counts of all runs that came to their end."""
         return [each.cost for each in self.done.values() if each is not None]
+
+
+def _history(quantity: Quantity, run: Trajectory) -> Array:
+    """Return a quantity at the saved times, or at some of them if it is slow."""
+    every, intervals = 1, len(run.t) - 1
+    while quantity.slow and intervals // every > MOST_SLOW and intervals % (2 * every) == 0:
+        every *= 2
+    if every > 1:
+        t, q, v, a, lam = (np.asarray(x)[::every] for x in (run.t, run.q, run.v, run.a, run.lam))
+        run = replace(run, t=t, q=q, v=v, a=a, lam=lam)
+    return quantity.history(run)
 
 
 def tolerances(wanted: Sequence[Wanted], pilot: Pilot) -> list[float]:
@@ -142,7 +173,7 @@ def tolerances(wanted: Sequence[Wanted], pilot: Pilot) -> list[float]:
 def distance(wanted: Wanted, mine: Array, its: Array) -> float:
     """Return by how much two histories of a quantity differ, at the times asked for [unit]."""
     quantity = wanted.quantity
-    apart = quantity.difference(quantity.chosen(mine), quantity.chosen(its))
+    apart = quantity.difference(*map(quantity.chosen, _common(mine, its)))
     return float(np.linalg.norm(apart, axis=1).max())
 
 
@@ -154,5 +185,12 @@ def distances(wanted: Sequence[Wanted], one: Pilot, other: Pilot) -> list[float]
 def farthest(wanted: Sequence[Wanted], one: Pilot, other: Pilot) -> list[float]:
     """Return by how much every quantity of two runs differs at any saved time [unit]."""
     pairs = zip(wanted, one.histories, other.histories, strict=True)
-    apart = (each.quantity.difference(mine, its) for each, mine, its in pairs)
+    apart = (each.quantity.difference(*_common(mine, its)) for each, mine, its in pairs)
     return [float(np.linalg.norm(each, axis=1).max()) for each in apart]
+
+
+def _common(one: Array, other: Array) -> tuple[Array, Array]:
+    """Return two histories at the times that both have: those of the one with fewer."""
+    fewer = min(len(one), len(other)) - 1
+    strides = [(len(each) - 1) // fewer for each in (one, other)]
+    return one[:: strides[0]], other[:: strides[1]]

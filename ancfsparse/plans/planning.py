@@ -9,7 +9,7 @@ from ancfsparse.checks import check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.models import Model, built, spread, undecided
-from ancfsparse.plans.pilots import STATES, Pilots
+from ancfsparse.plans.pilots import FEWEST, Pilots
 from ancfsparse.plans.quantities import Quantity, checked
 from ancfsparse.plans.record import Alternative, Plan, Prediction, described
 from ancfsparse.plans.search import Found, neighbours, search
@@ -63,7 +63,7 @@ def plan(
         If an argument is invalid, the scene does not have the quantity, or nothing is open.
     StepFailure
         If no step is short enough to finish.
-    AccuracyFailure
+    PlanFailure
         If motions do not approach each other as steps are halved.
 
     Examples
@@ -82,7 +82,7 @@ def plan(
             f"dt={dt:g} and an error are both given, and no beam has n_elements='auto' or "
             "element='auto', so nothing is left to choose: leave dt or the error out"
         )
-    pilots = Pilots(scene, t_end, asked, named or DEFAULT, steps or STATES)
+    pilots = Pilots(scene, t_end, asked, named or DEFAULT, steps or FEWEST)
     found = search(pilots, Model(), _finer(scene), steps)
     return _record(scene, t_end, asked, pilots, found, begin, named is not None)
 

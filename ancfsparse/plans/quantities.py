@@ -43,11 +43,14 @@ class Quantity(ABC):
     smooth : bool
         Whether it depends on coordinates alone, and so converges with the order of the element; a
         strain or a force in a section loses one for each derivative.
+    slow : bool
+        Whether each state takes about as long as a step, so that pilots look at fewer.
     """
 
     at: str = field(default="saved", kw_only=True)
     unit: ClassVar[str] = "m"
     smooth: ClassVar[bool] = True
+    slow: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Check the times."""
@@ -202,6 +205,7 @@ class Reaction(_AtPoint):
 
     unit: ClassVar[str] = "N"
     smooth: ClassVar[bool] = False
+    slow: ClassVar[bool] = True
 
     @property
     def name(self) -> str:

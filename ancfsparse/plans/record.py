@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ancfsparse.errors import StepFailure
+from ancfsparse.errors import PlanChanged, StepFailure
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.models import Model, built
 from ancfsparse.plans.pilots import distance
@@ -19,12 +19,10 @@ from ancfsparse.solve import simulate
 MEGABYTE = 1e6
 # Steps and elements of the run that proves a plan, over those of the plan.
 FINER_STEPS, FINER_MESH = 2, 1.5
+# Intervals between saved states at least, unless they are chosen by save_every.
+SAVED = 1000
 # How often a run that fails is planned again with half the step.
 MOST_REPLANS = 4
-
-
-class PlanChanged(UserWarning):
-    """A run has left the range that its plan assumed, and was planned again."""
 
 
 @dataclass(frozen=True)
@@ -181,7 +179,8 @@ class Plan:
             Also run one rung up, with a finer mesh and half the step, and report the difference
             beside the prediction.
         **options
-            Other arguments of `simulate`, such as ``output`` or ``progress``.
+            Other arguments of `simulate`, such as ``output`` or ``progress``.  By default every
+            step is saved up to 2000, and of more steps at least every 1000th part.
 
         Returns
         -------
@@ -220,14 +219,15 @@ class Plan:
                           plan=plan, measured=measured)  # fmt: skip
 
     def _march(self, **options: Any) -> Trajectory:
-        given = {"integrator": self.integrator, **options}
+        every = max(1, self.steps // SAVED)
+        given = {"integrator": self.integrator, "save_every": every, **options}
         return simulate(self.build(), self.t_end, self.dt, **given)
 
     def _measured(self, run: Trajectory) -> tuple[float, ...]:
         """Return by how much every quantity changes with a finer mesh and half the step."""
         counts = {name: round(FINER_MESH * n + 0.5) for name, n in self.model.counts.items()}
         finer = replace(self, model=self.model.with_counts(counts), steps=FINER_STEPS * self.steps)
-        other = finer._march(save_every=FINER_STEPS)
+        other = finer._march(save_every=FINER_STEPS * run.settings["save_every"])
         scenes = run.system.scene, other.system.scene
         return tuple(
             distance(

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ancfsparse.errors import AccuracyFailure
+from ancfsparse.errors import PlanFailure
 from ancfsparse.plans import costs
 from ancfsparse.plans.mesh_error import COARSEST, MeshError, elements_of, given_error, mesh_error
 from ancfsparse.plans.models import Model, order_of, spread, undecided
-from ancfsparse.plans.pilots import Pilot, Pilots, tolerances
+from ancfsparse.plans.pilots import FREE, Pilot, Pilots, distances, tolerances
 from ancfsparse.plans.time_error import TimeError, time_error
 from ancfsparse.scene import Scene
 
@@ -20,15 +20,16 @@ from ancfsparse.scene import Scene
 SURE, UNSURE = 0.7, 0.5
 # Shares of it that the mesh may have, of which the cheapest is taken.
 SHARES = np.linspace(0.05, 0.95, 37)
+# Errors are continued to so many times the elements or steps of the finest pilots, no further.
+REACH_MESH, REACH_STEPS = 8.0, 64.0
 # What the tolerance of the solver leaves, over the error of the step (see `simulate`).
 SOLVER = 0.01
-# Share of the planned run that pilots may cost, and what they may cost in any case: work of about a
-# tenth of a second, counted, so that plans do not depend on what else a machine does.
-SHARE, FREE = 0.15, 1.5e7
+# Share of the planned run that pilots may cost.
+SHARE = 0.15
 # The coarsest mesh may be refined so many times if shorter steps do not converge on it.
 MOST_COARSE = 4.0
 # Meshes are compared at steps whose own error is at most so many times the one asked for.
-STEADY = 10.0
+STEADY = 3.0
 
 
 @dataclass(frozen=True)
@@ -134,9 +135,18 @@ class Found:
                 share = 0.0
             needed = time.needed((1.0 - share) * free / (1.0 + SOLVER))
             steps = max(steps, needed)
+        if self.mesh is not None:
+            finest = min(finest, self.farthest)
         if self.fixed_steps is not None:
             return finest, self.fixed_steps
+        steps = min(steps, REACH_STEPS * self.time.runs[-1].steps)
         return finest, max(self.time.runs[0].steps, math.ceil(steps))
+
+    @property
+    def farthest(self) -> float:
+        """Most elements on the longest beam for which errors are predicted."""
+        assert self.mesh is not None
+        return REACH_MESH * max(self.mesh.runs[-1].model.counts.values())
 
 
 def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int | None) -> Found:
@@ -157,7 +167,7 @@ def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int |
     ------
     StepFailure
         If no step is short enough.
-    AccuracyFailure
+    PlanFailure
         If the motions do not approach each other.
     """
     order = _order(pilots.scene, model)
@@ -167,10 +177,11 @@ def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int |
 
     def affordable(last: Pilot) -> bool:
         """Whether a finer pilot costs little beside the run that is planned."""
-        spent = sum(run.amount for run in pilots.costs)
-        return spent < max(FREE, SHARE * last.cost.amount * time.runs[-1].steps / steps)
+        return pilots.spent < max(FREE, SHARE * last.cost.amount * time.runs[-1].steps / steps)
 
     mesh = mesh_error(pilots, coarse, finest, steps, order, affordable) if is_open else None
+    if mesh is not None and pilots.spent < FREE:
+        time = _on_fine_mesh(pilots, time, mesh, steps)
     given = (0.0,) * len(pilots.wanted)
     if finer is not None:
         given = tuple(given_error(pilots, finer, coarse, steps, order))
@@ -187,10 +198,28 @@ def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:
         coarse = model.with_counts(spread(pilots.scene, finest))
         try:
             return finest, coarse, time_error(pilots, coarse, pilots.integrator.order)
-        except AccuracyFailure:
+        except PlanFailure:
             if not coarse.counts or finest >= COARSEST * MOST_COARSE:
                 raise
         finest *= 2.0
+
+
+def _on_fine_mesh(pilots: Pilots, time: TimeError, mesh: MeshError, steps: int) -> TimeError:
+    """Enlarge errors of steps that the finest pilot mesh shows to be larger than on the coarse one.
+
+    It has faster vibrations.
+    """
+    coarse = [run for run in time.runs if run.steps in (steps, 2 * steps)]
+    shorter = pilots.run(mesh.runs[-1].model, 2 * steps)
+    if shorter is None or len(coarse) < 2:
+        return time
+    mine = distances(pilots.wanted, mesh.runs[-1], shorter)
+    its = distances(pilots.wanted, *coarse)
+    more = [max(1.0, d / e) if e > 0.0 else 1.0 for d, e in zip(mine, its, strict=True)]
+    larger = (
+        replace(e, error=e.error * factor) for e, factor in zip(time.estimates, more, strict=True)
+    )
+    return replace(time, estimates=tuple(larger))
 
 
 def _steady(pilots: Pilots, time: TimeError) -> int:

@@ -6,16 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from ancfsparse.errors import AccuracyFailure
+from ancfsparse.errors import PlanFailure
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.plans.models import Model
-from ancfsparse.plans.pilots import Pilot, Pilots, distances, farthest, tolerances
+from ancfsparse.plans.pilots import FREE, Pilot, Pilots, distances, farthest, tolerances
 from ancfsparse.plans.richardson import Estimate, estimate
 
 # Steps of one pilot at most, over those of the longest kind.
 MOST_HALVINGS = 14
-# An error so many times the one asked for can be extrapolated from, if its order has shown.
-FAR = 16.0
+# An error so many times the one asked for can be extrapolated from, if its order has shown: as long
+# as pilots cost next to nothing, and later.  Shorter steps follow further vibrations, so the
+# order of a motion that began with a shock falls.
+NEARER, FAR = 2.0, 16.0
 # One of this share is small enough without having shown its order.
 NEAR = 0.3
 # Where the differences do not halve in so many halvings, the motion is too rough for an estimate.
@@ -59,7 +61,7 @@ def time_error(pilots: Pilots, model: Model, order: int) -> TimeError:
     ------
     StepFailure
         If no step is short enough to finish.
-    AccuracyFailure
+    PlanFailure
         If the motions do not approach each other as steps are halved: the motion is chaotic, or
         the quantity is not smooth.
     """
@@ -80,8 +82,10 @@ def time_error(pilots: Pilots, model: Model, order: int) -> TimeError:
     if pilots.failure is not None and len(runs) < 2:
         raise pilots.failure
     asked = tolerances(pilots.wanted, runs[-1])
-    worst = max(range(len(asked)), key=lambda i: estimates[i].error / asked[i])
-    raise AccuracyFailure(asked[worst], estimates[worst].error, len(runs))
+    apart = farthest(pilots.wanted, runs[-2], runs[-1])
+    i = max(range(len(asked)), key=lambda i: apart[i] / asked[i])
+    quantity = pilots.wanted[i].quantity
+    raise PlanFailure(quantity.name, asked[i], apart[i], quantity.unit, len(runs))
 
 
 def _stalls(pilots: Pilots, runs: Sequence[Pilot]) -> bool:
@@ -107,10 +111,11 @@ def _estimates(pilots: Pilots, runs: Sequence[Pilot], order: int) -> tuple[Estim
 def _enough(pilots: Pilots, runs: Sequence[Pilot], estimates: Sequence[Estimate]) -> bool:
     """Whether errors are known well enough, and whole histories approach each other."""
     asked = tolerances(pilots.wanted, runs[-1])
+    reach = NEARER if pilots.spent < FREE else FAR
     last = farthest(pilots.wanted, runs[-2], runs[-1])
     before = farthest(pilots.wanted, runs[-3], runs[-2]) if len(runs) > 2 else None
     for i, (each, most) in enumerate(zip(estimates, asked, strict=True)):
-        if each.error > (FAR if each.settled else NEAR) * most:
+        if each.error > (reach if each.settled else NEAR) * most:
             return False
         approaches = before is not None and last[i] <= 0.5 * before[i]
         if last[i] > most and not approaches:

@@ -176,11 +176,12 @@ def simulate(
             "max_energy_gain": max_energy_gain,
             "max_halvings": max_halvings,
             "threads": threads,
-            "save_every": save_every,
             "save_nodes": save_nodes,
             "output": output,
             "progress": progress,
         }
+        if not isinstance(save_every, int) or save_every != 1:
+            options["save_every"] = save_every
         own: dict[str, Any] = {"accuracy": accuracy, "start": start}
         refused = {name: each for name, each in own.items() if each is not None}
         if not isinstance(tolerance, str) or tolerance != "default":

@@ -21,7 +21,7 @@ def test_the_tip_of_the_pendulum_is_found_as_well_as_asked(error):
     scene, rod = pendulum("thin", "auto")
     plan = ancf.plan(scene, T_END, ancf.position(rod.end), error)
     assert plan.is_met
-    run = plan.run(verify=True)
+    run = plan.run(verify=True, save_every=1)
     achieved = tip_error(run, rod)
     assert achieved <= error
     # What was predicted is no more than a few times what came out.
@@ -87,3 +87,28 @@ def test_bad_input_gets_a_sentence():
     ):
         with pytest.raises(ancf.InputError, match=words):
             make()
+
+
+def test_what_does_not_converge_is_no_plan():
+    """A slack string of rough waves: halving the step changes its middle by centimetres."""
+    scene = ancf.Scene()
+    soft, round_ = ancf.Material(1e9, 1000), ancf.Circle(0.01)
+    rope = scene.add_beam("string", (0, 0), (1, 0), "auto", round_, soft, length=1.2)
+    scene.pin(rope.start)
+    scene.pin(rope.end)
+    scene.point_force(rope.at(0.6), (5.0, 0.0))
+    with pytest.raises(ancf.PlanFailure, match="does not converge as steps are halved"):
+        ancf.plan(scene, 0.5, ancf.position(rope.at(0.6)), "0.3 %")
+
+
+def test_an_error_beyond_reach_is_stated():
+    """The bending moment after a shock has waves of all lengths, which decay slowly."""
+    scene = ancf.Scene((0, 0))
+    steel, bar = ancf.Material(2e11, 7800), ancf.Rectangle(0.02, 0.02)
+    rod = scene.add_beam("thin", (0, 0), (1, 0), "auto", bar, steel)
+    scene.clamp(rod.start)
+    scene.point_force(rod.end, (0.0, -50.0))
+    plan = ancf.plan(scene, 0.02, ancf.section_force(rod.start), "0.01 %")
+    assert not plan.is_met
+    assert "not reached" in str(plan)
+    assert plan.error > plan.predictions[0].asked
