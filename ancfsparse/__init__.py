@@ -1,6 +1,6 @@
 """Flexible multibody dynamics with ANCF cables and beams.
 
-A `Scene` says what there is, `simulate` and `solve_static` answer how it moves and rests.
+A `Scene` describes a model; `simulate` computes its motion, `solve_static` its equilibrium.
 """
 
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""What the machine has left."""
+"""Memory and processors that are available."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LITTLE = 1e6
 
 
 def available() -> float | None:
-    """Return the memory that is free for this process [bytes], None where nobody says."""
+    """Return the memory that is free for this process [bytes], None where it is unknown."""
     free = []
     try:
         with open("/proc/meminfo", encoding="ascii") as lines:

@@ -50,7 +50,7 @@ _SHORT = _Short()
 
 
 def suggest(name: object, valid: Iterable[str]) -> str:
-    """Say which names are valid, the nearest one first.
+    """List the names that are valid, the nearest one first.
 
     Parameters
     ----------

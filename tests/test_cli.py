@@ -210,22 +210,22 @@ def test_an_unknown_integrator_is_refused(capsys):
     ("words", "sentence"),
     [
         (("--alpha", ".3", "--integrator", "generalized-alpha"),
-         "--alpha 0.3 means nothing to --integrator generalized-alpha: leave it out, or take "
+         "--alpha 0.3 does not apply to --integrator generalized-alpha: leave it out, or take "
          "--integrator newmark or hht"),
-        (("--rho-inf", ".5"), "--rho-inf 0.5 means nothing to --integrator newmark"),
-        (("--memory", "5", "--solver", "newton"), "--memory 5 means nothing to --solver newton: "),
+        (("--rho-inf", ".5"), "--rho-inf 0.5 does not apply to --integrator newmark"),
+        (("--memory", "5", "--solver", "newton"), "--memory 5 does not apply to --solver newton: "),
         (("--memory", "5", "--accuracy", "1e-3", "--integrator", "hht"),
-         "--memory 5 means nothing to --solver auto, the default here"),
+         "--memory 5 does not apply to --solver auto, the default here"),
         (("--solver", "newton", "--integrator", "central-difference"),
-         "--solver newton means nothing to --integrator central-difference: leave it out"),
-        (("--tolerance", "1e-3", "--integrator", "rkn4"), "--tolerance 1e-3 means nothing to"),
+         "--solver newton does not apply to --integrator central-difference: leave it out"),
+        (("--tolerance", "1e-3", "--integrator", "rkn4"), "--tolerance 1e-3 does not apply to"),
         (("--solver", "bfgs", "--accuracy", "1e-3", "--integrator", "hht"),
          "the full memory of --solver bfgs keeps its first: add --memory 10"),
-        (("--seed", "exact", "--integrator", "rkn4"), "--seed exact means nothing to"),
+        (("--seed", "exact", "--integrator", "rkn4"), "--seed exact does not apply to"),
         (("--seed", "best"), "unknown seed 'best'"),
         (("--seed", "incomplete"), "the full memory of --solver davidon, the default here, starts"),
         (("--seed", "incomplete", "--accuracy", "1e-3"), "leave out --seed incomplete"),
-        (("--nu", ".4"), "--nu 0.4 means nothing to --element thin: leave it out, or take "
+        (("--nu", ".4"), "--nu 0.4 does not apply to --element thin: leave it out, or take "
          "--element thick"),
     ],
 )  # fmt: skip

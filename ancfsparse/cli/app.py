@@ -50,7 +50,7 @@ for command in (files.info, files.plot, files.animate, files.convert, element_co
 
 
 class RunError(AncfError):
-    """A run of the command ended early; the message speaks of the options of the command."""
+    """A run of the command ended early; the message names the options of the command."""
 
 
 # What the library calls what the command has options for.
@@ -105,7 +105,7 @@ def as_option(parameter: Parameter) -> str:
 
 
 def _ended(error: StepFailure | AccuracyFailure) -> str:
-    """Say why a run ended, with advice that the command can follow; it keeps no states."""
+    """Return why a run ended, with advice that the command can follow; it keeps no states."""
     if isinstance(error, Instability):
         error.advice = ADVICE_ON_EXPLICIT
     elif isinstance(error, StepFailure):

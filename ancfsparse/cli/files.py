@@ -24,7 +24,7 @@ ViewOption = Annotated[
 
 
 def info(file: FileArgument) -> None:
-    """Say what the file of a run holds."""
+    """Describe the file of a run."""
     found = contents(file)
     t, settings, stats = found.t, found.settings, found.stats
     typer.echo(f"{file}: {len(t)} states from t = {t[0]:.6g} s to {t[-1]:.6g} s")

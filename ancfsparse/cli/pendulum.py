@@ -22,7 +22,7 @@ AUTO = "auto"
 DAMPINGS = {"alpha": "--alpha", "rho_inf": "--rho-inf"}
 """Options of numerical damping by the parameter that they set."""
 THICK, POISSON = "thick", 0.3
-"""The element that Poisson's ratio means something to, and the ratio where none is given."""
+"""The element that has a Poisson's ratio, and its default."""
 SOLVERS = (*METHODS, "auto")
 
 
@@ -180,7 +180,7 @@ def check_options(asked: PendulumRun, solver: str) -> None:
     ):  # fmt: skip
         if value is not None and not taken:
             raise InputError(
-                f"{option} {value} means nothing to {chosen}: leave it out, or take {owners}"
+                f"{option} {value} does not apply to {chosen}: leave it out, or take {owners}"
             )
     dense = solver in UPDATES and asked.memory in (None, "full")
     if asked.seed == "incomplete" and asked.accuracy is not None:

@@ -36,7 +36,7 @@ class InputError(AncfError, ValueError):
 
     @property
     def parameter(self) -> str | None:
-        """Name of the argument that the message is about, if it says so."""
+        """Name of the argument that the message is about, if it names one."""
         named = (each.name for each in self.values.values() if isinstance(each, Parameter))
         return next(named, None)
 

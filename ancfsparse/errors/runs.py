@@ -86,7 +86,7 @@ class EnergyGain(StepFailure):
         energy is looked at first; else the states may be some steps past where the gain began.
     when : int, optional
         The step after which the motion had that much, if it was found at the end of the run: what
-        the first steps gain cannot be judged before the motion has developed.
+        the first steps gain cannot be assessed before the motion has developed.
     """
 
     def __init__(
@@ -160,7 +160,7 @@ class OutputFailure(AncfError, RuntimeError):
     Parameters
     ----------
     reason : str
-        What the system says.
+        Message of the operating system.
     path : str
         The file.
     time : float

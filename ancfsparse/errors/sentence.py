@@ -19,7 +19,7 @@ class Parameter(NamedTuple):
         What Python shows between the two: ``"="`` where the sentence quotes a call; nothing shows
         the value alone.
     aside : bool
-        Whether it only says in parentheses where a number comes from; left out by a face that has
+        Whether it only gives, in parentheses, the origin of a number; left out by a face that has
         no such argument.
     """
 

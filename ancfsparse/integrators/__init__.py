@@ -1,6 +1,6 @@
 """In comes a system at rest or in motion, out go its states, step after step.
 
-This room knows time and no elements.
+This package depends on time integration alone, not on elements.
 """
 
 from ancfsparse.integrators.conserving import EnergyMomentum

@@ -1,6 +1,6 @@
 """Fields of the elements at points on their axis, for many states and points at a time.
 
-The compiled kernels integrate over elements and know no point; here is what results need of one.
+The compiled kernels integrate over elements; results need values at points, evaluated here.
 """
 
 from __future__ import annotations

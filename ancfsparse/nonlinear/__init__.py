@@ -1,6 +1,6 @@
 """In come equations as functions and a seed, out comes their solution, step after step.
 
-This room knows vectors and ``solve(r)``, and no mechanics.
+This package works on vectors and ``solve(r)`` and is independent of mechanics.
 """
 
 from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton

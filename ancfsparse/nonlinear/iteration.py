@@ -59,7 +59,7 @@ class Tolerance:
     Attributes
     ----------
     by_correction : bool
-        Judge what is left by its length (default), or the largest entry of the residual (the
+        Measure the residual by its length (default), or the largest entry of the residual (the
         paper's way).
     force, constraint : float
         Bounds on the entries of the scaled residual: beta dt^2 times newtons, and metres.
@@ -113,7 +113,7 @@ def tolerance_of(
     place : float
         Rounding of a position [m].
     noise, floor, share, work, sure
-        As in `Tolerance`; ``share`` and ``work`` are what ``"default"`` means.
+        As in `Tolerance`; ``share`` and ``work`` apply to ``"default"``.
     """
     if asked == "paper":
         force = scale * max(1e-6, 4.0 * EPSILON * force_scale)
@@ -178,7 +178,7 @@ def make_inverse(
         Inner product for Broyden's update: the diagonal of the mass matrix, zero on multipliers.
         None is the plain one of the paper, whose pairs depend on the units.
     norm : (n,) float
-        Weights of the squares of a step, in the norm that pairs are judged by; those of a
+        Weights of the squares of a step, in the norm by which pairs are accepted; those of a
         difference of residuals are divided by it.
     smallest_y : float
         Differences of residuals below this are rounding, and their pairs are skipped.

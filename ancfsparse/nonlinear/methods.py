@@ -57,7 +57,7 @@ class Newton(Solver):
 
 @dataclass(frozen=True)
 class ModifiedNewton(Solver):
-    """Newton with one factor for many steps, renewed when counts say that it pays.
+    """Newton with one factor for many steps, renewed when the counts show that it pays.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ _OUTCOMES, _RUNGS = declared("ancf_outcome"), declared("ancf_rung")
 
 
 class Outcome(IntEnum):
-    """Reasons as the compiled loop gives them; `sentence` says each in words."""
+    """Reasons as the compiled loop gives them; `sentence` puts each into words."""
 
     CONVERGED = _OUTCOMES["CONVERGED"]
     TOO_MANY = _OUTCOMES["TOO_MANY"]

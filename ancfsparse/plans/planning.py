@@ -152,7 +152,7 @@ def _alternative(
 def _reasons(
     scene: Scene, found: Found, predictions: Sequence[Prediction], integrator_given: bool
 ) -> list[str]:
-    """Say what decided, in sentences."""
+    """Explain what decided, in sentences."""
     out = []
     worst = max(predictions, key=lambda each: each.error / each.asked)
     largest = max(worst.sources, key=lambda name: worst.sources[name])

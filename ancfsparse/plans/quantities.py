@@ -76,7 +76,7 @@ class Quantity(ABC):
         """What plans call it."""
 
     def __repr__(self) -> str:
-        """Say what it is, and when."""
+        """Describe what it is, and when."""
         when = {"saved": "at all saved times", "end": "at the end", "largest": "at its largest"}
         return f"{self.name}, {when[self.at]}"
 

@@ -132,7 +132,7 @@ def _undamped_is_alike(
     other = pilots.with_integrator(GeneralizedAlpha(1.0))
     run = other.run(model, runs[-1].steps)
     pilots.seconds += other.seconds
-    if run is None:  # the steps are too long for it, which says nothing about the quantity
+    if run is None:  # the steps are too long for it, no statement about the quantity
         return True
     asked = tolerances(pilots.wanted, runs[-1])
     apart = distances(pilots.wanted, runs[-1], run)

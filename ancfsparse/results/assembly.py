@@ -39,7 +39,7 @@ class Assembly:
     multipliers: Array
 
     def __repr__(self) -> str:
-        """Say in one line what was moved and why."""
+        """State in one line what was moved and why."""
         if self.violation == 0.0:
             return "Assembly: everything was in place"
         body, node, moved = self._farthest

@@ -51,7 +51,7 @@ def load(
     -------
     Trajectory
         Its states stay in the file and are read as they are asked for.  That of a run that was
-        interrupted says so, and ends early.
+        interrupted is marked as such and ends early.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def load(
         if not _agree(reference, system.q_ref):
             other = "the stress-free shape"
     elif other is None:
-        still = system.n_all - system.prescribed.n  # drives begin where their functions say
+        still = system.n_all - system.prescribed.n  # drives begin at the values of their functions
         for name, table, start in (("shape", run.q, system.q0), ("velocity", run.v, system.v0)):
             if other is None and not _begins(table, start, still):
                 other = f"the {name} at t = 0"
@@ -101,7 +101,7 @@ def _scene(path: Path, own: Mapping[str, Any]) -> Scene:
 
 
 def _begins(table: Any, start: Array, n: int) -> bool:
-    """Say whether the first row of a table is a state, in its first n coordinates."""
+    """Return whether the first row of a table is a state, in its first n coordinates."""
     if isinstance(table, Chosen):
         mine = table.places < n
         return _agree(table.values[0][mine], start[table.places[mine]])
@@ -109,7 +109,7 @@ def _begins(table: Any, start: Array, n: int) -> bool:
 
 
 def _agree(there: Array, here: Array) -> bool:
-    """Say whether two states are equal but for rounding."""
+    """Return whether two states are equal but for rounding."""
     if there.shape != here.shape:
         return False
     with np.errstate(over="ignore"):  # a file without checksums may hold anything
@@ -126,7 +126,7 @@ def read(path: str | Path, system: System) -> Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class Contents:
-    """What a file says of its run.
+    """The metadata of a run in a file.
 
     Attributes
     ----------
@@ -152,7 +152,7 @@ class Contents:
 
 
 def contents(path: str | Path) -> Contents:
-    """Read what a file says of its run, without its states.
+    """Read the metadata of a run from a file, without its states.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def contents(path: str | Path) -> Contents:
 
 
 def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
-    """Read what a file knows of its run without its scene.
+    """Read what a file contains of its run without its scene.
 
     Parameters
     ----------

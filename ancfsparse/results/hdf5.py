@@ -101,7 +101,7 @@ def opened(
 
 
 def damaged(path: Path, how: str = "") -> str:
-    """Say that a file is not as a run has written it."""
+    """Report that a file is not as a run has written it."""
     return f"{path} is damaged{how}: copy it again, or run again"
 
 
@@ -112,7 +112,7 @@ def check_format(path: Path, file: h5py.File) -> None:
         if number > FORMAT:
             raise InputError(
                 f"{path} was written by a later version of ancfsparse, in format {number}, and "
-                f"this one knows formats up to {FORMAT}: install the later version"
+                f"this one reads formats up to {FORMAT}: install the later version"
             )
     elif begins_with_mark(path):
         raise InputError(damaged(path))
@@ -146,7 +146,7 @@ def text_of(file: h5py.File, name: str, missing: str | None = None) -> str:
 
 
 def unreadable(path: Path, refused: BaseException) -> str:
-    """Say why a file cannot be opened, without the words of HDF5."""
+    """Explain why a file cannot be opened, without the jargon of HDF5."""
     if not path.exists():
         return f"there is no file {path.absolute()}: it was moved, removed or never written"
     if path.is_dir():

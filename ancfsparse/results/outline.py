@@ -1,4 +1,4 @@
-"""What pictures need to know of a scene, small enough to stand in the file of a run."""
+"""The data of a scene that pictures need, small enough to be stored in the file of a run."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def plot(
     if what == "shape":
         return draw_shapes(outline_for(run.system, of), run.t, run.q, times, ax, view)
     if view is not None:
-        raise InputError(f"view is for shapes and means nothing to {what!r}: leave it out")
+        raise InputError(f"view is for shapes and does not apply to {what!r}: leave it out")
     if what == "energy":
         return _energies(run, of, times, ax)
     if isinstance(of, Node):
@@ -102,7 +102,7 @@ def plot_at_rest(
     check_choice("what to plot", what, ("shape", *SECTIONS))
     if what != "shape":
         if view is not None:
-            raise InputError(f"view is for shapes and means nothing to {what!r}: leave it out")
+            raise InputError(f"view is for shapes and does not apply to {what!r}: leave it out")
         return _along(system, q[None, :], np.zeros((1, len(q))), what, of, ax, ["C0"], [""])
     outline = outline_for(system, of)
     canvas = Canvas(film(outline, np.stack([system.q_ref, q])), ax, view)

@@ -261,7 +261,7 @@ def _axes(ax: object, size: tuple[float, float]) -> Axes:
 
 
 def _joined(lines: Array, gaps: bool) -> tuple[Array, list[int]]:
-    """Join the edges (j, e, p, dim) of each state to one path, and say where in it nodes are.
+    """Join the edges (j, e, p, dim) of each state to one path, and locate the nodes in it.
 
     With gaps, edges are apart; without, each begins where the last ends.
     """

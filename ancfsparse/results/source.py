@@ -50,7 +50,7 @@ class SolvedSystem(Protocol):
         ...
 
     def kind_of(self, beam: Body) -> ElementKind:
-        """Say which element a body is made of."""
+        """Return the name of the element of a body."""
         ...
 
     def elements(self, beam: ElasticBody) -> NDArray[np.int32]:
@@ -62,7 +62,7 @@ class SolvedSystem(Protocol):
         ...
 
     def point(self, node: Node) -> Places:
-        """Say how a position comes from the coordinates.
+        """Return how a position follows from the coordinates.
 
         Returns ``places`` (dim, p) and ``weights`` (p,): component i of the position is
         ``sum_j weights[j] q[places[i, j]]``.
@@ -70,7 +70,7 @@ class SolvedSystem(Protocol):
         ...
 
     def slope(self, node: Node) -> Places:
-        """Say the same for the slope r' [-]."""
+        """Return the same for the slope r' [-]."""
         ...
 
     def energies(self, q: Array, v: Array) -> tuple[Array, Array, Array]:

@@ -55,7 +55,7 @@ class RunStats:
     last_corrections : int
         Corrections by the residual that ended a step; they cost no residual and are not looked at.
     residual_evaluations : int
-        Evaluations of the residual; judged by residuals and without recoveries one more per step
+        Evaluations of the residual; accepted by residuals and without recoveries one more per step
         than iterations.
     factorizations : int
         Sparse factorizations.

@@ -1,6 +1,6 @@
 """Tables of states that are not whole in memory, but are read as if they were.
 
-They know what results ask of an array: ``shape``, rows ``[i]`` and ``[i:j]``, and columns
+They support what results need of an array: ``shape``, rows ``[i]`` and ``[i:j]``, and columns
 ``[..., places]``.
 """
 

@@ -90,7 +90,7 @@ class Trajectory(Outputs):
 
     @property
     def _aim(self) -> str:
-        """Say what the run did not come to."""
+        """Report what the run did not reach."""
         if self._ended:
             error = f"the error is about {self.stats.error:.3g} m"
             return f"accuracy is {self.settings['accuracy']:.3g} m, {error}"

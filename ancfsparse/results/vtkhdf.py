@@ -1,8 +1,7 @@
 """Runs as VTKHDF files: polylines that move, with values at points and lines.
 
 The format is that of the VTK documentation, "VTKHDF file format", version 2.2, type PolyData with
-steps: the topology stands in the file once, and every step says from where on its points and
-values are.
+steps: the topology is stored once, and every step gives the offsets of its points and values.
 """
 
 from __future__ import annotations
@@ -166,7 +165,7 @@ def _in_space(lines: Array) -> Array:
 
 
 def _add_steps(root: Any, t: Array, n_points: int, n_cells: int) -> None:
-    """Say for every time where its points and values begin; what does not change begins at 0."""
+    """Return for every time where its points and values begin; what is constant begins at 0."""
     steps, k = root.create_group("Steps"), len(t)
     steps.attrs["NSteps"] = k
     steps["Values"] = t

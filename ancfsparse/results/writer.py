@@ -46,7 +46,7 @@ class Writer:
     ``settings``, ``scene`` and, once it ends, ``stats``; ``records`` is the scene itself, unless a
     file cannot hold it; the group ``outline`` has what pictures need of the scene, and `tables` the
     last state of a run that has ended.  All have checksums, and what was never written reads as
-    NaN.  Attributes: ``mark`` and ``format`` say what the file is (`hdf5`),
+    NaN.  Attributes: ``mark`` and ``format`` identify the file (`hdf5`),
     ``coordinates`` counts those of the system, and ``run`` is a mark that no other run has.
 
     HDF5 cannot close a file it has no room for.  So the room for new rows is taken before they are
@@ -63,7 +63,7 @@ class Writer:
     settings : mapping
         What the run was started with.
     scene : mapping
-        What moves, as `Scene.digest` tells it.
+        Identifies the scene, as `Scene.digest` returns it.
 
     Raises
     ------
@@ -151,7 +151,7 @@ class Writer:
         self._file.create_dataset(REFERENCE, data=q_ref, fletcher32=True)
 
     def add_outline(self, outline: Outline) -> None:
-        """Add what pictures need to know of the scene."""
+        """Add the data of the scene that pictures need."""
         self._reserve(outline.nbytes)
         outline.write(self._file)
 

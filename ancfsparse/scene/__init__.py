@@ -1,4 +1,4 @@
-"""What a person says: in come beams, sections, materials, joints and loads in SI units.
+"""Description of a model: beams, sections, materials, joints and loads in SI units.
 
 Out goes a `Scene`, a checked list of declarations that `ancfsparse.system` flattens into arrays.
 Nothing here computes a motion, and nothing here is left to be found wrong later.

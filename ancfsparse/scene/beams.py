@@ -117,7 +117,7 @@ class Beam(ElasticBody):
     eigen: Vector | None = None
 
     def __repr__(self) -> str:
-        """Say which beam this is."""
+        """Identify the beam."""
         count = "auto" if "n_elements" in self.automatic else str(self.n_elements)
         element = "auto" if "element" in self.automatic else self.element
         return (
@@ -219,11 +219,11 @@ class Beam(ElasticBody):
         return np.asarray(self.frames[min(row, len(self.frames) - 1)])
 
     def say(self, point: Node) -> str:
-        """Say where a point is."""
+        """Describe where a point is."""
         return f"{self.name} at s = {self.arc(point):.6g} m"
 
     def hint(self, point: Node) -> str:
-        """Say which node to take instead of a point inside an element."""
+        """Describe which node to take instead of a point inside an element."""
         return (
             f"the nodes are {self.length / self.n_elements:.6g} m apart, take "
             f"rod.node({round(point.index + point.xi)}) or choose n_elements so that a node falls "

@@ -67,7 +67,7 @@ class Body(ABC):
         of a rigid body its unit vectors.
     velocity : callable or None
         Initial velocities: maps reference places (k, dim) [m] to velocities (k, dim) [m/s].
-        None means at rest.
+        None for a body at rest.
     automatic : tuple of str
         Arguments that are ``"auto"``, to be chosen by a plan; element and mesh are stand-ins then.
     """
@@ -112,7 +112,7 @@ class Body(ABC):
     @property
     @abstractmethod
     def size(self) -> float:
-        """Extent in the reference shape [m], beside which rounding is judged."""
+        """Extent in the reference shape [m], relative to which rounding is measured."""
 
     @property
     def shortest(self) -> float:
@@ -140,7 +140,7 @@ class Body(ABC):
     @property
     @abstractmethod
     def parts(self) -> Numbers:
-        """Number of the piece that every row belongs to, (n_rows,); what a piece is, it says."""
+        """Number of the piece that every row belongs to, (n_rows,); bodies define their pieces."""
 
     @abstractmethod
     def arc(self, point: Node) -> float:
@@ -152,11 +152,11 @@ class Body(ABC):
 
     @abstractmethod
     def say(self, point: Node) -> str:
-        """Say where a point is, for messages."""
+        """Describe where a point is, for messages."""
 
     @abstractmethod
     def hint(self, point: Node) -> str:
-        """Say which node to take instead of a point inside an element."""
+        """Describe which node to take instead of a point inside an element."""
 
     @abstractmethod
     def among(self, n_each: int, point: Node) -> Point:
@@ -359,7 +359,7 @@ class Node:
     offsets: tuple[float, ...] = ()
 
     def __repr__(self) -> str:
-        """Say where the point is."""
+        """Describe where the point is."""
         return self.beam.say(self)
 
     @property

@@ -206,8 +206,8 @@ class Helix:
         one = rough - (rough @ axis) * axis
         if np.linalg.norm(one) <= 1e-9 * np.linalg.norm(rough):
             raise InputError(
-                "`towards` of the helix is parallel to its axis and cannot say where the helix "
-                "begins: give a direction across the axis"
+                "`towards` of the helix is parallel to its axis and does not define where the "
+                "helix begins: give a direction across the axis"
             )
         one = one / np.linalg.norm(one)
         return np.array([axis, one, np.cross(axis, one)])

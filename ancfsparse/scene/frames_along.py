@@ -86,8 +86,8 @@ def _towards(label: str, rough: Vector, s: Vector, tangents: Vector) -> Vector:
     if sizes.min() < 1e-6:
         raise InputError(
             f"`up` of {label} is parallel to the beam at s = {s[np.argmin(sizes)]:.6g} m and "
-            "cannot say where its section points: give a direction across the beam, or a function "
-            "of s"
+            "does not define the direction of its section: give a direction across the beam, or a "
+            "function of s"
         )
     e_y = side / sizes[:, None]
     return np.stack([tangents, e_y, np.cross(tangents, e_y)], axis=1)

@@ -18,7 +18,7 @@ from ancfsparse.scene.spec import At, Point, Spec, Whole, text
 from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
-# What a single number means in the force that follows a cable in space.
+# How a single number is read in the force that follows a cable in space.
 ALONG = "one number along the axis, the only axis that a cable has in space"
 Value = ArrayLike | Callable[[float], ArrayLike]
 

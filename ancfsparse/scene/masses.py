@@ -116,7 +116,7 @@ class Masses(Records):
         kind = check_turns("a rotary inertia", node).beam.kind
         if self.dim == 3 and kind.is_cable:
             raise InputError(
-                f"{node!r} has no frame for a rotary inertia to turn with, because a cable knows "
+                f"{node!r} has no frame for a rotary inertia to turn with, because a cable has "
                 "no rotation about its axis: take element='thick', or the mass alone"
             )
         if self.dim == 3 and not {"r_y", "r_z"} <= set(kind.vectors):

@@ -63,7 +63,7 @@ class Mesh(ElasticBody):
     flipped: np.ndarray[tuple[int], np.dtype[np.bool_]]
 
     def __repr__(self) -> str:
-        """Say which mesh this is."""
+        """Identify the mesh."""
         return (
             f"{self.name}: {self.n_nodes} nodes, {self.n_elements} {self.element} elements, "
             f"{self.n_lines} line(s), {self.length:.6g} m, "
@@ -154,13 +154,13 @@ class Mesh(ElasticBody):
         return section_axes(self.vectors[row, 0], None, self.name)
 
     def say(self, point: Node) -> str:
-        """Say where a point is."""
+        """Describe where a point is."""
         if point.is_node:
             return f"{self.name}, node {point.index}"
         return f"{self.name}, edge {point.index // self.n_each} at s = {self.arc(point):.6g} m"
 
     def hint(self, point: Node) -> str:
-        """Say which node to take instead of a point inside an element."""
+        """Describe which node to take instead of a point inside an element."""
         tail, head = self.edges[point.index]
         return f"its ends are {self.name}.node({tail}) and .node({head})"
 

@@ -39,7 +39,7 @@ WEAKEST = 3.0**-0.5
 
 @dataclass(frozen=True)
 class Shape:
-    """What says how a beam lies, and how it is strained there.
+    """The arguments that describe how a beam lies, and how it is strained there.
 
     Attributes
     ----------

@@ -189,7 +189,7 @@ def section_axes(axis: Vector, up: Vector | None, where: str) -> Vector:
         side = direction - (direction @ e_x) * e_x
         if np.linalg.norm(side) < 1e-6:
             raise InputError(
-                f"`up` of {where} is parallel to the beam and cannot say where its section "
+                f"`up` of {where} is parallel to the beam and does not define where its section "
                 "points: give a direction across the beam"
             )
     e_z = np.cross(e_x, side)

@@ -1,4 +1,4 @@
-"""The only file that knows scikit-sparse: fill-reducing orderings and supernodal factors."""
+"""The only file that uses scikit-sparse: fill-reducing orderings and supernodal factors."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ class DeflatedSeed:
         """Return the solution ``(n,)`` for the right-hand side ``r (n,)``.
 
         Where the matrix curves the wrong way, that is counted, and the solution is what there is;
-        NaN where even the first sweep says nothing, as with a zero on the diagonal.
+        NaN where even the first sweep is undefined, as with a zero on the diagonal.
         """
         assert self._matrix is not None
         x, left = np.zeros(self.n), np.array(r)

@@ -160,7 +160,7 @@ class Groups:
     def exact_fill(self, most: float) -> Fill | None:
         """Count the exact factor in an order of nested dissection.
 
-        It is not ordered, which takes longest, if an order of minimum degree of the nodes tells
+        It is not ordered, which takes longest, if an order of minimum degree of the nodes shows
         that it fills in far more.
 
         Parameters

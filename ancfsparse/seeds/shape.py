@@ -110,7 +110,7 @@ def parts_of(shape: Shape, threads: int) -> NDArray[np.int32] | None:
     heapq.heapify(heap)
     in_root, split = 0, list[int]()
     best, least = (list[tuple[int, int]](), 0), total
-    # With all below it dealt out evenly the root alone says when no better division can come.
+    # With all below it dealt out evenly the root alone shows when no better division is possible.
     while heap and in_root <= MOST_ROOT * total and in_root + (total - in_root) / threads < least:
         time = in_root + max(load for load, _ in _deal(heap, threads))
         if time < least:

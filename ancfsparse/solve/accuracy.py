@@ -1,6 +1,6 @@
 """Runs that meet an accuracy: whole motions are compared, and the error of the last is estimated.
 
-A local error estimate says where steps must be short; only a comparison of two motions says what
+A local error estimate shows where steps must be short; only a comparison of two motions shows what
 the local errors add up to.
 """
 
@@ -266,7 +266,7 @@ def _explicit(system: System) -> list[Explicit]:
 def _reason(
     way: ImplicitRuns | ExplicitRuns, ways: list[ImplicitRuns | ExplicitRuns], costs: list[float]
 ) -> str:
-    """Say what was taken, and why, by what was expected of each way before the last run."""
+    """Explain what was chosen, and why, by what was expected of each way before the last run."""
     taken = f"{way.name} in {way.steps} steps"
     other = next((each for each in ways if each is not way), None)
     if other is None:

@@ -17,7 +17,7 @@ MODEST = 1e-3
 
 
 def for_steps(scene: Scene, integrator: Implicit, max_halvings: int) -> str:
-    """Say what to try instead of a run with fixed steps.
+    """Advise what to try instead of a run with fixed steps.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def for_steps(scene: Scene, integrator: Implicit, max_halvings: int) -> str:
 
 
 def for_accuracy(scene: Scene, integrator: Implicit) -> str:
-    """Say what to try instead of a run to an accuracy; parameters as `for_steps` takes them."""
+    """Advise what to try instead of a run to an accuracy; parameters as `for_steps` takes them."""
     tries = ["a smaller accuracy", *_more_damping(integrator)]
     if any(callable(load.value) for load in scene.loads):
         tries.append("smooth loads in the place of those that jump")

@@ -24,7 +24,8 @@ def smooth(
     """Return places and velocities in equal steps that resolve all vibrations.
 
     The polynomial takes places, velocities and accelerations at up to four ends of steps: near the
-    limit of stability a step is almost half a vibration, and two ends do not tell how it goes on.
+    limit of stability a step is almost half a vibration, and its two ends do not determine how it
+    continues.
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ def choose(
     straight : bool
         Whether all constraint equations are linear, or there are none.
     is_linkage : callable, optional
-        Says whether the scene has rigid bodies only, and they can move.
+        Whether the scene has rigid bodies only, and they can move.
     """
     check_solver(asked)
     incomplete = isinstance(seed, IncompleteSeed)

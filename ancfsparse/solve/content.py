@@ -33,7 +33,7 @@ class Content:
     time : float
         In which its phase is lost, step by step [s].
     lost : float
-        What the finer run loses of the phase [rad]; beyond 1 the runs say nothing of each other.
+        What the finer run loses of the phase [rad]; beyond 1 the runs cannot be compared.
     """
 
     amplitude: float

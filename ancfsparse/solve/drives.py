@@ -99,7 +99,7 @@ def inputs_at(
 
 
 def drive_march(system: System, march: ImplicitLoop, a: Vector, lam: Vector) -> None:
-    """Tell a march what is prescribed, and the forces that this takes at the start."""
+    """Pass to a march what is prescribed, and the forces that this takes at the start."""
     prescribed = system.prescribed
     if not prescribed:
         return

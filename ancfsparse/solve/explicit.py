@@ -59,7 +59,7 @@ def check_alone(
     ):
         if value != default:
             raise InputError(
-                "{integrator!r} solves no equations, so {given} means nothing: leave it out, or "
+                "{integrator!r} solves no equations, so {given} does not apply: leave it out, or "
                 "take an implicit integrator such as {implicit}",
                 integrator=integrator,
                 given=Parameter(what, repr(value), "="),
@@ -128,7 +128,7 @@ def prepare_explicit(
 
 
 def _ways_of(system: System, seed: SparseSeed, mass: SparseSeed | BlockInverse) -> str:
-    """Say how accelerations are found."""
+    """State how accelerations are found."""
     if mass.n > system.n_free:
         often = "once" if system.constraints.linear else "at each of them"
         return f"mass matrix with constraints factored {often}, steps projected on them"
@@ -174,7 +174,7 @@ def instability(
     dt: float,
     path: Trajectory | None = None,
 ) -> Instability:
-    """Say why a run was stopped.
+    """Explain why a run was stopped.
 
     Parameters
     ----------

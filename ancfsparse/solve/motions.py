@@ -1,4 +1,4 @@
-"""Say what free motions are: which parts move, along which direction or about which axis."""
+"""Describe free motions: which parts move, along which direction or about which axis."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def initial_jerk(
     """Return the rate of the accelerations at the start, (n_all,) [m/s3, 1/s3].
 
     The equations of motion and the twice differentiated constraints are differentiated once more.
-    The rate of the loads is their change in the first step, which is all that the steps know of
+    The rate of the loads is their change in the first step, which is all that the steps contain of
     them: one that turns, or jumps, within the step has another rate at the start, by which it would
     throw the body away.  All other forces are differentiated by a central difference over a motion
     of some millionths: over a hundredth of a long step a stiff bar that turns stretches by more

@@ -17,7 +17,7 @@ Vector = NDArray[np.float64]
 
 # Most factors for one equilibrium, and those after which corrections must have become smaller.
 MOST_FACTORS, PATIENCE = 40, 12
-# Largest change of a slope in a correction: beyond half a radian a tangent says little.
+# Largest change of a slope in a correction: beyond half a radian a tangent is of little use.
 LARGEST_TURN = 0.5
 # Corrections by an old factor must shrink by this, and forces by more, or they have stretched what
 # is slender; they are tried where Newton's shrink too.  Most of them.

@@ -32,7 +32,7 @@ SHIFT, FILTERS = 1e-13, 4
 
 @dataclass(frozen=True)
 class Conditions:
-    """What rigid parts must obey: places that they share, places that are held, constraints.
+    """Equations of rigid parts: places that they share, places that are held, constraints.
 
     Attributes
     ----------
@@ -128,7 +128,7 @@ def _conditions(system: System, parts: list[Part]) -> Conditions:
     unit = np.concatenate([each[2] for each in moves])
     by_mode = sp.block_diag([each[1] for each in moves], format="csr")
     by_part = sp.csr_array((unit, (np.arange(len(unit)), owner)), shape=(len(unit), len(parts)))
-    # The first part at a place speaks for it: what others do there must be the same.
+    # The first part at a place defines its motion: that of the others there must be the same.
     _, speaker, group = np.unique(place, return_index=True, return_inverse=True)
     other = np.flatnonzero(speaker[group] != np.arange(len(place)))
     fixed = np.flatnonzero((place >= system.n_free) & (speaker[group] == np.arange(len(place))))
@@ -213,8 +213,8 @@ def _null_space(
 ) -> Vector:
     """Return independent motions that break no condition, (k, n_columns), at most `MOST`.
 
-    Powers of the inverse of the squared conditions filter them out, near enough to tell them by
-    what they break of the conditions themselves.
+    Powers of the inverse of the squared conditions filter them out, closely enough to identify them
+    by their residual in the conditions.
     """
     import scipy.sparse as sp
 

@@ -124,7 +124,7 @@ def make_static_seed(
     Parameters
     ----------
     system : System
-        Tells which coordinates are vectors.
+        Gives the coordinates that are vectors.
     indptr, indices : integer arrays
         Lower triangle of the stiffness of the free coordinates.
     kind : str

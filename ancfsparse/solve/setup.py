@@ -1,4 +1,4 @@
-"""Set a run up, count it, and say what went wrong."""
+"""Set a run up, count it, and report what went wrong."""
 
 from __future__ import annotations
 

@@ -74,9 +74,8 @@ def simulate(
         whose time and memory are linear in the mesh, with a few conjugate gradients where a sweep
         is too little; with up to 500 multipliers.  ``"auto"``, with ``solver="auto"``: incomplete
         where an exact factor would have more than three times the blocks of the matrix (six times
-        with multipliers), and back to exact in the middle of the run where counts say that this
-        costs less, or where a step fails; with a solver or an accuracy that is asked for exact
-        wherever that fits.
+        with multipliers), and back to exact during the run where the counts show that this costs
+        less, or where a step fails; with a given solver or accuracy, exact wherever that fits.
     tolerance : "default", "paper" or float, optional
         What the iteration of a step may leave.  ``"default"``: a two-thousandth of what the step
         changes in the accelerations, which is less than a hundredth of the integrator's own error,

@@ -29,7 +29,7 @@ KINDS = ("acceleration", "velocity", "position")
 def check_smooth(system: System, t_end: float) -> None:
     """Refuse a prescribed motion whose acceleration, velocity or position jumps.
 
-    Signals know how smooth they are; functions of the user's are looked at here.
+    Signals state how smooth they are; functions of the user are examined here.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ class States:
     ) -> None:
         """Interpolate the states asked for in (t[0], t[-1]] from accepted steps.
 
-        Coordinates and velocities are cubic between steps, as Hermite says; accelerations and
+        Coordinates and velocities are cubic Hermite polynomials between steps; accelerations and
         multipliers are linear.  Of equal steps that resolve all vibrations, coordinates and
         velocities are polynomials through several steps.
         """

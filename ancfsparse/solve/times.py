@@ -1,4 +1,4 @@
-"""Times as a person says them: whole steps, and advice that divides when it is typed."""
+"""Times in round numbers: whole steps, and advice that still divides when it is typed."""
 
 from __future__ import annotations
 

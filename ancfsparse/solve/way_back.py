@@ -1,4 +1,4 @@
-"""From an incomplete seed to the exact one in the middle of a run, where counts say it pays."""
+"""From an incomplete seed to the exact one during a run, where the counts show that it pays."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def sweep(
     -------
     pandas.DataFrame
         A row for each point in their order: parameters, quantities, ``reason`` and ``seconds``.
-        Where a point failed, its quantities are NaN and ``reason`` says why; else it is empty.
+        Where a point failed, its quantities are NaN and ``reason`` the cause; else it is empty.
         The numbers do not depend on the number of workers.
 
     Raises

@@ -1,6 +1,6 @@
 """In comes a scene, out goes a system: flat arrays, one numbering, one sparsity pattern.
 
-The system evaluates residual, matrix and energy in compiled code; it knows no time.
+The system evaluates residual, matrix and energy in compiled code; it does not integrate in time.
 """
 
 from ancfsparse.system.state import State

@@ -142,7 +142,7 @@ class Coordinates:
         return 1.0 if point.xi == 0.0 else float(point.beam.lengths[point.index])
 
     def describe(self, place: int) -> str:
-        """Say which beam, node and coordinate a place in q is."""
+        """Describe which beam, node and coordinate a place in q is."""
         for beam, kind, places in zip(self.bodies, self.kinds, self.places, strict=True):
             found = np.argwhere(places == place)
             if len(found):

@@ -135,7 +135,7 @@ def joint_force(system: System, joint: Joint, states: States) -> tuple[Vector, V
     InputError
         If it is none of the scene.
     SingularSceneError
-        If other joints hold the same coordinates, so that nothing tells their forces apart.
+        If other joints hold the same coordinates, so that their forces cannot be separated.
     """
     if not any(joint is each for each in system.joints):
         raise InputError("the joint is none of the scene that moved: take one of its handles")

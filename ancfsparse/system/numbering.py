@@ -147,7 +147,7 @@ def _set_moving(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
             f"{_point(beam, row)} is connected to a beam whose initial velocity is another, "
             f"{now[row, column]:.6g} m/s against {before[row, column]:.6g} m/s along "
             f"{'xyz'[column]}{more}: give connected beams velocities that agree where they meet "
-            "(none means at rest)"
+            "(none: at rest)"
         )
     v[where] = given
 

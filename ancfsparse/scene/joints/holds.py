@@ -12,7 +12,7 @@ from ancfsparse.scene.joints.joint import Joint
 class Holds:
     """What the joints of a scene hold where, so that no point is held twice.
 
-    Equations that say the same thing twice make the matrix singular and the reactions arbitrary.
+    Redundant equations make the matrix singular and the reactions arbitrary.
     Nodes that connections put at one place are a tree whose root keeps the list of what holds
     them, so that the cost of a joint does not grow with their number.
     """

@@ -128,7 +128,7 @@ class Mark(NamedTuple):
 
 
 class Joint(ABC):
-    """What a joint must know of itself.
+    """The properties that every joint declares.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""A system as first-order equations, for integrators that know nothing of mechanics."""
+"""A system as first-order equations, for integrators that are independent of mechanics."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def instants(t_end: float) -> NDArray[np.float64]:
 
 
 def meets_instants(dt: float, t_end: float) -> bool:
-    """Say whether whole steps lead to every instant."""
+    """Return whether whole steps lead to every instant."""
     parts = t_end / INSTANTS / dt
     return parts > 0.5 and abs(parts - round(parts)) < 1e-9 * parts
 

@@ -43,7 +43,7 @@ class Sample:
     tip : (k, 2) float
         Tip at the instants of the study [m].
     counts : dict of str to int
-        What was evaluated, factored and solved, as far as the program tells.
+        What was evaluated, factored and solved, as far as the program reports it.
     """
 
     seconds: float
@@ -53,7 +53,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Task:
-    """Something to run, with what tables say about it.
+    """Something to run, with its names in tables.
 
     Attributes
     ----------

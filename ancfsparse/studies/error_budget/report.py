@@ -114,7 +114,7 @@ def _models(ax: Axes, budget: Budget) -> None:
 
 
 def _title(budget: Budget, part: str) -> str:
-    """Say between which bounds this part of the chosen run lies."""
+    """Return the bounds of this part of the chosen run."""
     found = [budget.choice(model)[part] for model in budget.references]
     low, high = (f(p.error for p in found) for f in (min, max))
     best = min(found, key=lambda p: p.error).model

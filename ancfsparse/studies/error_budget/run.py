@@ -106,7 +106,7 @@ class Budget:
         return {part: chosen[part] for part in PARTS if part in chosen}
 
     def findings(self) -> list[str]:
-        """Say for each model which part is largest, and by how much."""
+        """State for each model which part is largest, and by how much."""
         sentences = []
         for model in self.references:
             chosen = self.choice(model)

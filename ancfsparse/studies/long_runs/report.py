@@ -53,7 +53,7 @@ def _grown(run: LongRun) -> str:
 
 
 def findings(result: LongRuns) -> list[str]:
-    """Say which runs kept their energy, which failed, and whether memory grew."""
+    """State which runs kept their energy, which failed, and whether memory grew."""
     failed = [run for run in result.runs if run.reason]
     grew = [run.label for run in result.runs if run.growth > NOISE]
     sentences = []

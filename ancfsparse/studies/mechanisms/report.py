@@ -39,7 +39,7 @@ def as_markdown(found: Comparison) -> str:
 
 
 def _aims(found: Comparison) -> str:
-    """Say how many mechanisms reach the aim, and the least ratio of each of the others."""
+    """State how many mechanisms reach the aim, and the least ratio of each of the others."""
     targets = found.targets()
     missed = [f"{each.what.split(': ')[1]} {each.value:.1f}" for each in targets if not each.met]
     reached = len(targets) - len(missed)

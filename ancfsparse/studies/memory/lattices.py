@@ -158,7 +158,7 @@ def beside(rows: Sequence[Row], row: Row) -> float:
 
 
 def findings(rows: Sequence[Row]) -> list[str]:
-    """Say where pairs pay, what ``auto`` makes of them, and where they rescue or fail."""
+    """State where pairs pay, what ``auto`` makes of them, and where they rescue or fail."""
     sentences = []
     for scene in dict.fromkeys(row.scene for row in rows):
         own = [row for row in rows if row.scene == scene]

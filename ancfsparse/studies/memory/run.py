@@ -109,7 +109,7 @@ class MemoryStudy:
         return min(wanted, key=lambda run: run.model_cost)
 
     def findings(self) -> list[str]:
-        """Say for each scene whether pairs pay, and whether carried ones do."""
+        """State for each scene whether pairs pay, and whether carried ones do."""
         return [self._finding(scene) for scene in self.scenes]
 
     def _finding(self, scene: str) -> str:

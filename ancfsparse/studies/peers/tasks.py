@@ -59,7 +59,7 @@ SUNDIALS = {
 
 
 def missing() -> list[str]:
-    """Say which peers cannot run, one sentence each."""
+    """State which peers cannot run, one sentence each."""
     sentences = []
     for load in (exudyn_peer.load, sundials_peer.load, elastica_peer.load):
         try:
@@ -70,7 +70,7 @@ def missing() -> list[str]:
 
 
 def installed(load: Callable[[], Any]) -> bool:
-    """Say whether the module behind a peer can be had."""
+    """Return whether the module of a peer can be imported."""
     try:
         load()
     except InputError:

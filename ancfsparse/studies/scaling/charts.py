@@ -75,7 +75,7 @@ def chart(result: Scaling) -> Figure:
         set_title(counted, count_title(autos))
     else:
         set_empty(counted, "corrections and factorisations of auto: no result")
-    set_legend(figure, shown, 4, "crosses: no result at that size, for reasons the table tells")
+    set_legend(figure, shown, 4, "crosses: no result at that size, for reasons given in the table")
     set_head(figure, headline(result))
     return figure
 

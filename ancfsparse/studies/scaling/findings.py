@@ -1,4 +1,4 @@
-"""What the scaling study says, in sentences that are worked out from its rows."""
+"""Findings of the scaling study, in sentences that follow from its rows."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def targets(result: Scaling) -> list[Target]:
 
 
 def findings(result: Scaling) -> list[str]:
-    """Say what the study shows: aims first, those that are missed by name, then what grew."""
+    """State what the study shows: aims first, those that are missed by name, then what grew."""
     sentences = [each for what, about in aims(result).items() for each in _verdict(what, about)]
     sentences += [
         f"A step of {what} costs {value:.2g} times as much per element with `auto`."
@@ -93,7 +93,7 @@ def _verdict(what: str, about: list[Target]) -> list[str]:
 
 
 def skipped(result: Scaling) -> list[str]:
-    """Say what has no result: scene, solver, first size, and the first clause of why."""
+    """State what has no result: scene, solver, first size, and the first clause of why."""
     sentences = []
     seen = set()
     for row in result.rows:
@@ -118,7 +118,7 @@ def name_of(row: Row) -> str:
 
 
 def headline(result: Scaling) -> str:
-    """Say how the cost of the longest chain compares with that of one that fits the caches."""
+    """State how the cost of the longest chain compares with that of one that fits the caches."""
     rows = result.done(("chain", "rest"), "auto")
     if len(rows) < 2:
         return "Cost per element and step"
@@ -150,7 +150,7 @@ def cost_title(result: Scaling, scene: tuple[str, str]) -> str:
 
 
 def memory_title(result: Scaling) -> str:
-    """Say how memory grows."""
+    """State how memory grows."""
     slopes = [f"{value:.2f}" for key, value in result.slopes().items() if "memory" in key]
     text = "Memory of auto above an idle process"
     return f"{text} grows with the elements to the power {', '.join(slopes)}" if slopes else text
@@ -174,7 +174,7 @@ def shares_of(row: Row) -> dict[str, float]:
 
 
 def count_title(rows: list[Row]) -> str:
-    """Say between which bounds the corrections and factorisations of auto lie."""
+    """State the bounds of the corrections and factorisations of auto."""
     if not rows:
         return "Corrections and factorisations of auto"
     corrections = [row.record["iterations_per_step"] for row in rows]

@@ -118,7 +118,7 @@ def _nets(largest: int) -> list[int]:
 def leave_out(
     job: Job, before: Row, counts_before: dict[str, Any], counts_now: dict[str, Any], cap: float
 ) -> dict[str, Any]:
-    """Return a note if the size before says that a run cannot be, or nothing.
+    """Return a note if a run is ruled out by that of the size before, or nothing.
 
     Parameters
     ----------

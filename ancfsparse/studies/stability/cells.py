@@ -1,4 +1,4 @@
-"""One run of the stability map: how it ended, and what its stored states say about it."""
+"""One run of the stability map: how it ended, and what follows from its stored states."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def ends_by_chance(place: Place) -> bool:
     """Return whether runs beside a place end either way: its solver's and Newton's too.
 
     They differ by billionths of Young's modulus: the solver finishes some of them, and Newton not
-    all.  Near its limit a motion is chaotic, and whether one run of it completes says nothing of
+    all.  Near its limit a motion is chaotic, and whether one run of it completes is no property of
     the solver.
     """
     beside = [

@@ -127,7 +127,7 @@ def _legend(figure: Figure, keys: Sequence[Artist]) -> None:
 
 
 def _draw(ax: Axes, panel: Panel) -> None:
-    """Colour time step against stiffness by the worst outcome; the corner tells how many end."""
+    """Colour step against stiffness by the worst outcome; the corner has the share completed."""
     steps = sorted({run.place.dt for run in panel.runs})
     stiff = sorted({run.place.youngs_modulus for run in panel.runs})
     cells = np.full((len(stiff), len(steps)), np.nan)
@@ -156,13 +156,13 @@ def _some(values: Sequence[float]) -> list[str]:
 
 
 def _short(value: float) -> str:
-    """Write one digit and an exponent without a sign or a zero that says nothing: 1e6, 1e-4."""
+    """Write one digit and an exponent without a redundant sign or zero: 1e6, 1e-4."""
     digit, exponent = f"{value:.0e}".split("e")
     return f"{digit}e{int(exponent)}"
 
 
 def _mark(ax: Axes, x: int, y: int, runs: Sequence[Run], alone: bool) -> None:
-    """Say how many of several fail, or that one gained energy unseen, or lost much."""
+    """Mark how many of several fail, or that one gained energy unseen, or lost much."""
     dead = sum(not run.whole for run in runs)
     if dead and len(runs) > 1:
         dark = max(OUTCOMES.index(run.outcome) for run in runs) == len(OUTCOMES) - 1

@@ -1,4 +1,4 @@
-"""What the stability map says, in sentences and tables that are worked out from its runs."""
+"""Findings of the stability map, in sentences and tables that follow from its runs."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def safe_step(runs: Sequence[Run]) -> float:
 
 
 def findings(result: Stability) -> list[str]:
-    """Say what the map shows: one sentence each."""
+    """State what the map shows: one sentence each."""
     beside = list(result.beside_newton())
     lost = result.worse_than_newton(FAILED)
     gained = result.worse_than_newton(GAINED)

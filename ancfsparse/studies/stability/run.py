@@ -1,6 +1,6 @@
 """The stability map: which run completes, over time step, stiffness, integrator and solver.
 
-The whole product would be large and say little: every integrator is run with Newton and with
+The whole product would be large and show little more: every integrator is run with Newton and with
 ``"auto"``, and every solver with one integrator that keeps energy and one that damps.
 """
 

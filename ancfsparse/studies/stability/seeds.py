@@ -149,7 +149,7 @@ def worse(rows: Sequence[Row], seed: str) -> list[Row]:
 
 
 def findings(rows: Sequence[Row]) -> list[str]:
-    """Say which runs need the exact seed, and whether they go over to it by themselves."""
+    """State which runs need the exact seed, and whether they go over to it by themselves."""
     sentences = []
     for seed in SEEDS[1:]:
         lost = worse(rows, seed)

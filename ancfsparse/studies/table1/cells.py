@@ -164,7 +164,7 @@ class Bench:
         Instants at which tips are compared [s].
     reference : (k, dim) float
         Tip on the same mesh, converged in time: by an explicit method of order 8, which shares
-        nothing with the methods it judges but the forces [m].
+        nothing with the methods compared with it but the forces [m].
     """
 
     def __init__(

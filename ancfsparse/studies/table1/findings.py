@@ -16,7 +16,7 @@ OVER_ODE = 10.0
 
 
 def findings(table: Table) -> list[str]:
-    """Say what the numbers show."""
+    """State what the numbers show."""
     ours = [cell for (_, column), cell in table.cells.items() if column in paper.QUASI_NEWTON]
     sentences = []
     compared = [cell for cell in ours if not math.isnan(cell.speed_up)]

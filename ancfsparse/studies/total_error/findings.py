@@ -10,7 +10,7 @@ from ancfsparse.studies.total_error.run import TotalError
 
 
 def findings(result: TotalError) -> list[str]:
-    """Say what the front says about the paper's choices, the thick element, steps and models."""
+    """State what the front shows of the paper's choices, the thick element, steps and models."""
     sentences = [_about_choice(result, p) for p in result.paper_choices()]
     sentences += [about_steps(result, p) for p in result.paper_choices()]
     sentences += about_thick(result)
@@ -43,7 +43,7 @@ def _say(p: Point) -> str:
 
 
 def about_steps(result: TotalError, p: Point) -> str:
-    """Say by how much the step of a choice can grow before its error does."""
+    """State by how much the step of a choice can grow before its error does."""
     largest = result.largest_step(p.task.model, p.task.elements)
     name = f"{p.task.model}, {p.task.elements} elements"
     if largest is None or largest.task.value <= p.task.value:
@@ -56,7 +56,7 @@ def about_steps(result: TotalError, p: Point) -> str:
 
 
 def about_thick(result: TotalError) -> list[str]:
-    """Say whether the thick element locks on the paper's mesh, if it and Thin were run."""
+    """State whether the thick element locks on the paper's mesh, if it and Thin were run."""
     found = {m: result.at(m, paper.ELEMENTS, paper.DT) for m in ("Thin", "Thick", "Thick, nodal")}
     thin, thick, nodal = found.values()
     if thin is None or thick is None:
@@ -106,7 +106,7 @@ def _about_peers(result: TotalError) -> list[str]:
 
 
 def headline(result: TotalError) -> str:
-    """Say how far the paper's thin choice is from the front, and why."""
+    """State how far the paper's thin choice is from the front, and why."""
     thin = [p for p in result.paper_choices() if p.task.model == "Thin"]
     if not thin:
         return "Whole error against cost"

@@ -99,7 +99,7 @@ def chart(result: TotalError) -> Figure:
 
 
 def explicit(p: Point) -> bool:
-    """Say whether a run solved no equations."""
+    """Return whether a run solved no equations."""
     return not p.task.solver
 
 

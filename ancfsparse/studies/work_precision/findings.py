@@ -9,7 +9,7 @@ from ancfsparse.studies.work_precision.run import LEVELS, WorkPrecision
 
 
 def findings(result: WorkPrecision) -> list[str]:
-    """Say what the numbers show, one sentence for each peer and one for each target."""
+    """State what the numbers show, one sentence for each peer and one for each target."""
     sentences = []
     for model in result.references:
         for program in result.programs(model):
@@ -52,7 +52,7 @@ def _alike(result: WorkPrecision, model: str) -> list[str]:
 
 
 def _about_counts(result: WorkPrecision, model: str) -> list[str]:
-    """Say at which errors a peer needs fewer evaluations of the equations than any run of ours."""
+    """State at which errors a peer evaluates its equations less often than any run of ours."""
     fewer: dict[str, list[float]] = {}
     for level in LEVELS:
         good = [p for p in result.of(model) if p.finished and p.error <= level]
@@ -70,7 +70,7 @@ def _about_counts(result: WorkPrecision, model: str) -> list[str]:
 
 
 def headline(result: WorkPrecision) -> str:
-    """Say in a line who is fastest at equal error."""
+    """State in a line who is fastest at equal error."""
     model = next(iter(result.references))
     reach = [v for v in LEVELS if fastest(result.of(model, OURS), v) is not None]
     found = [
@@ -128,5 +128,5 @@ def count_title(result: WorkPrecision, model: str) -> str:
 
 
 def evaluations(point: Point) -> float:
-    """Return how many residuals or right-hand sides a run evaluated; NaN if it does not tell."""
+    """Return how many residuals or right-hand sides a run evaluated; NaN where unknown."""
     return float(point.counts.get("residuals", math.nan))

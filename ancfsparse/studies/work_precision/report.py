@@ -148,7 +148,7 @@ def _panel(
                 markersize=3, alpha=0.5)  # fmt: skip
     set_axes(ax, "tip error in time [m]", unit)
     blind = ax.axvspan(*_blind(result, model), color="#dddddd", zorder=0)
-    shown.setdefault("below what the reference knows", blind)
+    shown.setdefault("below the uncertainty of the reference", blind)
     if notes is not None:
         colours = {p.task: _looks(result, p.task.program, p.task.method)[0] for p in result.points}
         mark_failures(ax, result.of(model), lambda p: colours[p.task], notes)

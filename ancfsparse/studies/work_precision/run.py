@@ -1,7 +1,6 @@
 """Seconds against error in time: elements, integrators, solvers and steps of ours, and peers.
 
 Every run is compared with the motion of the same mesh converged in time, so that nothing but the
-integrator and the solution of its equations is judged.
 """
 
 from __future__ import annotations
