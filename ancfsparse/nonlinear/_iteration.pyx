@@ -176,6 +176,15 @@ cdef class Iteration:
     def yields(self, bint value):
         self.loop.yields = value
 
+    @property
+    def halves(self):
+        """Whether shorter steps will be tried before descent."""
+        return bool(self.loop.halves)
+
+    @halves.setter
+    def halves(self, bint value):
+        self.loop.halves = value
+
     def mark_stale(self):
         """Request a new seed because the matrix has changed, for instance with the step size."""
         self.loop.reseed_due = True

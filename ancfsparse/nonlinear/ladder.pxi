@@ -93,7 +93,7 @@ cdef int solve(void *context) noexcept nogil:
         outcome = climb(self, DAMPED_NEWTON, outcome, &used)
     if outcome != CONVERGED and self.equations.coast != NULL:
         outcome = climb(self, COASTING, outcome, &used)
-    if outcome != CONVERGED and not inexact and has_saddles(self):
+    if outcome != CONVERGED and not inexact and not self.halves and has_saddles(self):
         outcome = climb(self, DESCENT, outcome, &used)
     if outcome != CONVERGED:
         return outcome
@@ -146,6 +146,6 @@ cdef int again(void *context, int reason) noexcept nogil:
         reason = climb(self, COASTING, reason, &used)
         if reason == CONVERGED:
             return CONVERGED
-    if self.rung < DESCENT and has_saddles(self):
+    if self.rung < DESCENT and not self.halves and has_saddles(self):
         return climb(self, DESCENT, reason, &used)
     return reason

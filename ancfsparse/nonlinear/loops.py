@@ -42,6 +42,7 @@ class NonlinearLoop(Protocol):
 
     step: int
     yields: bool
+    halves: bool
     rate: float
 
     @property

@@ -59,6 +59,7 @@ cdef struct Loop:
     const ancf_frame *frame  # NULL if seeds do not rotate
     ptrdiff_t n, parts
     bint yields  # whether a step that a new seed does not save is given back
+    bint halves  # whether shorter steps will be tried before descent
     bint newton, learns, sparing, carry, polishes, economical, by_correction, sure
     int max_iterations
     double force_tolerance, constraint_tolerance, correction_tolerance, noise

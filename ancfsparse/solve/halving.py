@@ -70,6 +70,7 @@ class Halving:
         self._integrator, self._criterion, self._most = integrator, criterion, most
         self._clock, self._dt = clock, clock.dt
         march.may_shorten()
+        iteration.halves = True
         self.events: list[Event] = []
         self.short_steps, self.seconds = 0, 0.0
         self.stuck = False
@@ -89,6 +90,7 @@ class Halving:
         unused = [np.empty((1, width)) for width in (n, n, n, m)]
         while left and outcome in CURABLE and level < self._most:
             level, left = level + 1, 2 * left
+            self._iteration.halves = level < self._most
             dt = self._dt / 2**level
             self._change(dt)
             outcome = Outcome.CONVERGED
@@ -103,6 +105,7 @@ class Halving:
                 outcome = Outcome(code)
                 self.short_steps += outcome == Outcome.CONVERGED
             left += outcome != Outcome.CONVERGED
+        self._iteration.halves = True
         self._change(self._dt)
         self.stuck = level > 0 and left > 0
         if outcome == Outcome.CONVERGED:
