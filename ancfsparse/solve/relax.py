@@ -174,7 +174,10 @@ def _chords(balance: Balance, state: State, dx: Vector, load: float, tolerance: 
         for one, following in itertools.pairwise(steps):
             s = s + (balance.mass * one) @ s / ((balance.mass * one) @ one) * following
         latest = balance.mass * steps[-1]
-        s = s / (1.0 - latest @ s / (latest @ steps[-1]))
+        changed = 1.0 - latest @ s / (latest @ steps[-1])
+        if changed == 0.0:  # the residual did not change, which the update would divide by
+            break
+        s = s / changed
         size = balance.distance(s)
         if not size <= CONTRACTION * last:
             break
