@@ -29,8 +29,8 @@ class Energy:
     work : ndarray, shape (k,)
         Work of drives and of all applied forces but gravity since the first saved state [J]: their
         power, summed by the trapezoidal rule over the saved states, so save often where loads
-        change.  `EnergyMomentum` saves mean forces of the step before, so with it the work of
-        drives is half a step late.
+        change.  With `EnergyMomentum` and all steps saved, the work of drives is that of its mean
+        forces, without an error of the sum.
     dissipated : ndarray, shape (k,)
         What damping took since the first saved state [J]: the power against its forces, summed
         like ``work``.
@@ -69,7 +69,15 @@ class Energy:
         )
 
 
-def energy_of(system: SolvedSystem, t: Array, q: Array, v: Array, a: Array, lam: Array) -> Energy:
+def energy_of(
+    system: SolvedSystem,
+    t: Array,
+    q: Array,
+    v: Array,
+    a: Array,
+    lam: Array,
+    lag: float = 0.0,
+) -> Energy:
     """Evaluate the energy balance.
 
     Parameters
@@ -82,6 +90,9 @@ def energy_of(system: SolvedSystem, t: Array, q: Array, v: Array, a: Array, lam:
         Coordinates and their rates.
     lam : ndarray, shape (k, m)
         Multipliers.
+    lag : float, optional
+        How long before their time accelerations and multipliers hold, but for the first [s]: half a
+        step where they are means over it.
 
     Returns
     -------
@@ -90,19 +101,42 @@ def energy_of(system: SolvedSystem, t: Array, q: Array, v: Array, a: Array, lam:
     """
     # In blocks of rows: the states may be in a file and too large for memory.
     step = max(1, BLOCK // max(1, q.shape[1]))
-    parts = []
+    parts, works = [], []
+    every_step = lag > 0.0 and np.allclose(np.diff(t), 2.0 * lag, rtol=1e-6, atol=0.0)
     for i in range(0, len(t), step):
         q_part, v_part = q[i : i + step], v[i : i + step]
         t_part = t[i : i + step]
         power = system.power(q_part, v_part, t_part)
+        driving = np.zeros(len(t_part))
         if system.is_driven:
             a_part, lam_part = a[i : i + step], lam[i : i + step]
-            power = power + system.drive_power(q_part, v_part, a_part, lam_part, t_part)
+            back = np.where(np.arange(i, i + len(t_part)) > 0, lag, 0.0)
+            far = back[:, None]
+            q_then, v_then = q_part - far * v_part, v_part - far * a_part
+            driving = system.drive_power(q_then, v_then, a_part, lam_part, t_part - back)
+            if every_step:
+                rows = slice(max(i - 1, 0), i + step)
+                works.append(system.drive_work(q[rows], v[rows], a[rows], lam[rows], t[rows]))
         lost = system.dissipation(q_part, v_part)
-        parts.append((*system.energies(q_part, v_part), power, lost))
+        parts.append((*system.energies(q_part, v_part), power, driving, lost))
     columns = (np.concatenate(part) for part in zip(*parts, strict=True))
-    kinetic, elastic, potential, power, lost = columns
-    return Energy(kinetic, elastic, potential, _summed(t, power), _summed(t, lost))
+    kinetic, elastic, potential, power, driving, lost = columns
+    work = _summed(t, power)
+    if works:
+        work[1:] += np.cumsum(np.concatenate(works))
+    else:
+        work += _summed(t, _caught_up(t, driving, lag) if lag else driving)
+    return Energy(kinetic, elastic, potential, work, _summed(t, lost))
+
+
+def _caught_up(t: Array, values: Array, lag: float) -> Array:
+    """Return values at times t, from those at t - lag but for the first, by straight lines."""
+    if len(t) < 3:
+        return values
+    then = np.append(t[0], t[1:] - lag)
+    end = values[-1] + (values[-1] - values[-2]) / (then[-1] - then[-2]) * lag
+    out: Array = np.interp(t, np.append(then, t[-1]), np.append(values, end))
+    return out
 
 
 def _summed(t: Array, power: Array) -> Array:

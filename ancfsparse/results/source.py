@@ -86,6 +86,9 @@ class SolvedSystem(Protocol):
         """Whether anything is prescribed over time."""
         ...
 
+    def drive_work(self, q: Array, v: Array, a: Array, lam: Array, t: Array) -> Array:
+        """Return the work of drives in steps of `EnergyMomentum`, (k - 1,) [J]."""
+
     def drive_power(self, q: Array, v: Array, a: Array, lam: Array, t: Array) -> Array:
         """Give the power of what drives coordinates and equations, (k,) [W]."""
         ...

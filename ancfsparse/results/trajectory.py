@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ancfsparse.errors import InputError
+from ancfsparse.integrators import EnergyMomentum
 from ancfsparse.results.energy import Energy, energy_of
 from ancfsparse.results.outputs import Outputs
 from ancfsparse.results.source import Array, SolvedSystem, combine
@@ -123,7 +124,9 @@ class Trajectory(Outputs):
     @cached_property
     def energy(self) -> Energy:
         """The energy balance, worked out when first asked for."""
-        return energy_of(self.system, self.t, self.q, self.v, self.a, self.lam)
+        means = self.settings.get("integrator") == repr(EnergyMomentum())
+        lag = 0.5 * self.settings["dt"] if means else 0.0
+        return energy_of(self.system, self.t, self.q, self.v, self.a, self.lam, lag)
 
     def position(self, node: Node) -> Array:
         """Give the position of a point over time.

@@ -72,3 +72,29 @@ def drive_power(system: System, q: Vector, v: Vector, a: Vector, lam: Vector, t:
         r, _ = system.assembly.residual(q[k], v[k], a[k], lam[k], system.dead_load, amplitudes[k])
         power[k] += r[driven:] @ velocities[k] - lam[k, led:] @ rates[k]
     return power
+
+
+def drive_work(system: System, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
+    """Return the work of what drives coordinates and equations in each step, (k - 1,) [J].
+
+    Accelerations and multipliers are means over the step before, as those of `EnergyMomentum`, and
+    elastic forces discrete gradients.  The other arguments are those of `reaction`.
+    """
+    amplitudes = system.loads.amplitudes(t)
+    prescribed, _ = system.prescribed.tabulate(t)
+    leads = prescribed[:, 3 * system.prescribed.n :]
+    driven, led = system.n_all - system.prescribed.n, lam.shape[1] - system.prescribed.n_equations
+    work = np.zeros(len(t) - 1)
+    for k in range(1, len(t)):
+        r, _ = system.assembly.residual_between(
+            q[k - 1],
+            q[k],
+            0.5 * (v[k - 1] + v[k]),
+            a[k],
+            lam[k],
+            system.dead_load,
+            0.5 * (amplitudes[k - 1] + amplitudes[k]),
+        )
+        work[k - 1] += r[driven:] @ (q[k, driven:] - q[k - 1, driven:])
+        work[k - 1] -= lam[k, led:] @ (leads[k] - leads[k - 1])
+    return work

@@ -213,6 +213,12 @@ class System(Coordinates):
 
         return drive_power(self, q, v, a, lam, t)
 
+    def drive_work(self, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
+        """Return the work of drives in steps between states of `EnergyMomentum`, (k - 1,) [J]."""
+        from ancfsparse.system.reactions import drive_work
+
+        return drive_work(self, q, v, a, lam, t)
+
     def dissipation(self, q: Vector, v: Vector) -> Vector:
         """Return the power that damping takes, shape (k,) [W], for states (k, n_all)."""
         if not self.damped:
