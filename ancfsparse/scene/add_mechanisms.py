@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +22,8 @@ from ancfsparse.scene.straight import place
 from ancfsparse.words import shown
 
 if TYPE_CHECKING:
+    from ancfsparse.kernels.catalog import ElementKind
+    from ancfsparse.scene.frame import Frame
     from ancfsparse.scene.joints.between import (
         Between,
         Cylindrical,
@@ -30,6 +32,9 @@ if TYPE_CHECKING:
         Universal,
     )
     from ancfsparse.scene.joints.weld import Weld
+    from ancfsparse.scene.material import Material
+    from ancfsparse.scene.scene import Scene
+    from ancfsparse.scene.sections import AnySection
 
 Kind = TypeVar("Kind", bound="Between")
 
@@ -205,7 +210,8 @@ class Mechanisms(Records):
         """Join two points without relative rotation.
 
         At a beam it holds the section, as a clamp does; at a cable in space the direction of the
-        axis.
+        axis.  Where thick beams meet at an angle, or a thick beam and a cable, the section there
+        keeps its shape.
 
         Parameters
         ----------
@@ -236,6 +242,68 @@ class Mechanisms(Records):
             )
         joint = Weld(*ends, stretch=stretch)
         return self._add(joint, WeldSpec(a.reference, None if b is None else b.reference, stretch))
+
+    def add_frame(
+        self,
+        nodes: ArrayLike,
+        edges: ArrayLike | None,
+        element: str | ElementKind,
+        n_elements: int,
+        section: AnySection,
+        material: Material,
+        *,
+        up: ArrayLike | None = None,
+        strain: str = "green",
+        curvature: str = "axis",
+        section_strain: str = "consistent",
+        name: str | None = None,
+    ) -> Frame:
+        """Add beams between nodes, straight and free of stress, and weld them where they meet.
+
+        Parameters
+        ----------
+        nodes : array_like, shape (n, dim)
+            Positions of the nodes [m], each of them at the end of some edge.
+        edges : array_like of int, shape (m, 2), or None
+            The two nodes of every beam, numbered from 0; None for a polyline from node to node.
+        element : str or ElementKind
+            ``"thick"``, or in the plane also ``"thin"`` and ``"l2t2"``.
+        n_elements : int
+            Number of elements of every beam.
+        section : Rectangle, Circle, Tube, IBeam, Polygon, Taper or Section
+            Cross-section of all beams.
+        material : Material
+            What they are made of.
+        up : array_like, shape (3,) or (m, 3), optional
+            Rough direction of e_y of all sections in space, or of those of each edge, as in
+            `add_beam`.
+        strain, curvature, section_strain : str, optional
+            As in `add_beam`.
+        name : str, optional
+            How messages call it; ``"frame 0"`` if it is the first in the scene and so on.
+
+        Returns
+        -------
+        Frame
+            Its `beams`, and handles by `node` and `at`.
+
+        Raises
+        ------
+        InputError
+            If anything does not fit; nothing has been added then.
+
+        Notes
+        -----
+        It stands for calls of `add_beam` and `weld`, which are what the scene records.  Beams of
+        several sections are welded likewise by hand.
+        """
+        from ancfsparse.scene.frame import frame_of
+
+        scene, label = cast("Scene", self), self._label(name, "frame")
+        options = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
+        return frame_of(
+            scene, label, nodes, edges, element, n_elements, section, material, up, options
+        )
 
     @staticmethod
     def _in_line(cables: list[Node], stretch: str) -> bool:
