@@ -1,0 +1,258 @@
+"""Each neglected effect beside the richer model, over a decade of what it depends on."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.plans.neglected import flexibility, neglected_effects
+
+FACTOR = 2.0
+"""Within which estimates are right."""
+
+
+def close(estimate, truth):
+    assert truth / FACTOR <= estimate <= FACTOR * truth
+
+
+@pytest.mark.parametrize("height", [0.1, 0.3])
+def test_shear(height):
+    """A cantilever under a tip force: 0.78 (b / L)^2 of its deflection."""
+
+    def bent(element, n, **options):
+        scene = ancf.Scene(gravity=(0.0, 0.0))
+        section, material = ancf.Rectangle(height, height), ancf.Material(1e9, 1000.0, 0.3)
+        beam = scene.add_beam(element, (0, 0), (1, 0), n, section, material, **options)
+        scene.clamp(beam.start)
+        scene.point_force(beam.end, ancf.Ramp((0.0, -0.003 * 1e9 * height**4 / 12.0), 1.0))
+        return scene, beam.end
+
+    scene, end = bent("thin", 4)
+    run = ancf.quasi_static(scene, 1.0, 0.25)
+    rich = [
+        bent("thin", 16),
+        bent("thick", 16, curvature="section", section_strain="nodal"),
+    ]
+    y = [ancf.solve_static(each, t=1.0).position(point)[1] for each, point in rich]
+    found = neglected_effects(scene, run, ancf.position(end))
+    close(found["shear"], abs(y[1] - y[0]))
+    assert found["shear"] / 1e-3 == pytest.approx(0.78 * height**2, rel=0.03)
+
+    def march(changed):
+        return ancf.quasi_static(changed, 1.0, 0.25)
+
+    measured = neglected_effects(scene, run, ancf.position(end), march)
+    assert measured["shear"] == pytest.approx(found["shear"], rel=0.02)
+
+
+@pytest.mark.parametrize("height", [0.05, 0.2])
+def test_rotary_inertia(height):
+    """A beam let go from its deflection; its section does not shear."""
+    inertia = height**4 / 12.0
+    section = ancf.Section(height**2, inertia, inertia, 2.0 * inertia, 1e4)
+
+    def pinned(element, n, load, **options):
+        scene = ancf.Scene(gravity=(0.0, 0.0))
+        material = ancf.Material(1e9, 1000.0, 0.0)
+        beam = scene.add_beam(element, (0, 0), (1, 0), n, section, material, **options)
+        scene.pin(beam.start)
+        scene.pin(beam.end)
+        scene.point_force(beam.node(n // 2), (0.0, 0.048 * 1e9 * inertia * load))
+        return scene, beam.node(n // 2)
+
+    t_end = 0.3 / ancf.modes(pinned("thin", 8, 0.0)[0], 1).frequencies[0]
+
+    def released(element, n, **options):
+        start = ancf.solve_static(pinned(element, n, 1.0, **options)[0])
+        scene, middle = pinned(element, n, 0.0, **options)
+        return scene, middle, ancf.simulate(scene, t_end, t_end / 200, start=start)
+
+    scene, middle, run = released("thin", 8)
+    _, one, plain = released("thin", 24)
+    _, other, rich = released("thick", 24, curvature="section", section_strain="nodal")
+    truth = np.abs(rich.position(other) - plain.position(one)).max()
+    found = neglected_effects(scene, run, ancf.position(middle))
+    close(found["rotary inertia"], truth)
+
+
+@pytest.mark.parametrize("pull", [100.0, 1000.0])
+def test_bending_of_strings(pull):
+    """A taut line under an even load, with EI / N L^2 of 1 % and 0.1 %."""
+    bending = 1e8 * np.pi * 0.01**4 / 64.0
+
+    def line(element):
+        scene = ancf.Scene(gravity=(0.0, 0.0))
+        made = ancf.Circle(0.01), ancf.Material(1e8, 500.0)
+        cord = scene.add_beam(element, (0, 0), (1, 0), 24, *made, tension=pull * bending)
+        scene.pin(cord.start)
+        scene.pin(cord.end)
+        scene.distributed_force(cord, ancf.Ramp((0.0, -0.005 * pull * bending), 1.0))
+        return scene, cord.node(12)
+
+    scene, middle = line("string")
+    run = ancf.quasi_static(scene, 1.0, 0.5)
+    rich, other = line("thin")
+    truth = abs(run.position(middle)[-1, 1] - ancf.solve_static(rich, t=1.0).position(other)[1])
+    close(neglected_effects(scene, run, ancf.position(middle))["bending"], truth)
+
+
+def test_bending_of_strings_in_a_net():
+    """Every line of a net counts, and a net under more tension bends relatively less."""
+    found = []
+    for stretch in (1e-3, 1e-2):
+        scene = ancf.Scene(gravity=(0.0, 0.0, 0.0))
+        x = np.linspace(0.0, 1.0, 7)
+        nodes = np.array([(a, b, 0.0) for a in x for b in x])
+        number = np.arange(49).reshape(7, 7)
+        edges = np.concatenate([
+            np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1),
+            np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1),
+        ])  # fmt: skip
+        made = ancf.Circle(0.01), ancf.Material(1e8, 500.0)
+        net = scene.add_mesh(nodes, edges, "string", *made)
+        for k in np.unique(number[[0, -1]].ravel().tolist() + number[:, [0, -1]].ravel().tolist()):
+            place = nodes[k] + stretch * (nodes[k] - 0.5) * (1.0, 1.0, 0.0)
+            scene.drive(net.node(int(k)), place)
+        scene.distributed_force(net, ancf.Ramp((0.0, 0.0, -0.01), 1.0))
+        begin = ancf.solve_static(scene)
+        run = ancf.quasi_static(scene, 1.0, 0.5, start=begin)
+        middle = net.node(24)
+        found.append(
+            neglected_effects(scene, run, ancf.position(middle))["bending"]
+            / np.abs(run.position(middle)[-1, 2])
+        )
+    # EI pi^2 / N L^2 of one line, and 12 in place of pi^2 for an even load.
+    bending, area = np.pi * 0.01**4 / 64.0, np.pi * 0.01**2 / 4.0
+    for share, stretch in zip(found, (1e-3, 1e-2), strict=True):
+        close(share, np.pi**2 * bending / (area * stretch))
+
+
+@pytest.mark.parametrize("youngs", [1e8, 1e9])
+def test_stretch(youngs):
+    """The pendulum with Green's and with Biot's strain, whose bending differs by the stretch."""
+
+    def pendulum(**options):
+        scene = ancf.Scene(gravity=(0.0, -9.81))
+        made = ancf.Rectangle(0.01, 0.01), ancf.Material(youngs, 4000.0)
+        rod = scene.add_beam("thin", (0, 0), (2, 0), 16, *made, **options)
+        scene.pin(rod.start)
+        return scene, rod.end
+
+    def march(scene):
+        return ancf.simulate(scene, 1.0, dt=1e-3)
+
+    (scene, end), (rich, other) = pendulum(), pendulum(strain="biot")
+    run = march(scene)
+    truth = np.abs(run.position(end) - march(rich).position(other)).max()
+    found = neglected_effects(scene, run, ancf.position(end), march)
+    close(found["stretch"], truth)
+    assert found["shear"] < found["stretch"]
+
+
+@pytest.mark.parametrize("slow", [8.0, 40.0])
+def test_inertia_of_a_quasi_static_run(slow):
+    scene = ancf.Scene(gravity=(0.0, 0.0))
+    made = ancf.Rectangle(0.01, 0.01), ancf.Material(2e9, 1000.0)
+    beam = scene.add_beam("thin", (0, 0), (1, 0), 6, *made)
+    scene.clamp(beam.start)
+    omega = 2.0 * np.pi * ancf.modes(scene, 1).frequencies[0] / slow
+    scene.point_force(beam.end, lambda t: (0.0, 1e-3 * (1.0 - np.cos(omega * t))))
+    t_end = 2.0 * np.pi / omega
+    run = ancf.quasi_static(scene, t_end, t_end / 200)
+    motion = ancf.simulate(scene, t_end, t_end / 10000, save_every=50)
+    truth = np.abs(run.position(beam.end) - motion.position(beam.end)).max()
+    close(neglected_effects(scene, run, ancf.position(beam.end))["inertia"], truth)
+
+
+def test_inertia_of_a_load_that_sets_in_with_a_rate():
+    scene = ancf.Scene(gravity=(0.0, 0.0))
+    made = ancf.Rectangle(0.01, 0.01), ancf.Material(2e9, 1000.0)
+    beam = scene.add_beam("thin", (0, 0), (1, 0), 6, *made)
+    scene.clamp(beam.start)
+    scene.point_force(beam.end, ancf.Ramp((0.0, 0.05), 4.0))
+    run = ancf.quasi_static(scene, 4.0, 0.1)
+    motion = ancf.simulate(scene, 4.0, 2e-3, save_every=50)
+    truth = np.abs(run.position(beam.end) - motion.position(beam.end)).max()
+    close(neglected_effects(scene, run, ancf.position(beam.end))["inertia"], truth)
+
+
+@pytest.mark.parametrize("youngs", [1e9, 1e10])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_flexibility(dim, youngs):
+    """A stiff pendulum beside a rigid one: 3 g cos(angle) / 2 L."""
+    from scipy.integrate import solve_ivp
+
+    axis = (0.0,) * (dim - 2)
+    scene = ancf.Scene(gravity=(0.0, *axis, -9.81))
+    made = ancf.Rectangle(0.02, 0.02), ancf.Material(youngs, 1000.0)
+    rod = scene.add_beam("thin", (0.0, 0.0, *axis), (1.0, 0.0, *axis), 8, *made)
+    scene.pin(rod.start)
+    run = ancf.simulate(scene, 0.6, dt=1e-3)
+    angle = solve_ivp(lambda t, y: (y[1], -1.5 * 9.81 * np.cos(y[0])), (0.0, 0.6), (0.0, 0.0),
+                      rtol=1e-9, atol=1e-12, t_eval=run.t).y[0]  # fmt: skip
+    rigid = np.stack([np.cos(angle), *(0 * angle for _ in axis), np.sin(angle)], axis=1)
+    truth = np.linalg.norm(run.position(rod.end) - rigid, axis=1).max()
+    close(flexibility(run, ancf.position(rod.end)), truth)
+
+
+@pytest.mark.parametrize("twist", [0.1, 1.0])
+def test_torsion_of_a_moment_along_the_axis(twist):
+    """Its energy beside that of bending, as the thick beam has them."""
+
+    def bent(element, n):
+        scene = ancf.Scene(gravity=(0.0, 0.0, 0.0))
+        beam = scene.add_beam(
+            element, (0, 0, 0), (1, 0, 0), n, ancf.Circle(0.01), ancf.Material(2e9, 1000.0)
+        )
+        scene.clamp(beam.start)
+        scene.point_moment(beam.end, ancf.Ramp((0.05 * twist, 0.0, 0.05), 1.0))
+        return scene, beam
+
+    scene, beam = bent("thin", 8)
+    run = ancf.quasi_static(scene, 1.0, 0.5)
+    size = np.linalg.norm(run.position(beam.end)[-1] - beam.end.position)
+    share = neglected_effects(scene, run, ancf.position(beam.end))["torsion"] / size
+    rich, other = bent("thick", 16)
+    force = ancf.quasi_static(rich, 1.0, 0.5).section_force(other)
+    given = other.stiffnesses()
+    truth = np.sum(force.T[-1] ** 2) / given["torsion_stiffness"]
+    truth /= np.sum(force.M[-1] ** 2) / given["bending_stiffness_z"]
+    close(share, truth)
+
+
+def test_torsion_between_two_clamps_that_are_turned_against_each_other():
+    """A frame carried along a cable that leaves its plane is turned at the end; in a plane not.
+
+    The angle is the solid angle that the tangent goes round on the sphere.
+    """
+    from ancfsparse.plans.neglected import _carried_angle
+
+    scene = ancf.Scene(gravity=(0.0, 0.0, 0.0))
+    beam = scene.add_beam(
+        "thin", (0, 0, 0), (1, 0, 0), 4, ancf.Circle(0.01), ancf.Material(1e9, 1e3)
+    )
+    angle = np.linspace(0.0, 2.0 * np.pi, 2001)
+    flat = np.stack([np.cos(0.3 * np.sin(angle)), np.sin(0.3 * np.sin(angle)), 0 * angle], axis=1)
+    np.testing.assert_allclose(_carried_angle(flat[None], beam), 0.0, atol=1e-12)
+    # A circle on the sphere through e_x, with the half angle 0.3 about a tilted axis.
+    axis = np.array([np.cos(0.3), np.sin(0.3), 0.0])
+    other = np.array([-np.sin(0.3), np.cos(0.3), 0.0])
+    around = np.cos(angle)[:, None] * -other + np.sin(angle)[:, None] * np.array([0.0, 0.0, 1.0])
+    cone = np.cos(0.3) * axis + np.sin(0.3) * around
+    solid = 2.0 * np.pi * (1.0 - np.cos(0.3))
+    assert abs(_carried_angle(cone[None], beam)[0]) == pytest.approx(solid, rel=1e-5)
+
+
+def test_what_a_model_has_is_left_out_and_nothing_where_nothing_acts():
+    scene = ancf.Scene(gravity=(0.0, 0.0))
+    made = ancf.Rectangle(0.01, 0.01), ancf.Material(2e9, 1000.0)
+    beam = scene.add_beam("thick", (0, 0), (1, 0), 4, *made)
+    scene.clamp(beam.start)
+    run = ancf.simulate(scene, 0.01, dt=1e-3)
+    assert neglected_effects(scene, run, ancf.position(beam.end)) == {}
+    still = ancf.Scene(gravity=(0.0, 0.0))
+    beam = still.add_beam("thin", (0, 0), (1, 0), 4, *made)
+    still.clamp(beam.start)
+    run = ancf.quasi_static(still, 1.0, 0.5)
+    found = neglected_effects(still, run, ancf.position(beam.end))
+    assert set(found) == {"shear", "stretch", "inertia"}
+    assert not any(found.values())
