@@ -6,7 +6,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.checks import check_count, check_positive
-from ancfsparse.cli.app import as_option
+from ancfsparse.cli.options import as_option
 from ancfsparse.errors import (
     InputError,
     LoadFailure,

@@ -5,8 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -15,16 +14,9 @@ import typer
 from ancfsparse.checks import check_count
 from ancfsparse.cli import files
 from ancfsparse.cli.elements import element as element_command
+from ancfsparse.cli.options import RunError, in_options
 from ancfsparse.cli.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendulum
-from ancfsparse.errors import (
-    AccuracyFailure,
-    AncfError,
-    InputError,
-    Instability,
-    Parameter,
-    StepFailure,
-    in_python,
-)
+from ancfsparse.errors import AccuracyFailure, InputError, StepFailure
 from ancfsparse.studies.bench.kernels import KernelBench
 from ancfsparse.studies.bench.kernels import bench_kernels as run_bench_kernels
 from ancfsparse.studies.bench.paper import PaperBench
@@ -47,71 +39,6 @@ app = typer.Typer(
 app.add_typer(study, name="study")
 for command in (files.info, files.plot, files.animate, files.convert, element_command):
     app.command()(command)
-
-
-class RunError(AncfError):
-    """A run of the command ended early; the message names the options of the command."""
-
-
-# What the library calls what the command has options for.
-OPTIONS = {
-    "t_end": "--time",
-    "dt": "--step",
-    "n_elements": "--elements",
-    "save_every": "--save-every",
-    "accuracy": "--accuracy",
-    "tolerance": "--tolerance",
-}
-ADVICE = (
-    "Try --integrator generalized-alpha --rho-inf 0.8, which damps what the steps cannot follow, a "
-    "smaller --step, or --accuracy 1e-3 with it."
-)
-ADVICE_ON_ACCURACY = "Try a smaller --accuracy, or --rho-inf 0.8, which damps more."
-ADVICE_ON_EXPLICIT = "Try a smaller --step, or --integrator generalized-alpha."
-
-
-# Integrators that sentences of the library advise.
-INTEGRATOR_OPTIONS = {
-    "GeneralizedAlpha(0.9)": "--integrator generalized-alpha",
-    "GeneralizedAlpha(rho_inf)": "--integrator generalized-alpha",
-}
-
-
-@contextmanager
-def _in_options() -> Iterator[None]:
-    """Show errors of the library with the options of the command."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(error.sentence(as_option)) from error
-    except (StepFailure, AccuracyFailure) as error:
-        raise RunError(_ended(error)) from error
-
-
-def as_option(parameter: Parameter) -> str:
-    """Show an argument of the library as an option of the command, if there is one.
-
-    Parameters
-    ----------
-    parameter : Parameter
-        Its name may be followed by what it belongs to: ``"n_elements of beam 1"``.
-    """
-    if parameter.value in INTEGRATOR_OPTIONS:
-        return INTEGRATOR_OPTIONS[parameter.value]
-    name, *owner = parameter.name.split(" ", 1)
-    if name not in OPTIONS:
-        return "" if parameter.aside else in_python(parameter)
-    return " ".join([OPTIONS[name], *owner, *[parameter.value] * bool(parameter.value)])
-
-
-def _ended(error: StepFailure | AccuracyFailure) -> str:
-    """Return why a run ended, with advice that the command can follow; it keeps no states."""
-    if isinstance(error, Instability):
-        error.advice = ADVICE_ON_EXPLICIT
-    elif isinstance(error, StepFailure):
-        error.advice = ADVICE_ON_ACCURACY if error.trajectory is None else ADVICE
-    error.trajectory = None
-    return error.sentence(as_option)
 
 
 def _can_be_written(target: str | None) -> str | None:
@@ -242,7 +169,7 @@ def pendulum(
         output=output,
         options={key: value for key, value in options.items() if value is not None},
     )
-    with _in_options():
+    with in_options():
         run, summary = run_pendulum(request)
     if json_to is None:
         tip = ", ".join(f"{x:.9f}" for x in summary["tip"][-1])
@@ -276,7 +203,7 @@ def problem(
     if names or name is None:
         typer.echo(listing())
         return
-    with _in_options():
+    with in_options():
         found = run_problem(name, at, given or [], step, accuracy)
     if json_to is not None:
         write_json(found, json_to)
@@ -300,7 +227,7 @@ def table1(
     """Reproduce table 1 and figures 1 and 2 of the paper beside the paper's own numbers."""
     TABLE1.check(output, readme)
     ON_BENCHMARKS.check(output, page)
-    with _in_options():
+    with in_options():
         table = TABLE1.run(t_end=time, dt=step, cap=cap, progress=True)
     report(TABLE1, table, output, readme)
     if page is not None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
 from ancfsparse.seeds import DeflatedSeed
+from ancfsparse.solve.norms import ROUNDING, Norms
 from ancfsparse.solve.penalties import Penalties
 from ancfsparse.solve.seed import make_static_seed
 from ancfsparse.solve.unsymmetric import Unsymmetric, solve_beside
@@ -18,8 +19,6 @@ from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
 
-# Rounding of a force, in units of eps |K| |q|.
-ROUNDING = 32.0
 # Share of the loads over which the motion of drives is taken as linear.
 SMALL_LOAD = 1e-6
 
@@ -45,7 +44,7 @@ class State(NamedTuple):
     phi: Vector
 
 
-class Balance:
+class Balance(Norms):
     """The equations of rest of a scene, on the free coordinates alone.
 
     Constraints are held by springs and by multipliers that learn what the springs take (augmented
@@ -69,10 +68,6 @@ class Balance:
     ----------
     seed : SparseSeed or DeflatedSeed
         Ordered for the matrix.
-    mass : (n_free,) float
-        Diagonal of the mass matrix, which measures corrections and forces [kg, kg m2].
-    slopes : (k,) int
-        Places of coordinates that are no positions.
     strings : tuple of (n, 2, dim) int and (n,) float arrays, or None
         Places of both ends of all elements without slopes, and their lengths [m].
     plain : bool
@@ -100,7 +95,8 @@ class Balance:
         kind: str = "exact",
         t: float = 0.0,
     ) -> None:
-        self.system, self.stats = system, stats
+        super().__init__(system)
+        self.stats = stats
         self._on_factor = on_factor
         self._amplitudes = system.loads.amplitudes(np.array([t]))[0]
         self._grows = system.loads.growing
@@ -114,12 +110,7 @@ class Balance:
         self._make_pattern()
         self.seed, self._modes = make_static_seed(system, self._indptr, self._indices, kind)
         self._ready: tuple[State, Vector] | None = None
-        self.mass = system.mass_diagonal
-        self._whole_mass = float(self.mass.sum())
-        self._body, self.slopes = self._bodies()
         self.strings = _strings(system)
-        body_mass = np.bincount(self._body, self.mass, minlength=len(system.scene.bodies))
-        self._body_mass = np.where(body_mass > 0.0, body_mass, 1.0)
         self._unsymmetric = None if self.conservative else Unsymmetric(system)
         self._beside: Any = None
         self._phi_q: Any = None
@@ -130,7 +121,7 @@ class Balance:
         if system.n_multipliers:
             self._penalties = Penalties(system, self._gradients, pushed.r)
         self.loads = self.size_of_forces(pushed.r - self.start.r)
-        self.acceleration = self.loads * (system.dim / self._whole_mass) ** 0.5
+        self.acceleration = self.loads * (system.dim / self.whole_mass) ** 0.5
         self._stress_at_start = self.size_of_forces(self.start.r)
         self.span = float(np.max(np.abs(system.q_ref)))
         largest = np.full(system.n_free, self.span)
@@ -146,7 +137,7 @@ class Balance:
         self._ready = None
         pushed = self.state(self.start.q, self.start.lam, 1.0)
         self.loads = max(self.loads, self.size_of_forces(pushed.r - self.start.r))
-        self.acceleration = self.loads * (self.system.dim / self._whole_mass) ** 0.5
+        self.acceleration = self.loads * (self.system.dim / self.whole_mass) ** 0.5
 
     def _set_drives(self, t: float) -> None:
         """Let drives begin in the reference shape; with the loads they come to where they are."""
@@ -185,16 +176,6 @@ class Balance:
         self._own = np.searchsorted(self._keys, own)
         self._indices = (self._keys % n).astype(np.int32)
         self._indptr = np.searchsorted(self._keys, n * np.arange(n + 1)).astype(np.int64)
-
-    def _bodies(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-        """Return the body of every free coordinate, of shared ones the last, and the slopes."""
-        system = self.system
-        body, slope = np.zeros(system.n_all, dtype=np.int32), np.ones(system.n_all, dtype=bool)
-        for k, places in enumerate(system.places):
-            body[places] = k
-        self._positions = system.positions
-        slope[self._positions] = False
-        return body[: system.n_free], np.flatnonzero(slope[: system.n_free])
 
     def _jacobian(self, q: Vector) -> Any:
         return self.system.constraints.jacobian(q)[:, : self.system.n_free]
@@ -320,47 +301,18 @@ class Balance:
                 return -x
         return -self.seed.solve(r)
 
-    def distance(self, dx: Vector) -> float:
-        """Return the size of a correction: the root mean square of the displacement [m]."""
-        return float(np.sqrt(self.mass @ dx**2 / self._whole_mass * self.system.dim))
-
-    def distances(self, dx: Vector) -> Vector:
-        """Return the root mean squares of the displacements of the bodies [m], (n_bodies,)."""
-        squares = np.bincount(self._body, self.mass * dx**2, minlength=len(self._body_mass))
-        return np.asarray(np.sqrt(squares / self._body_mass * self.system.dim))
-
-    def size_of_forces(self, r: Vector) -> float:
-        """Return the size of generalized forces, each over the root of its mass [N / kg^(1/2)].
-
-        That is one measure for positions and slopes, of forces per length however fine the mesh.
-        """
-        return float(np.sqrt(np.sum(r**2 / self.mass)))
-
     def rounding(self, state: State, load: float) -> Vector:
         """Return the rounding of every unbalanced force [N, N m]."""
         if self._rounded is None or self._rounded[0] is not state.q:
             values = self.stiffness(state, load)
-            self._rounded = state.q, self._rounding(values, state.q, state.lam)
+            self._rounded = state.q, self.rounding_of(values, state.q, state.lam)
         return self._rounded[1]
-
-    def _rounding(self, values: Vector, q: Vector, lam: Vector | None = None) -> Vector:
-        import scipy.sparse as sp
-
-        n, size = self.system.n_free, self.system.pattern.n
-        end = int(self.system.pattern.indptr[n])
-        indices, indptr = self.system.pattern.indices[:end], self.system.pattern.indptr[: n + 1]
-        lower = sp.csc_array((np.abs(values[:end]), indices, indptr), shape=(size, n))
-        whole = np.zeros(size)
-        whole[:n] = np.abs(q[:n])
-        if lam is not None:
-            whole[n:] = np.abs(lam)
-        return np.asarray(ROUNDING * EPSILON * (lower.T @ whole + (lower @ whole[:n])[:n]))
 
     def lost_in_rounding(self) -> bool:
         """Whether forces may round by more than the loads, however the scene is turned."""
         q = np.full(self.system.n_all, self.span)
         q[self.slopes] = 1.0
-        rounding = self.size_of_forces(self._rounding(self.stiffness(self.start, 0.0), q))
+        rounding = self.size_of_forces(self.rounding_of(self.stiffness(self.start, 0.0), q))
         return rounding > self.loads + self._stress_at_start
 
     def negative_pivots(self, counted: int) -> int:

@@ -1,0 +1,81 @@
+"""Norms of displacements and forces in statics, and the rounding of forces."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.nonlinear.iteration import EPSILON
+from ancfsparse.system import System
+
+Vector = NDArray[np.float64]
+
+# Rounding of a force, in units of eps |K| |q|.
+ROUNDING = 32.0
+
+
+class Norms:
+    """Norms weighted by the masses of a scene, the same however fine its mesh.
+
+    Parameters
+    ----------
+    system : System
+        What is at rest.
+
+    Attributes
+    ----------
+    mass : (n_free,) float
+        Diagonal of the mass matrix, which measures corrections and forces [kg, kg m2].
+    whole_mass : float
+        Its sum [kg].
+    slopes : (k,) int
+        Places of coordinates that are no positions.
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.mass = system.mass_diagonal
+        self.whole_mass = float(self.mass.sum())
+        self._body, self.slopes = self._bodies()
+        body_mass = np.bincount(self._body, self.mass, minlength=len(system.scene.bodies))
+        self._body_mass = np.where(body_mass > 0.0, body_mass, 1.0)
+
+    def _bodies(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+        """Return the body of every free coordinate, of shared ones the last, and the slopes."""
+        system = self.system
+        body, slope = np.zeros(system.n_all, dtype=np.int32), np.ones(system.n_all, dtype=bool)
+        for k, places in enumerate(system.places):
+            body[places] = k
+        self._positions = system.positions
+        slope[self._positions] = False
+        return body[: system.n_free], np.flatnonzero(slope[: system.n_free])
+
+    def distance(self, dx: Vector) -> float:
+        """Return the size of a correction: the root mean square of the displacement [m]."""
+        return float(np.sqrt(self.mass @ dx**2 / self.whole_mass * self.system.dim))
+
+    def distances(self, dx: Vector) -> Vector:
+        """Return the root mean squares of the displacements of the bodies [m], (n_bodies,)."""
+        squares = np.bincount(self._body, self.mass * dx**2, minlength=len(self._body_mass))
+        return np.asarray(np.sqrt(squares / self._body_mass * self.system.dim))
+
+    def size_of_forces(self, r: Vector) -> float:
+        """Return the size of generalized forces, each over the root of its mass [N / kg^(1/2)].
+
+        That is one measure for positions and slopes, of forces per length however fine the mesh.
+        """
+        return float(np.sqrt(np.sum(r**2 / self.mass)))
+
+    def rounding_of(self, values: Vector, q: Vector, lam: Vector | None = None) -> Vector:
+        """Return the rounding of every force [N, N m], by the values of the stiffness."""
+        import scipy.sparse as sp
+
+        n, size = self.system.n_free, self.system.pattern.n
+        end = int(self.system.pattern.indptr[n])
+        indices, indptr = self.system.pattern.indices[:end], self.system.pattern.indptr[: n + 1]
+        lower = sp.csc_array((np.abs(values[:end]), indices, indptr), shape=(size, n))
+        whole = np.zeros(size)
+        whole[:n] = np.abs(q[:n])
+        if lam is not None:
+            whole[n:] = np.abs(lam)
+        return np.asarray(ROUNDING * EPSILON * (lower.T @ whole + (lower @ whole[:n])[:n]))
