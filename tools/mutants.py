@@ -3,7 +3,7 @@
 `tools/mutants.toml` lists the changes.  A mutant is caught if one of its tests fails, and survives
 if all pass: then a test is missing, or the change has no effect, and its entry explains why under
 ``equivalent``.  Files are changed in place and put back, so leave the working tree alone meanwhile.
-Compiled modules are rebuilt for each mutant, which takes most of the time: half an hour in all.
+Compiled modules are rebuilt for each mutant, which takes most of the time: an hour in all.
 """
 
 from __future__ import annotations

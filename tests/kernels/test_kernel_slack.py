@@ -55,6 +55,20 @@ def test_force_and_tangent_are_those_of_the_law(dim, where, strain, w, bench, rn
     np.testing.assert_allclose(tangent, wanted, rtol=1e-12, atol=rounding / w)
 
 
+@pytest.mark.parametrize("strain", [0.1, 3e-3, 0.0, -3e-3, -0.9])
+@pytest.mark.parametrize(("dim", "where"), [(2, "planar"), (3, "spatial")])
+def test_energy_is_that_of_the_law(dim, where, strain, bench, rng):
+    element, w = bench(f"string_{where}_slack"), 1e-3
+    q = stretched(dim, strain, rng)
+    slope = (q[dim:] - q[:dim]) / LENGTH
+    elongation = np.sqrt(slope @ slope + w**2) - 1.0
+    s = (elongation + np.hypot(elongation, w)) / 2.0
+    energy = element.run("energy", q, base=base_of(element, w))[0, 0]
+    # s rounds by 1e-16 where both terms cancel.
+    rounding = STIFFNESS * LENGTH * 1e-15 * s
+    assert energy == pytest.approx(0.5 * STIFFNESS * LENGTH * s**2, rel=1e-12, abs=rounding)
+
+
 @pytest.mark.parametrize("w", [1e-2, 1e-5])
 def test_it_pulls_as_hooke_has_it_and_never_pushes(w, bench):
     element = bench("string_planar_slack")

@@ -33,7 +33,18 @@ def plane():
     return System(scene)
 
 
-@pytest.fixture(params=[mechanism, plane])
+def rope():
+    """A rope from a point fixed in space over a body to another one, which is pulled in."""
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    one, other = (
+        scene.add_body(ancf.Box(0.3, 0.2, 0.1), mass=1.0 + x, position=(x, 0, 0)) for x in range(2)
+    )
+    points = [(0.0, 1.0, 2.0), one.at((0.5, 0, 0)), other.at((0, 0.2, 0))]
+    scene.winch(points, length=lambda t: 3.0 - t)
+    return System(scene)
+
+
+@pytest.fixture(params=[mechanism, plane, rope])
 def system(request):
     return request.param()
 
