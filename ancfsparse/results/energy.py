@@ -117,7 +117,7 @@ def energy_of(
             if every_step:
                 rows = slice(max(i - 1, 0), i + step)
                 works.append(system.drive_work(q[rows], v[rows], a[rows], lam[rows], t[rows]))
-        lost = system.dissipation(q_part, v_part)
+        lost = system.dissipation(q_part, v_part, lam[i : i + step])
         parts.append((*system.energies(q_part, v_part), power, driving, lost))
     columns = (np.concatenate(part) for part in zip(*parts, strict=True))
     kinetic, elastic, potential, power, driving, lost = columns

@@ -93,7 +93,7 @@ class SolvedSystem(Protocol):
         """Give the power of what drives coordinates and equations, (k,) [W]."""
         ...
 
-    def dissipation(self, q: Array, v: Array) -> Array:
+    def dissipation(self, q: Array, v: Array, lam: Array) -> Array:
         """Give the power that damping takes, (k,) [W], never negative."""
         ...
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError, with_unit
@@ -14,7 +15,7 @@ from ancfsparse.scene.records import Records
 from ancfsparse.scene.spec import OfJoint, Spec
 
 # What acts, in the order of ``Law`` in _joint_springs.pyx.
-LAWS = SPRING, STOP, FRICTION = range(3)
+LAWS = SPRING, STOP, FRICTION, RUBBING = range(4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +48,18 @@ class JointFrictionSpec(Spec):
     """The record of `Scene.joint_friction`."""
 
     joint: OfJoint
-    size: float
-    slip: float
+    size: float | None = None
+    slip: float = 0.0  # always given
     of: str | None = None
+    coefficient: float | None = None
+    radius: float | None = None
     method = "joint_friction"
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """All fields by name, without those of the other kind of friction."""
+        items = super().given.items()
+        return {name: value for name, value in items if value is not None or name == "of"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +80,8 @@ class JointSpring(Attached):
         [N m/rad or N/m].
     damping : float
         Of a spring the moment or force over the rate [N m s/rad or N s/m]; of a stop what its push
-        grows by with the rate [s/rad or s/m]; of friction its size [N m or N].
+        grows by with the rate [s/rad or s/m]; of friction its size [N m or N], or its size over
+        the force of the joint [m or 1].
     slip : float
         Of friction the rate at which it has 0.71 of its size [rad/s or m/s].
     """
@@ -89,7 +99,7 @@ class JointSpring(Attached):
     @property
     def what(self) -> str:
         """Name in messages."""
-        kind = ("spring", "stop", "friction")[self.law]
+        kind = ("spring", "stop", "friction", "friction")[self.law]
         return f"the {kind} at the {self.of} of the {self.joint.label}"
 
 
@@ -200,23 +210,38 @@ class JointSprings(Records):
         return self._attach(made, JointStopSpec(reference, begin, end, k, c, of))
 
     def joint_friction(
-        self, joint: Joint, size: float, *, slip: float, of: str | None = None
+        self,
+        joint: Joint,
+        size: float | None = None,
+        *,
+        slip: float,
+        of: str | None = None,
+        coefficient: float | None = None,
+        radius: float | None = None,
     ) -> JointSpring:
-        """Let a joint rub: Coulomb's friction of a given size, smooth about rest.
+        """Let a joint rub: Coulomb's friction, smooth about rest.
 
         It acts against the rate with ``size * rate / sqrt(rate^2 + slip^2)``, so below the rate
-        `slip` it lets the joint creep instead of holding it.
+        `slip` it lets the joint creep instead of holding it.  The size is given, or proportional to
+        the force F of the joint at the same time, with the order of the integrator: ``coefficient
+        * |F|`` along a slide, ``coefficient * |F| * radius`` about a hinge.  F is the whole force
+        of a pin or a hinge, a thrust along its axis included, and the force across a slide; moments
+        that a joint transmits do not rub.
 
         Parameters
         ----------
         joint : Joint
-            As `drive_joint` takes it.
-        size : float
+            As `drive_joint` takes it; with a coefficient one by multipliers.
+        size : float, optional
             Moment [N m] or force [N] of a joint that slips.
         slip : float
             The rate at which it has 0.71 of that [rad/s or m/s]: small beside those of the motion.
         of : str, optional
             ``"angle"`` or ``"displacement"``, where the joint has both.
+        coefficient : float, optional
+            Coefficient of friction [1], instead of a size.
+        radius : float, optional
+            Of the bearing [m], for angles with a coefficient.
 
         Returns
         -------
@@ -230,13 +255,27 @@ class JointSprings(Records):
         """
         reference, freedom, units = self._freedom("friction", joint, of)
         what = f"of the friction at the {freedom} of the {joint.label}"
-        force = _not_negative(f"size {what}", size, units[0])
-        rate = _not_negative(f"slip {what}", slip, f"{units[1]}/s")
-        for name, value in (("size", force), ("slip", rate)):
-            if value == 0.0:
-                raise InputError(f"{name} {what} must be positive, got 0")
-        made = JointSpring(joint, freedom, FRICTION, damping=force, slip=rate)
-        return self._attach(made, JointFrictionSpec(reference, force, rate, of))
+        if (size is None) == (coefficient is None):
+            raise InputError(f"give either a size or a coefficient {what}")
+        if (radius is not None) != (coefficient is not None and freedom == "angle"):
+            raise InputError(
+                f"the radius {what} goes with a coefficient for an angle: "
+                f"{'leave it out' if radius is not None else 'give that of the bearing [m]'}"
+            )
+        numbers = {
+            name: _positive(f"{name} {what}", value, unit)
+            for name, value, unit in (
+                ("size", size, units[0]),
+                ("coefficient", coefficient, "1"),
+                ("radius", radius, "m"),
+                ("slip", slip, f"{units[1]}/s"),
+            )
+            if value is not None
+        }
+        law = FRICTION if coefficient is None else RUBBING
+        most = numbers.get("size") or numbers["coefficient"] * numbers.get("radius", 1.0)
+        made = JointSpring(joint, freedom, law, damping=most, slip=numbers["slip"])
+        return self._attach(made, JointFrictionSpec(reference, of=of, **numbers))
 
     def _freedom(
         self, what: str, joint: Joint, of: str | None
@@ -247,6 +286,13 @@ class JointSprings(Records):
         reference = self._joint(what, joint)
         freedom = freedom_of(what, joint, of)
         return reference, freedom, (OF_FORCES[freedom], UNITS[freedom])
+
+
+def _positive(what: str, value: object, unit: str) -> float:
+    number = _not_negative(what, value, unit)
+    if number == 0.0:
+        raise InputError(f"{what} must be positive, got 0")
+    return number
 
 
 def _not_negative(what: str, value: object, unit: str) -> float:

@@ -18,6 +18,8 @@ Vector = NDArray[np.float64]
 # A motion over which differences of stiff forces are taken, over the size of what moves: the cube
 # root of rounding, where a central difference is best.
 SMALL_MOTION = 6e-6
+# Turns between friction and the forces of joints at the start, at most, and when they have settled.
+MOST_TURNS, SETTLED = 100, 1e-12
 
 
 def initial_acceleration(system: System, seed: Seed, v: Vector) -> tuple[Vector, Vector]:
@@ -51,6 +53,8 @@ def initial_acceleration(system: System, seed: Seed, v: Vector) -> tuple[Vector,
             now = system.prescribed.at(system.t0)
             rate += led(system, now.a, now.s_second)
         a, lam = solve_held(system, seed, force, rate)
+        if system.reacts:
+            a, lam = _with_friction(system, seed, v, force, rate, lam)
         if system.prescribed.n:
             a[-system.prescribed.n :] = now.a
     if np.isfinite(a).all() and np.isfinite(lam).all():
@@ -61,6 +65,23 @@ def initial_acceleration(system: System, seed: Seed, v: Vector) -> tuple[Vector,
     i = worst_of(rate)
     label = system.constraints.labels[i]
     raise out_of_range(f"the {label} would need an acceleration of {rate[i]} m/s2")
+
+
+def _with_friction(
+    system: System, seed: Seed, v: Vector, force: Vector, rate: Vector, lam: Vector
+) -> tuple[Vector, Vector]:
+    """Return what `initial_acceleration` does, with friction by forces of joints.
+
+    Forces and multipliers are found in turn; each turn changes less by the coefficient of friction.
+    """
+    gradients, none = system.constraints.jacobian(system.q0), np.zeros(system.n_multipliers)
+    bare = _forces(system, system.q0, v, none, 0.0)
+    for _ in range(MOST_TURNS):
+        friction = _forces(system, system.q0, v, lam, 0.0) - bare - gradients.T @ lam
+        before, (a, lam) = lam, solve_held(system, seed, force - friction, rate)
+        if np.max(np.abs(lam - before)) <= SETTLED * np.max(np.abs(lam)):
+            break
+    return a, lam
 
 
 def initial_jerk(

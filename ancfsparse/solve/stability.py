@@ -95,6 +95,13 @@ def check_free(system: System, integrator: Explicit) -> None:
             integrator=integrator,
             implicit=IMPLICIT,
         )
+    if system.reacts:
+        raise InputError(
+            "{integrator!r} cannot follow friction by the forces of joints: take an implicit "
+            "integrator such as {implicit}, or friction of a given size",
+            integrator=integrator,
+            implicit=IMPLICIT,
+        )
     if system.n_multipliers and not integrator.holds:
         raise InputError(
             "{integrator!r} cannot hold constraints by multipliers, and the {first} needs them: "

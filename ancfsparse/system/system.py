@@ -219,12 +219,18 @@ class System(Coordinates):
 
         return drive_work(self, q, v, a, lam, t)
 
-    def dissipation(self, q: Vector, v: Vector) -> Vector:
-        """Return the power that damping takes, shape (k,) [W], for states (k, n_all)."""
+    def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector:
+        """Return the power that damping takes, shape (k,) [W], of states (k, n_all), (k, m)."""
         if not self.damped:
             return np.zeros(len(q))
         states = zip(q, v, strict=True)
-        return np.array([rate @ self.assembly.damping(state, rate) for state, rate in states])
+        out = np.array([rate @ self.assembly.damping(state, rate) for state, rate in states])
+        return out + sum(each.dissipation(q, v, lam) for each in self.contributions)
+
+    @property
+    def reacts(self) -> bool:
+        """Whether friction depends on the forces of joints."""
+        return any(each.reacts for each in self.contributions)
 
     def reaction(
         self, node: Node, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector

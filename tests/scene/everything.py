@@ -69,6 +69,7 @@ def everything(fine=1):
     scene.joint_spring(hinge, stiffness=1.0, damping=0.1)
     scene.joint_stop(pivot, -0.5, 0.5, stiffness=100.0, of="angle")
     scene.joint_friction(pivot, 0.2, slip=1e-3, of="displacement")
+    scene.joint_friction(hinge, coefficient=0.1, radius=0.02, slip=1e-3)
     scene.drive_joint(pivot, ancf.Ramp(0.1, 0.5, smooth=True), of="angle")
     scene.distance(bolt.at((0, 0, 0.25)), link.end)
     scene.pin(link.end)

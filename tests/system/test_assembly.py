@@ -119,7 +119,7 @@ def test_damping_is_a_force_and_its_derivative_by_the_velocities(system, rng):
     moving, _ = system.assembly.residual(q, v, a, lam, system.dead_load, loads)
     found = moving - at_rest
     assert np.abs(found - viscous @ v).max() <= 1e-12 * np.abs(at_rest).max() + 1e-12 * size
-    power = system.dissipation(np.array([q, q]), np.array([v, 2 * v]))
+    power = system.dissipation(np.array([q, q]), np.array([v, 2 * v]), np.zeros((2, 0)))
     np.testing.assert_allclose(power, v @ viscous @ v * np.array([1, 4]), rtol=1e-12)
     for stiffness_factor in (0.0, 1e-3):
         plain, damped = (

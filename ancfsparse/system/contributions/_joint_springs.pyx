@@ -1,7 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Springs, stops and friction in joints: forces along what joints leave free, see measures.pxi.
 
-Between two states an elastic force is its discrete gradient, (U1 - U0) / (h1 - h0).
+Between two states an elastic force is its discrete gradient, (U1 - U0) / (h1 - h0).  Friction may
+be proportional to the force of its joint, by the multipliers of the same state.
 """
 from cpython.pycapsule cimport PyCapsule_New
 from libc.math cimport fabs
@@ -14,7 +15,7 @@ include "measures.pxi"
 
 # The order of `LAWS` in scene/joint_springs.py.
 cdef enum Law:
-    SPRING, STOP, FRICTION
+    SPRING, STOP, FRICTION, RUBBING
 
 
 cdef struct Data:
@@ -25,6 +26,14 @@ cdef struct Data:
     const double *stiffness
     const double *damping
     const double *slip  # rate at which friction has 0.7 of its size
+    # The force of a joint that rubs, from `force_start` on: the sum of factor * lam[row] *
+    # (q[other] - about) in each direction, without the bracket where `other` is negative.
+    const int32_t *force_start
+    const int32_t *force_row
+    const int32_t *force_other
+    const int32_t *force_direction
+    const double *force_factor
+    const double *force_about
     const int32_t *slot
     const int32_t *first_slot
 
@@ -38,7 +47,8 @@ cdef class JointSprings:
         Of the measures ``kind``, ``start``, ``place``, ``weight`` and ``constant`` as in
         measures.pxi; ``law``, ``low``, ``high``, ``stiffness``, ``damping`` and ``slip`` of each,
         in SI units of forces along angles or lengths; ``slot`` of the pairs of its coordinates,
-        from ``first_slot`` on.
+        from ``first_slot`` on; ``force_start`` ``(n + 1,)`` into ``force_row``, ``force_other``,
+        ``force_direction``, ``force_factor`` and ``force_about`` of the terms of the joint's force.
     """
 
     cdef ancf_contribution interface
@@ -54,7 +64,12 @@ cdef class JointSprings:
         data.first_slot = integers(arrays["first_slot"])
         data.low, data.high = reals(arrays["low"]), reals(arrays["high"])
         data.stiffness, data.damping = reals(arrays["stiffness"]), reals(arrays["damping"])
-        data.slip = reals(arrays["slip"])
+        data.slip, data.force_start = reals(arrays["slip"]), integers(arrays["force_start"])
+        data.force_row = integers(arrays["force_row"])
+        data.force_other = integers(arrays["force_other"])
+        data.force_direction = integers(arrays["force_direction"])
+        data.force_factor = reals(arrays["force_factor"])
+        data.force_about = reals(arrays["force_about"])
         self.interface.context = data
         self.interface.damped = bool(arrays["damping"].any())
         self.interface.residual, self.interface.between = residual, between
@@ -76,14 +91,33 @@ cdef inline double beyond(const Data *self, ptrdiff_t k, double h) noexcept nogi
     return min(h - self.low[k], 0.0)
 
 
+cdef double force_of(const Data *self, ptrdiff_t k, const double *q,
+                     const double *lam) noexcept nogil:
+    """Magnitude of the force of a joint [N]."""
+    cdef double[3] force
+    cdef double value
+    cdef ptrdiff_t i
+    force[0] = force[1] = force[2] = 0.0
+    if lam == NULL:
+        return 0.0
+    for i in range(self.force_start[k], self.force_start[k + 1]):
+        value = self.force_factor[i] * lam[self.force_row[i]]
+        if self.force_other[i] >= 0:
+            value *= q[self.force_other[i]] - self.force_about[i]
+        force[self.force_direction[i]] += value
+    return sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2])
+
+
 cdef inline double damping_of(const Data *self, ptrdiff_t k, double h, double rate,
-                              double *slope) noexcept nogil:
+                              const double *q, const double *lam, double *slope) noexcept nogil:
     """The force that takes energy, and its derivative by the rate."""
-    cdef double size
-    if self.law[k] == FRICTION:
+    cdef double size, most = self.damping[k]
+    if self.law[k] == FRICTION or self.law[k] == RUBBING:
+        if self.law[k] == RUBBING:
+            most *= force_of(self, k, q, lam)
         size = sqrt(rate * rate + self.slip[k] * self.slip[k])
-        slope[0] = self.damping[k] * self.slip[k] * self.slip[k] / (size * size * size)
-        return self.damping[k] * rate / size
+        slope[0] = most * self.slip[k] * self.slip[k] / (size * size * size)
+        return most * rate / size
     slope[0] = self.damping[k]
     if self.law[k] == STOP:  # none at the first touch, so the force does not jump
         slope[0] *= self.stiffness[k] * fabs(beyond(self, k, h))
@@ -108,7 +142,7 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
         if pull != 0.0:
             push(m, k, pull, g, r)
     if x.v != NULL:
-        add_damping(context, x.q, x.v, r)
+        damp(context, x.q, x.v, x.lam, r)
 
 
 cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
@@ -137,10 +171,15 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
         gradient_of(&a, h, g)
         push(m, k, 0.5 * self.stiffness[k] * (first + last) * share, g, r)
     if x.v != NULL:
-        add_damping(context, x.q, x.v, r)
+        damp(context, x.q, x.v, x.lam, r)
 
 
 cdef void add_damping(void *context, const double *q, const double *v, double *r) noexcept nogil:
+    damp(context, q, v, NULL, r)
+
+
+cdef void damp(void *context, const double *q, const double *v, const double *lam,
+               double *r) noexcept nogil:
     cdef const Data *self = <const Data *>context
     cdef const Measures *m = &self.measures
     cdef Vectors a
@@ -154,7 +193,8 @@ cdef void add_damping(void *context, const double *q, const double *v, double *r
         vectors_of(m, k, q, &a)
         slopes_of(m.kind[k], a.x, a.y, h)
         gradient_of(&a, h, g)
-        pull = damping_of(self, k, value_of(self, k, &a), rate_of(m, k, g, v), &slope)
+        pull = damping_of(
+            self, k, value_of(self, k, &a), rate_of(m, k, g, v), q, lam, &slope)
         push(m, k, pull, g, r)
 
 
@@ -191,7 +231,8 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
         value = value_of(self, k, &a)
         bend = 0.0
         if part == DAMPING:
-            damping_of(self, k, value, rate_of(m, k, g, x.v) if x.v != NULL else 0.0, &square)
+            damping_of(self, k, value, rate_of(m, k, g, x.v) if x.v != NULL else 0.0,
+                       x.q, x.lam, &square)
         else:
             out = beyond(self, k, value)
             square = self.stiffness[k] if out != 0.0 or self.law[k] == SPRING else 0.0

@@ -36,11 +36,14 @@ class Contribution(ABC):
         Whether a change of its forces with time is known from the reference shape.
     pushes : bool
         Whether it is a load or a spring, which counts for nothing where a scene is assembled.
+    reacts : bool
+        Whether its forces depend on multipliers otherwise than by the equations of these.
     """
 
     conservative = True
     foreseeable = True
     pushes = False
+    reacts = False
 
     def cliques(self) -> list[Unknowns]:
         """Return which unknowns meet in its part of the matrix: all those of a row of a table."""
@@ -60,6 +63,10 @@ class Contribution(ABC):
         amplitudes : (k, n_amplitudes) float
             What the functions of time give there.
         """
+        return 0.0
+
+    def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector | float:
+        """Return the power that its forces by multipliers take, (k,) [W], lam (k, m)."""
         return 0.0
 
     def holds(self, q: Vector) -> Any:

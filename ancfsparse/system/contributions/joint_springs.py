@@ -2,20 +2,44 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.scene.joint_springs import JointSpring
+from ancfsparse.errors import InputError
+from ancfsparse.scene.joint_springs import RUBBING, JointSpring
 from ancfsparse.scene.joints.freedoms import measure
 from ancfsparse.system.contributions.couplings import flat
-from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector, unknowns
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    Places,
+    Vector,
+    unknowns,
+)
 from ancfsparse.system.lowering import Lowering
 from ancfsparse.system.pattern import Pattern, Unknowns
 
 if TYPE_CHECKING:
     from ancfsparse.system.system import System
+
+
+class Force(NamedTuple):
+    """The force of a joint as a sum over terms of its equations, as _joint_springs.pyx takes it."""
+
+    row: Places
+    other: Places
+    direction: Places
+    factor: Vector
+    about: Vector
+
+    def size(self, q: Vector, lam: Vector) -> Vector:
+        """Return its magnitude (k,) [N] in states q (k, n_all) with multipliers lam (k, m)."""
+        arms = np.where(self.other >= 0, q[:, self.other] - self.about, 1.0)
+        parts = self.factor * lam[:, self.row] * arms
+        along = [parts[:, self.direction == d].sum(axis=1) for d in range(3)]
+        return np.asarray(np.sqrt(np.sum(np.square(along), axis=0)))
 
 
 class JointSprings(Contribution):
@@ -30,6 +54,8 @@ class JointSprings(Contribution):
         for raw, places in zip(lowering.raw, system.places, strict=True):
             final[raw] = places
         self._measures = [measure(lowering, s.joint, s.of).placed(final) for s in springs]
+        self._forces = [_force(system, s if s.law == RUBBING else None) for s in springs]
+        self.reacts = any(s.law == RUBBING for s in springs)
 
     def cliques(self) -> list[Unknowns]:
         """Return the coordinates of each measure, (1, m)."""
@@ -45,6 +71,7 @@ class JointSprings(Contribution):
         made: Compiled = compiled("joint_springs").JointSprings(
             flat(self._measures)
             | columns
+            | _flat(self._forces)
             | {
                 "law": np.array([each.law for each in self._springs], dtype=np.int32),
                 "slot": np.concatenate(slots),
@@ -52,6 +79,16 @@ class JointSprings(Contribution):
             }
         )
         return made
+
+    def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector | float:
+        """Return the power that friction by forces of joints takes, (k,) [W]."""
+        power = np.zeros(len(q))
+        for spring, along, force in zip(self._springs, self._measures, self._forces, strict=True):
+            if spring.law == RUBBING:
+                rate = np.sum(along.gradients(q) * v[:, along.place], axis=1)
+                most = spring.damping * force.size(q, lam)
+                power += most * rate**2 / np.hypot(rate, spring.slip)
+        return power
 
     def holds(self, q: Vector) -> Any:
         """Return the gradient of the measure of each spring, which resists its change."""
@@ -64,6 +101,41 @@ class JointSprings(Contribution):
         rows = np.repeat(np.arange(len(found)), [len(each.place) for each in found])
         places = (rows, np.concatenate([each.place for each in found]))
         return sp.csr_array((values, places), shape=(len(found), len(q)))
+
+
+def _force(system: System, spring: JointSpring | None) -> Force:
+    """Return the force on the first side of a joint that rubs, no terms of others."""
+    rows, factors = [], []
+    if spring is not None:
+        body = spring.joint.sides[0].beam
+        places = system.places[[id(each) for each in system.bodies].index(id(body))]
+        columns = places[:, system.kind_of(body).columns("r")]
+        direction = {int(p): d for d, column in enumerate(columns.T) for p in column}
+        c, mine = system.constraints, set(system.rows_of(spring.joint))
+        for row, i, j, factor, about in zip(c.row, c.i, c.j, c.coefficient, c.about, strict=True):
+            for one, other in ((i, j), (j, i)):
+                if row in mine and one in direction:
+                    rows.append((row, other, direction[one]))
+                    factors.append((factor, about))
+        if not rows:
+            raise InputError(
+                f"{spring.what} depends on the force of the joint, which joints by numbering do "
+                "not state: make a pin by as_constraint=True, or join another point than the "
+                "origin of a body"
+            )
+    integers = np.array(rows, dtype=np.int32).reshape(-1, 3)
+    reals = np.array(factors, dtype=float).reshape(-1, 2)
+    columns_of = [x.copy() for x in integers.T]
+    return Force(columns_of[0], columns_of[1], columns_of[2], *(x.copy() for x in reals.T))
+
+
+def _flat(forces: list[Force]) -> dict[str, Any]:
+    start = np.cumsum([0, *(len(each.row) for each in forces)], dtype=np.int32)
+    tables = {
+        f"force_{name}": np.concatenate([getattr(each, name) for each in forces])
+        for name in Force._fields
+    }
+    return tables | {"force_start": start}
 
 
 def of(system: System) -> list[JointSprings]:
