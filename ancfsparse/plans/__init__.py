@@ -3,10 +3,12 @@
 from ancfsparse.plans.planning import plan
 from ancfsparse.plans.quantities import (
     energy,
+    frequency,
     position,
     reaction,
     section_force,
     slope_angle,
+    static_deflection,
     strain,
     velocity,
 )
@@ -15,11 +17,13 @@ from ancfsparse.plans.record import Plan
 __all__ = [
     "Plan",
     "energy",
+    "frequency",
     "plan",
     "position",
     "reaction",
     "section_force",
     "slope_angle",
+    "static_deflection",
     "strain",
     "velocity",
 ]

@@ -15,9 +15,9 @@ from ancfsparse.plans.costs import Counted, counted
 from ancfsparse.plans.models import Model, built
 from ancfsparse.plans.quantities import Quantity
 from ancfsparse.plans.wanted import Wanted
-from ancfsparse.results import Trajectory
+from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Scene
-from ancfsparse.solve import simulate
+from ancfsparse.solve import simulate, solve_static
 
 Array = NDArray[np.float64]
 
@@ -65,8 +65,8 @@ class Pilots:
     ----------
     scene : Scene
         With what is open.
-    t_end : float
-        Time at the end [s].
+    t_end : float or None
+        Time at the end [s]; None: the equilibrium is asked for.
     wanted : sequence of Wanted
         Quantities and errors.
     integrator : Implicit or Explicit
@@ -76,7 +76,7 @@ class Pilots:
     """
 
     scene: Scene
-    t_end: float
+    t_end: float | None
     wanted: Sequence[Wanted]
     integrator: Implicit | Explicit
     base: int = FEWEST
@@ -107,13 +107,7 @@ class Pilots:
     def _run(self, model: Model, steps: int) -> Pilot | None:
         scene = built(self.scene, model)
         try:
-            run = simulate(
-                scene,
-                self.t_end,
-                self.t_end / steps,
-                integrator=self.integrator,
-                save_every=self._save_every(steps),
-            )
+            run = self.march(scene, steps)
         except StepFailure as failure:
             failure.trajectory = None
             self.failure = failure
@@ -121,6 +115,18 @@ class Pilots:
         histories = tuple(_history(each.quantity.on(scene), run) for each in self.wanted)
         cost = counted(run.stats, steps, run.q.shape[1])
         return Pilot(model, steps, histories, cost, run)
+
+    def march(self, scene: Scene, steps: int) -> Trajectory:
+        """Run a scene that was built, in so many steps; or find its equilibrium."""
+        if self.t_end is None:
+            return at_rest(solve_static(scene))
+        return simulate(
+            scene,
+            self.t_end,
+            self.t_end / steps,
+            integrator=self.integrator,
+            save_every=self._save_every(steps),
+        )
 
     def _save_every(self, steps: int) -> int:
         """Return a divisor of the steps, such that runs with more of them save the same times."""
@@ -139,6 +145,15 @@ class Pilots:
     def costs(self) -> list[Counted]:
         """Counts of all runs that came to their end."""
         return [each.cost for each in self.done.values() if each is not None]
+
+
+def at_rest(equilibrium: Equilibrium) -> Trajectory:
+    """Return an equilibrium as a trajectory of one state."""
+    q = np.asarray(equilibrium.q)[None]
+    none, lam = np.zeros_like(q), np.asarray(equilibrium.lam)[None]
+    t = np.array([equilibrium.t])
+    stats = equilibrium.stats
+    return Trajectory(equilibrium.system, t, q, none, none, lam, stats, ending=equilibrium.state)
 
 
 def _history(quantity: Quantity, run: Trajectory) -> Array:
@@ -191,6 +206,6 @@ def farthest(wanted: Sequence[Wanted], one: Pilot, other: Pilot) -> list[float]:
 
 def _common(one: Array, other: Array) -> tuple[Array, Array]:
     """Return two histories at the times that both have: those of the one with fewer."""
-    fewer = min(len(one), len(other)) - 1
-    strides = [(len(each) - 1) // fewer for each in (one, other)]
+    fewer = max(1, min(len(one), len(other)) - 1)
+    strides = [max(1, (len(each) - 1) // fewer) for each in (one, other)]
     return one[:: strides[0]], other[:: strides[1]]

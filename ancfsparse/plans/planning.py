@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 from ancfsparse.checks import check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.plans.climb import climb
 from ancfsparse.plans.models import Model, built, spread, undecided
 from ancfsparse.plans.pilots import FEWEST, Pilots
+from ancfsparse.plans.planar import planar
 from ancfsparse.plans.quantities import Quantity, checked
-from ancfsparse.plans.record import Alternative, Plan, Prediction, described
+from ancfsparse.plans.record import SAVED, Alternative, Plan, Prediction, described
+from ancfsparse.plans.rungs import open_beams
 from ancfsparse.plans.search import Found, neighbours, search
 from ancfsparse.plans.wanted import Wanted, wanted
 from ancfsparse.scene import ElasticBody, Scene, check_scene
@@ -22,9 +26,9 @@ from ancfsparse.solve.times import count_steps_from
 
 def plan(
     scene: Scene,
-    t_end: float,
-    quantity: Quantity | Sequence[Quantity],
-    error: float | str | Sequence[float | str],
+    t_end: float | None = None,
+    quantity: Quantity | Sequence[Quantity] = (),
+    error: float | str | Sequence[float | str] | None = None,
     *,
     dt: float | None = None,
     integrator: Implicit | Explicit | str = "auto",
@@ -39,11 +43,11 @@ def plan(
     scene : Scene
         Beams with ``n_elements="auto"`` or ``element="auto"`` are open; everything else stays as it
         is.
-    t_end : float
-        Time at the end [s].
+    t_end : float, optional
+        Time at the end [s]; left out for quantities of the equilibrium.
     quantity : Quantity or sequence of Quantity
         What `position`, `velocity`, `slope_angle`, `reaction`, `section_force`, `strain` or
-        `energy` return.
+        `energy` return; or, of the equilibrium, `static_deflection` and `frequency`.
     error : float, str or sequence of them
         Largest error in the unit of the quantity, or a text such as ``"1 %"``, a share of its size;
         one for all, or one for each.
@@ -73,18 +77,43 @@ def plan(
     """
     begin = time.perf_counter()
     check_scene(scene)
-    t_end = check_positive("t_end", t_end, "s")
     asked = wanted(checked(quantity, scene), error)
+    t_end = _span(asked[0].quantity, t_end, dt)
     named = check_integrator(integrator)
-    steps = None if dt is None else count_steps_from(0.0, t_end, dt)
+    steps = None if dt is None or t_end is None else count_steps_from(0.0, t_end, dt)
     if steps is not None and not undecided(scene):
         raise InputError(
             f"dt={dt:g} and an error are both given, and no beam has n_elements='auto' or "
             "element='auto', so nothing is left to choose: leave dt or the error out"
         )
-    pilots = Pilots(scene, t_end, asked, named or DEFAULT, steps or FEWEST)
-    found = search(pilots, Model(), _finer(scene), steps)
-    return _record(scene, t_end, asked, pilots, found, begin, named is not None)
+    flat = planar(scene) if undecided(scene) else None
+    own = scene if flat is None else flat.scene
+    moved = [replace(each, quantity=each.quantity.on(own)) for each in asked]
+    pilots = Pilots(own, t_end, moved, named or DEFAULT, steps or FEWEST)
+    finer = _finer(own)
+    if open_beams(own):
+        found, why = climb(pilots, finer, steps)
+    else:
+        found, why = search(pilots, Model(), finer, steps), []
+    if flat is not None:
+        why.insert(0, "the scene moves in a plane, and is solved there")
+    made = _record(own, t_end, moved, pilots, found, begin, why, named is not None)
+    return replace(made, scene=scene, flat=flat)
+
+
+def _span(first: Quantity, t_end: float | None, dt: float | None) -> float | None:
+    """Return the time at the end, None for an equilibrium."""
+    if not first.static:
+        if t_end is None:
+            raise InputError(f"the {first.name} needs a time at the end: give t_end=1.0 [s]")
+        return check_positive("t_end", t_end, "s")
+    for name, value in (("t_end", t_end), ("dt", dt)):
+        if value is not None:
+            raise InputError(
+                f"the {first.name} is one of the equilibrium, which has no time: leave {name} out, "
+                "as in ancf.plan(scene, quantity=..., error=...)"
+            )
+    return None
 
 
 def _finer(scene: Scene) -> Scene | None:
@@ -99,11 +128,12 @@ def _finer(scene: Scene) -> Scene | None:
 
 def _record(
     scene: Scene,
-    t_end: float,
+    t_end: float | None,
     asked: Sequence[Wanted],
     pilots: Pilots,
     found: Found,
     begin: float,
+    why: list[str],
     integrator_given: bool,
 ) -> Plan:
     finest, steps = found.choice()
@@ -114,7 +144,7 @@ def _record(
         for each, most, sources in zip(asked, found.asked, errors, strict=True)
     )
     new = built(scene, model)
-    memory = estimate(new, steps + 1, None, False, "auto").total
+    memory = estimate(new, min(steps, 2 * SAVED) + 1, None, False, "auto").total
     cheaper, dearer = (_alternative(scene, t_end, pilots, found, *each)
                        for each in neighbours(found, finest, steps))  # fmt: skip
     own = sum(run.amount for run in pilots.costs)
@@ -131,7 +161,7 @@ def _record(
         memory,
         cheaper,
         dearer,
-        tuple(_reasons(scene, found, predictions, integrator_given)),
+        (*why, *_reasons(scene, found, predictions, integrator_given)),
         {
             "seconds": time.perf_counter() - begin,
             "runs": float(len(pilots.done)),
@@ -141,7 +171,7 @@ def _record(
 
 
 def _alternative(
-    scene: Scene, t_end: float, pilots: Pilots, found: Found, finest: float, steps: int
+    scene: Scene, t_end: float | None, pilots: Pilots, found: Found, finest: float, steps: int
 ) -> Alternative:
     model = found.model.with_counts(spread(scene, finest))
     errors = tuple(sum(each.values()) for each in found.errors(finest, steps))
@@ -180,11 +210,19 @@ def _reasons(
         out.append("integrator given")
     if not all(each.is_met for each in predictions):
         out.append(
-            f"the error asked for is not reached: the {NAMES[largest]} leaves "
+            f"the error asked for is not reached: most of what is left, "
             f"{worst.sources[largest]:.1e} {worst.wanted.quantity.unit}".rstrip()
-            + ", which nothing that is open can change"
+            + f", is that of the {NAMES[largest]}, and what is open cannot reduce it further"
         )
     return out
 
 
-NAMES = {"mesh": "mesh", "time": "steps", "solver": "solver"}
+NAMES = {
+    "mesh": "mesh",
+    "time": "steps",
+    "solver": "solver",
+    "shear": "neglected shear",
+    "torsion": "neglected torsion",
+    "rotary inertia": "neglected rotary inertia",
+    "bending": "neglected bending",
+}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_choice
+from ancfsparse.checks import check_choice, check_count
 from ancfsparse.errors import InputError
 from ancfsparse.plans.models import counterpart
 from ancfsparse.results import Trajectory
@@ -43,6 +43,8 @@ class Quantity(ABC):
     smooth : bool
         Whether it depends on coordinates alone, and so converges with the order of the element; a
         strain or a force in a section loses one for each derivative.
+    static : bool
+        Whether it is one of the equilibrium, and so of a scene without a motion.
     slow : bool
         Whether each state takes about as long as a step, so that pilots look at fewer.
     """
@@ -51,6 +53,7 @@ class Quantity(ABC):
     unit: ClassVar[str] = "m"
     smooth: ClassVar[bool] = True
     slow: ClassVar[bool] = False
+    static: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Check the times."""
@@ -304,6 +307,50 @@ class EnergyOf(Quantity):
         return float(np.abs(history - history[0]).max())
 
 
+class StaticDeflection(_AtPoint):
+    """See `static_deflection`."""
+
+    static: ClassVar[bool] = True
+
+    @property
+    def name(self) -> str:
+        """What plans call it."""
+        return f"static deflection of {self.point!r}"
+
+    def history(self, run: Trajectory) -> Array:
+        """Return displacements from the reference shape (k, dim) [m]."""
+        return run.position(self.point) - self.point.position
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Frequency(Quantity):
+    """See `frequency`."""
+
+    number: int = 1
+    unit: ClassVar[str] = "Hz"
+    static: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        """Check the number."""
+        super().__post_init__()
+        check_count("the number of a frequency", self.number)
+
+    @property
+    def name(self) -> str:
+        """What plans call it."""
+        return f"natural frequency {self.number}"
+
+    def check(self, scene: Scene) -> None:
+        """Every scene has frequencies; a mesh with too few is refused by `modes`."""
+
+    def history(self, run: Trajectory) -> Array:
+        """Return the frequency about the last state, (1, 1) [Hz]."""
+        from ancfsparse.solve.modes import modes  # what motions do not need
+
+        found = modes(run.system.scene, self.number, at=run.last)
+        return np.array([[found.frequencies[self.number - 1]]])
+
+
 def _on_beam(what: str, point: object) -> Node:
     node = check_point(what, point)
     if not isinstance(node.beam, Beam):
@@ -406,6 +453,48 @@ def energy(part: str = "total", *, at: str = "saved") -> EnergyOf:
     return EnergyOf(part, at=at)
 
 
+def static_deflection(point: Node) -> StaticDeflection:
+    """Ask for the displacement of a point in the static equilibrium [m].
+
+    Parameters
+    ----------
+    point : Node
+        Any point, such as ``rod.end`` or ``rod.at(s)``.
+
+    Returns
+    -------
+    Quantity
+        For ``plan(scene, quantity=..., error=...)``; relative errors refer to its magnitude.
+
+    Raises
+    ------
+    InputError
+        If it is no point.
+    """
+    return StaticDeflection(check_point("a static deflection", point), at="end")
+
+
+def frequency(number: int = 1) -> Frequency:
+    """Ask for a natural frequency about the static equilibrium, without damping [Hz].
+
+    Parameters
+    ----------
+    number : int, optional
+        Which one, from 1 in ascending order, see `modes`.
+
+    Returns
+    -------
+    Quantity
+        For ``plan(scene, quantity=..., error=...)``.
+
+    Raises
+    ------
+    InputError
+        If it is no positive integer.
+    """
+    return Frequency(number, at="end")
+
+
 def checked(quantity: Any, scene: Scene) -> tuple[Quantity, ...]:
     """Return one quantity or several as a tuple, all of which the scene has.
 
@@ -422,6 +511,11 @@ def checked(quantity: Any, scene: Scene) -> tuple[Quantity, ...]:
                 f"them, got {shown(each)}"
             )
         each.check(scene)
+    if given and len({each.static for each in given}) > 1:
+        raise InputError(
+            "quantities of a motion and of the equilibrium were given together: make a plan for "
+            "each kind"
+        )
     if not given:
         raise InputError("quantity is empty: give at least one, such as ancf.position(rod.end)")
     return tuple(given)

@@ -7,16 +7,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ancfsparse.errors import PlanChanged, StepFailure
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.models import Model, built
-from ancfsparse.plans.pilots import distance
+from ancfsparse.plans.pilots import at_rest, distance
+from ancfsparse.plans.planar import InPlane
 from ancfsparse.plans.wanted import Wanted
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Scene
-from ancfsparse.solve import simulate
+from ancfsparse.scene import Node, Scene
+from ancfsparse.solve import simulate, solve_static
+
+Array = NDArray[np.float64]
 
 MEGABYTE = 1e6
+SPATIAL = 3
 # Steps and elements of the run that proves a plan, over those of the plan.
 FINER_STEPS, FINER_MESH = 2, 1.5
 # Intervals between saved states at least, unless they are chosen by save_every.
@@ -93,8 +100,8 @@ class Plan:
     ----------
     scene : Scene
         The scene, with what is open.
-    t_end : float
-        Time at the end [s].
+    t_end : float or None
+        Time at the end [s]; None: the equilibrium is asked for.
     model : Model
         Element and number of elements of every beam of which they are open, by its name.
     steps : int
@@ -116,10 +123,12 @@ class Plan:
     cost : Mapping of str to float
         What the plan itself took: ``"seconds"``, ``"runs"``, and ``"work"``, the share of its
         counted work in that of the planned run.
+    flat : InPlane or None
+        The planar scene that is solved where one in space moves in a plane.
     """
 
     scene: Scene
-    t_end: float
+    t_end: float | None
     model: Model
     steps: int
     integrator: Implicit | Explicit
@@ -131,11 +140,12 @@ class Plan:
     dearer: Alternative
     reasons: tuple[str, ...]
     cost: Mapping[str, float] = field(default_factory=dict)
+    flat: InPlane | None = None
 
     @property
-    def dt(self) -> float:
-        """Time step [s]."""
-        return self.t_end / self.steps
+    def dt(self) -> float | None:
+        """Time step [s]; None in statics."""
+        return None if self.t_end is None else self.t_end / self.steps
 
     @property
     def choice(self) -> str:
@@ -154,7 +164,7 @@ class Plan:
 
     def build(self) -> Scene:
         """Return the scene with the chosen elements and meshes."""
-        return built(self.scene, self.model)
+        return built(self.scene if self.flat is None else self.flat.scene, self.model)
 
     def __repr__(self) -> str:
         """Write the choice."""
@@ -162,7 +172,8 @@ class Plan:
 
     def __str__(self) -> str:
         """Write everything for a reader."""
-        lines = [f"Plan for {self.t_end:g} s: {self.choice}, solver {self.solver}"]
+        span = "the equilibrium" if self.t_end is None else f"{self.t_end:g} s"
+        lines = [f"Plan for {span}: {self.choice}, solver {self.solver}"]
         for each in self.predictions:
             lines += [f"  {each.wanted}", f"    predicted error {each}"]
         lines.append(f"  predicted {self.seconds:.2g} s, {self.memory / MEGABYTE:.2g} MB")
@@ -207,7 +218,7 @@ class Plan:
                 warnings.warn(
                     PlanChanged(
                         f"the run left the range of its plan at t = {failure.time:.6g} s, where a "
-                        f"step of {plan.dt:.3g} s failed: it is run again with half the step"
+                        f"step of {plan.dt or 0.0:.3g} s failed: it is run again with half the step"
                     ),
                     stacklevel=2,
                 )
@@ -219,6 +230,8 @@ class Plan:
                           plan=plan, measured=measured)  # fmt: skip
 
     def _march(self, **options: Any) -> Trajectory:
+        if self.t_end is None or self.dt is None:
+            return at_rest(solve_static(self.build(), **options))
         every = max(1, self.steps // SAVED)
         given = {"integrator": self.integrator, "save_every": every, **options}
         return simulate(self.build(), self.t_end, self.dt, **given)
@@ -227,7 +240,8 @@ class Plan:
         """Return by how much every quantity changes with a finer mesh and half the step."""
         counts = {name: round(FINER_MESH * n + 0.5) for name, n in self.model.counts.items()}
         finer = replace(self, model=self.model.with_counts(counts), steps=FINER_STEPS * self.steps)
-        other = finer._march(save_every=FINER_STEPS * run.settings["save_every"])
+        every = {"save_every": FINER_STEPS * run.settings["save_every"]} if self.dt else {}
+        other = finer._march(**every)
         scenes = run.system.scene, other.system.scene
         return tuple(
             distance(
@@ -255,6 +269,33 @@ class PlannedRun(Trajectory):
     plan: Plan | None = None
     measured: tuple[float, ...] = ()
 
+    def _lifted(self, values: Array, node: Node, point: bool = False) -> Array:
+        """Return vectors of a planar run in the space of a scene that moves in a plane."""
+        flat = self.plan.flat if self.plan else None
+        if flat is None or node.beam.dim != SPATIAL:
+            return values
+        return flat.plane.place(values) if point else flat.plane.lift(values)
+
+    def position(self, node: Node) -> Array:
+        """Give the position of a point over time, see `Trajectory.position`."""
+        return self._lifted(super().position(node), node, point=True)
+
+    def velocity(self, node: Node) -> Array:
+        """Give the velocity of a point over time, see `Trajectory.velocity`."""
+        return self._lifted(super().velocity(node), node)
+
+    def acceleration(self, node: Node) -> Array:
+        """Give the acceleration of a point over time, see `Trajectory.acceleration`."""
+        return self._lifted(super().acceleration(node), node)
+
+    def slope(self, node: Node) -> Array:
+        """Give the slope r' over time, see `Trajectory.slope`."""
+        return self._lifted(super().slope(node), node)
+
+    def reaction(self, node: Node) -> Array:
+        """Give the force of joints at a node over time, see `Trajectory.reaction`."""
+        return self._lifted(super().reaction(node), node)
+
     def __repr__(self) -> str:
         """Sum the run up, with what was predicted and measured."""
         lines = [super().__repr__()]
@@ -267,7 +308,9 @@ class PlannedRun(Trajectory):
         return "\n".join(lines)
 
 
-def described(model: Model, steps: int, t_end: float, integrator: Implicit | Explicit) -> str:
+def described(
+    model: Model, steps: int, t_end: float | None, integrator: Implicit | Explicit
+) -> str:
     """Write elements, mesh, step and integrator in one line."""
     parts = []
     for name in dict.fromkeys([*model.rungs, *model.counts]):
@@ -277,4 +320,6 @@ def described(model: Model, steps: int, t_end: float, integrator: Implicit | Exp
         if name in model.rungs:
             words.append(str(model.rungs[name]))
         parts.append(" ".join(words))
+    if t_end is None:
+        return ", ".join([*parts, "statics"])
     return ", ".join([*parts, f"dt = {t_end / steps:.3g} s ({steps} steps)", repr(integrator)])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from ancfsparse.plans import costs
 from ancfsparse.plans.mesh_error import COARSEST, MeshError, elements_of, given_error, mesh_error
 from ancfsparse.plans.models import Model, order_of, spread, undecided
 from ancfsparse.plans.pilots import FREE, Pilot, Pilots, distances, tolerances
-from ancfsparse.plans.time_error import TimeError, time_error
+from ancfsparse.plans.time_error import TimeError, no_time_error, time_error
 from ancfsparse.scene import Scene
 
 # Share of the error asked for that predictions may add up to: what they miss is about as large.
@@ -52,6 +52,8 @@ class Found:
         Work by steps and coordinates.
     fixed_steps : int or None
         Number of steps if the step was given.
+    effects : tuple of mapping of str to float
+        What the chosen elements neglect, for every quantity [its unit].
     """
 
     model: Model
@@ -61,6 +63,20 @@ class Found:
     asked: tuple[float, ...]
     cost: costs.CostModel
     fixed_steps: int | None
+    effects: tuple[Mapping[str, float], ...] = ()
+
+    def with_effects(self, effects: Sequence[Mapping[str, float]]) -> Found:
+        """Return the same with what the elements neglect."""
+        return replace(self, effects=tuple(effects))
+
+    @property
+    def judge(self) -> Pilot:
+        """The pilot that effects are judged by: forces in sections need the finest mesh."""
+        return self.mesh.runs[-1] if self.mesh is not None else self.time.runs[-1]
+
+    def neglected(self, i: int) -> float:
+        """Return the sum of the neglected effects on a quantity [its unit]."""
+        return sum(self.effects[i].values()) if self.effects else 0.0
 
     def errors(self, finest: float, steps: float) -> list[dict[str, float]]:
         """Predict the error of every quantity by its source [its unit].
@@ -78,7 +94,8 @@ class Found:
             if self.mesh is not None:
                 mesh += self.mesh.estimates[i].at(finest * self.density)
             of_steps = time.at(steps)
-            out.append({"mesh": mesh, "time": of_steps, "solver": SOLVER * of_steps})
+            sources = {"mesh": mesh, "time": of_steps, "solver": SOLVER * of_steps}
+            out.append(sources | dict(self.effects[i] if self.effects else {}))
         return out
 
     @property
@@ -118,14 +135,17 @@ class Found:
         """
         return min((self._for(share) for share in SHARES), key=self._price)
 
-    def _price(self, choice: tuple[float, int]) -> float:
+    def _price(self, choice: tuple[float, int]) -> tuple[float, float]:
+        """Return by how much a choice misses what was asked for, and its work."""
         finest, steps = choice
-        return self.cost.amount(steps, self.coordinates(finest))
+        errors = zip(self.errors(finest, steps), self.asked, strict=True)
+        missed = max(sum(each.values()) / most for each, most in errors)
+        return max(1.0, missed), self.cost.amount(steps, self.coordinates(finest))
 
     def _for(self, share: float) -> tuple[float, int]:
         finest, steps = 1.0, 1.0
         for i, (time, most) in enumerate(zip(self.time.estimates, self.asked, strict=True)):
-            free = self.share * most - self.given[i]
+            free = self.share * most - self.given[i] - self.neglected(i)
             free = free if free > 0.0 else self.share * most
             if self.mesh is not None:
                 of_mesh = share * free
@@ -180,7 +200,7 @@ def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int |
         return pilots.spent < max(FREE, SHARE * last.cost.amount * time.runs[-1].steps / steps)
 
     mesh = mesh_error(pilots, coarse, finest, steps, order, affordable) if is_open else None
-    if mesh is not None and pilots.spent < FREE:
+    if mesh is not None and pilots.t_end is not None and pilots.spent < FREE:
         time = _on_fine_mesh(pilots, time, mesh, steps)
     given = (0.0,) * len(pilots.wanted)
     if finer is not None:
@@ -194,6 +214,9 @@ def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int |
 def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:
     """Find the errors of steps, on the coarsest mesh on which shorter steps converge."""
     finest = COARSEST
+    if pilots.t_end is None:
+        coarse = model.with_counts(spread(pilots.scene, finest))
+        return finest, coarse, no_time_error(pilots, coarse)
     while True:
         coarse = model.with_counts(spread(pilots.scene, finest))
         try:
@@ -246,7 +269,8 @@ def _order(scene: Scene, model: Model) -> int:
 
 def scaled(found: Found, finest: float, steps: int, factor: float) -> tuple[float, int]:
     """Return a choice whose errors are about `factor` times those of another one."""
-    more = factor ** -(1.0 / 2.0) if found.fixed_steps is None else 1.0
+    moves = found.fixed_steps is None and any(each.error for each in found.time.estimates)
+    more = factor ** -(1.0 / 2.0) if moves else 1.0
     finer = 1.0
     if found.mesh is not None:
         finer = factor ** -(1.0 / min(each.order for each in found.mesh.estimates))

@@ -1,0 +1,115 @@
+"""The choice of elements: up the ladder as far as a quantity needs, and down where less will do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ancfsparse.errors import InputError, PlanFailure, StepFailure
+from ancfsparse.plans.models import Rung
+from ancfsparse.plans.pilots import Pilots
+from ancfsparse.plans.quantities import Frequency
+from ancfsparse.plans.rungs import (
+    CABLE,
+    FLOOR,
+    NEGLIGIBLE,
+    STRING,
+    candidates,
+    effects_of,
+    left_out,
+    model_of,
+    needed,
+)
+from ancfsparse.plans.search import Found, search
+from ancfsparse.scene import Scene
+
+
+def climb(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> tuple[Found, list[str]]:
+    """Choose one element for all beams whose own is open, and run its pilots.
+
+    Parameters
+    ----------
+    pilots, finer, fixed_steps
+        As in `search`.
+
+    Returns
+    -------
+    Found
+        What pilots of the chosen element have shown, with what it neglects.
+    list of str
+        Why, in sentences.
+
+    Raises
+    ------
+    InputError
+        If no element takes the scene.
+    """
+    rungs, refused = candidates(pilots.scene)
+    if not rungs:
+        raise InputError(f"no element takes the scene: {next(iter(refused.values()))}")
+    richer = [rung for rung in rungs if rung != STRING] or rungs
+    if any(isinstance(each.quantity, Frequency) for each in pilots.wanted):
+        found = search(pilots, model_of(pilots.scene, richer[-1]), finer, fixed_steps)
+        return found, [f"{richer[-1]} is the richest: effects on frequencies are not estimated"]
+    first = richer[0]
+    found = search(pilots, model_of(pilots.scene, first), finer, fixed_steps)
+    effects = effects_of(pilots, found.judge, response=True)
+    rung = needed(richer, first, effects, found.asked)
+    why = [f"{name} is not possible: {reason}" for name, reason in refused.items()]
+    why += _sentences(first, rung, effects, found.asked, pilots)
+    if rung != first:
+        found = search(pilots, model_of(pilots.scene, rung), finer, fixed_steps)
+    elif first == CABLE and STRING in rungs:
+        string = _string(pilots, finer, fixed_steps)
+        if string is not None and _work(string) < _work(found):
+            return string, [*why, "bending adds less than the error: strings do"]
+    return found.with_effects([left_out(each, rung) for each in effects]), why
+
+
+def _string(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> Found | None:
+    """Return what pilots of strings have shown, if they do; None if bending matters."""
+    try:
+        found = search(pilots, model_of(pilots.scene, STRING), finer, fixed_steps)
+    except (StepFailure, PlanFailure, InputError):
+        return None  # cables have been found to do
+    effects = effects_of(pilots, found.judge, response=False)
+    bending = [each.get("bending", 0.0) for each in effects]
+    if any(b > NEGLIGIBLE * most for b, most in zip(bending, found.asked, strict=True)):
+        return None
+    return found.with_effects([left_out(each, STRING) for each in effects])
+
+
+def _work(found: Found) -> float:
+    finest, steps = found.choice()
+    return found.cost.amount(steps, found.coordinates(finest))
+
+
+def _sentences(
+    first: Rung,
+    rung: Rung,
+    effects: Sequence[Mapping[str, float]],
+    asked: Sequence[float],
+    pilots: Pilots,
+) -> list[str]:
+    """Say what decided between elements."""
+    out = []
+    for each, most, wanted in zip(effects, asked, pilots.wanted, strict=True):
+        unit = wanted.quantity.unit
+        own = left_out(each, first)
+        parts = ", ".join(f"{name} {value:.1e}" for name, value in own.items())
+        if rung == first:
+            out.append(
+                f"{first} does: what it neglects of the {wanted.quantity.name} is predicted to be "
+                f"{parts or 'nothing'} {unit}".rstrip()
+            )
+        elif sum(own.values()) > NEGLIGIBLE * most:
+            out.append(
+                f"{first} does not do for the {wanted.quantity.name}: it neglects {parts} {unit}"
+                f", of which at most {NEGLIGIBLE * most:.1e} may be left out, so {rung} is taken"
+            )
+        if each.get(FLOOR, 0.0) > most:
+            out.append(
+                f"elements that are all converged differ by about {each[FLOOR]:.1e} {unit} in the "
+                f"{wanted.quantity.name}, because bending and stretch are measured in several ways:"
+                f" no model here can promise {most:.1e} {unit}".rstrip()
+            )
+    return out

@@ -1,0 +1,121 @@
+"""The ladder of elements: what each neglects, and which one a quantity needs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ancfsparse.errors import InputError
+from ancfsparse.plans.models import Model, Rung, built, spread, undecided
+from ancfsparse.plans.neglected import neglected_effects
+from ancfsparse.plans.pilots import Pilot, Pilots
+from ancfsparse.results import Trajectory
+from ancfsparse.scene import Scene
+
+STRING = Rung("string", {}, 2)
+CABLE = Rung("thin", {}, 4)
+TWISTED = Rung("thick", {"section_strain": "nodal"}, 2)
+SHEARED = Rung("thick", {"curvature": "section", "section_strain": "nodal"}, 2)
+LADDER = (STRING, CABLE, TWISTED, SHEARED)
+"""From the cheapest to the richest."""
+
+# What no richer element includes: converged elements differ by how their bending depends on it.
+FLOOR = "stretch"
+# Share of the error asked for that an effect may have and still be neglected.
+NEGLIGIBLE = 0.4
+
+
+def neglects(rung: Rung) -> frozenset[str]:
+    """Return the effects that an element leaves out."""
+    cable = frozenset({"shear", "torsion", "rotary inertia"})
+    if rung == SHEARED:
+        return frozenset()
+    if rung == TWISTED:
+        return frozenset({"shear"})
+    return cable | {"bending"} if rung == STRING else cable
+
+
+def open_beams(scene: Scene) -> list[str]:
+    """Return the names of the beams whose element is open."""
+    return [beam.name for beam in undecided(scene) if "element" in beam.automatic]
+
+
+def model_of(scene: Scene, rung: Rung) -> Model:
+    """Return a model with one element for all beams whose own is open."""
+    return Model(rungs=dict.fromkeys(open_beams(scene), rung))
+
+
+def candidates(scene: Scene) -> tuple[list[Rung], dict[str, str]]:
+    """Return the elements that a scene takes, and why others are refused.
+
+    Returns
+    -------
+    list of Rung
+        From the cheapest to the richest.
+    dict of str to str
+        Sentences by the name of the element.
+    """
+    taken, refused = [], {}
+    for rung in LADDER:
+        try:
+            built(scene, model_of(scene, rung).with_counts(spread(scene, 4.0)))
+        except InputError as error:
+            refused[str(rung)] = str(error)
+        else:
+            taken.append(rung)
+    return taken, refused
+
+
+def effects_of(pilots: Pilots, pilot: Pilot, response: bool) -> list[dict[str, float]]:
+    """Estimate what the model of a pilot neglects, for every quantity [its unit].
+
+    Parameters
+    ----------
+    pilots : Pilots
+        Runs.
+    pilot : Pilot
+        One of them.
+    response : bool
+        Whether two more runs measure how quantities respond to compliance and density.
+    """
+    scene = pilot.run.system.scene
+
+    def march(changed: Scene) -> Trajectory:
+        return pilots.march(changed, pilot.steps)
+
+    out = []
+    for each in pilots.wanted:
+        quantity = each.quantity.on(scene)
+        out.append(neglected_effects(scene, pilot.run, quantity, march if response else None))
+    return out
+
+
+def needed(
+    rungs: Sequence[Rung], first: Rung, effects: Sequence[Mapping[str, float]],
+    asked: Sequence[float],
+) -> Rung:  # fmt: skip
+    """Return the cheapest element whose neglected effects are negligible.
+
+    Parameters
+    ----------
+    rungs : sequence of Rung
+        From the cheapest to the richest.
+    first : Rung
+        The element that effects were estimated with.
+    effects : sequence of mapping
+        What it neglects, for every quantity [its unit].
+    asked : sequence of float
+        Largest error of every quantity [its unit].
+    """
+    richer = rungs[list(rungs).index(first) :]
+    for rung in richer:
+        if all(
+            sum(left_out(each, rung).values()) <= NEGLIGIBLE * most
+            for each, most in zip(effects, asked, strict=True)
+        ):
+            return rung
+    return richer[-1]
+
+
+def left_out(effects: Mapping[str, float], rung: Rung) -> dict[str, float]:
+    """Return the effects that an element leaves out, and not what only other measures change."""
+    return {name: value for name, value in effects.items() if name in neglects(rung)}
