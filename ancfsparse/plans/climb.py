@@ -22,6 +22,9 @@ from ancfsparse.plans.rungs import (
 from ancfsparse.plans.search import Found, search
 from ancfsparse.scene import Scene
 
+# A coarse run of strings may show so many times the bending of a fine one.
+ROUGH = 10.0
+
 
 def climb(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> tuple[Found, list[str]]:
     """Choose one element for all beams whose own is open, and run its pilots.
@@ -50,7 +53,8 @@ def climb(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> tuple
     if any(isinstance(each.quantity, Frequency) for each in pilots.wanted):
         found = search(pilots, model_of(pilots.scene, richer[-1]), finer, fixed_steps)
         return found, [f"{richer[-1]} is the richest: effects on frequencies are not estimated"]
-    first = richer[0]
+    # What a thick beam neglects is not estimated, so without cables the richest is taken.
+    first = CABLE if CABLE in richer else richer[-1]
     found = search(pilots, model_of(pilots.scene, first), finer, fixed_steps)
     effects = effects_of(pilots, found.judge, response=True)
     rung = needed(richer, first, effects, found.asked)
@@ -59,23 +63,39 @@ def climb(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> tuple
     if rung != first:
         found = search(pilots, model_of(pilots.scene, rung), finer, fixed_steps)
     elif first == CABLE and STRING in rungs:
-        string = _string(pilots, finer, fixed_steps)
+        string = _string(pilots, found, finer, fixed_steps)
         if string is not None and _work(string) < _work(found):
             return string, [*why, "bending adds less than the error: strings do"]
     return found.with_effects([left_out(each, rung) for each in effects]), why
 
 
-def _string(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> Found | None:
+def _string(
+    pilots: Pilots, cables: Found, finer: Scene | None, fixed_steps: int | None
+) -> Found | None:
     """Return what pilots of strings have shown, if they do; None if bending matters."""
+    model = model_of(pilots.scene, STRING)
+    first = cables.time.runs[0]
+    run = pilots.run(model.with_counts(first.model.counts), first.steps)
+    if run is None or not _limp(effects_of(pilots, run, response=False), cables.asked, ROUGH):
+        return None
     try:
-        found = search(pilots, model_of(pilots.scene, STRING), finer, fixed_steps)
+        found = search(pilots, model, finer, fixed_steps)
     except (StepFailure, PlanFailure, InputError):
         return None  # cables have been found to do
     effects = effects_of(pilots, found.judge, response=False)
-    bending = [each.get("bending", 0.0) for each in effects]
-    if any(b > NEGLIGIBLE * most for b, most in zip(bending, found.asked, strict=True)):
+    if not _limp(effects, found.asked):
         return None
     return found.with_effects([left_out(each, STRING) for each in effects])
+
+
+def _limp(
+    effects: Sequence[Mapping[str, float]], asked: Sequence[float], factor: float = 1.0
+) -> bool:
+    """Whether bending is negligible, or nearly so by a factor."""
+    return all(
+        each.get("bending", 0.0) <= factor * NEGLIGIBLE * most
+        for each, most in zip(effects, asked, strict=True)
+    )
 
 
 def _work(found: Found) -> float:
@@ -90,13 +110,15 @@ def _sentences(
     asked: Sequence[float],
     pilots: Pilots,
 ) -> list[str]:
-    """Say what decided between elements."""
+    """Return what decided between elements, in sentences."""
     out = []
     for each, most, wanted in zip(effects, asked, pilots.wanted, strict=True):
         unit = wanted.quantity.unit
         own = left_out(each, first)
         parts = ", ".join(f"{name} {value:.1e}" for name, value in own.items())
-        if rung == first:
+        if first != CABLE:
+            out.append(f"{first} is the richest element that the scene takes")
+        elif rung == first:
             out.append(
                 f"{first} does: what it neglects of the {wanted.quantity.name} is predicted to be "
                 f"{parts or 'nothing'} {unit}".rstrip()

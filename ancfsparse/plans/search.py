@@ -156,11 +156,17 @@ class Found:
             needed = time.needed((1.0 - share) * free / (1.0 + SOLVER))
             steps = max(steps, needed)
         if self.mesh is not None:
-            finest = min(finest, self.farthest)
+            finest = min(max(finest, self.nearest), self.farthest)
         if self.fixed_steps is not None:
             return finest, self.fixed_steps
         steps = min(steps, REACH_STEPS * self.time.runs[-1].steps)
         return finest, max(self.time.runs[0].steps, math.ceil(steps))
+
+    @property
+    def nearest(self) -> float:
+        """Fewest elements on the longest beam for which errors are predicted: half of a pilot's."""
+        assert self.mesh is not None
+        return math.ceil(0.5 * max(self.mesh.runs[0].model.counts.values()))
 
     @property
     def farthest(self) -> float:
@@ -275,7 +281,7 @@ def scaled(found: Found, finest: float, steps: int, factor: float) -> tuple[floa
     if found.mesh is not None:
         finer = factor ** -(1.0 / min(each.order for each in found.mesh.estimates))
     chosen = found.time.runs[0].steps
-    return max(1.0, round(finest * finer)), max(chosen, math.ceil(steps * more))
+    return max(1.0, float(round(finest * finer))), max(chosen, math.ceil(steps * more))
 
 
 def neighbours(found: Found, finest: float, steps: int) -> Sequence[tuple[float, int]]:

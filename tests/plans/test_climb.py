@@ -1,0 +1,95 @@
+"""Which element a plan takes: no more than the quantity needs, and no less."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.plans.climb import _limp
+from ancfsparse.plans.models import Rung
+from ancfsparse.plans.rungs import CABLE, SHEARED, STRING, TWISTED, candidates, left_out, needed
+
+RUBBER = ancf.Material(1e7, 1000, 0.3)
+
+
+def cantilever(section, length, force, dim=2):
+    scene = ancf.Scene((0.0,) * dim)
+    ends = np.zeros(dim), length * np.eye(dim)[0]
+    rod = scene.add_beam("auto", *ends, "auto", section, RUBBER)
+    scene.clamp(rod.start)
+    scene.point_force(rod.end, force)
+    return scene, rod
+
+
+def rung_of(plan):
+    (rung,) = plan.model.rungs.values()
+    return rung
+
+
+def test_a_slender_pendulum_is_a_cable():
+    scene = ancf.Scene()
+    bar, soft = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000)
+    rod = scene.add_beam("auto", (0, 0), (2, 0), "auto", bar, soft)
+    scene.pin(rod.start)
+    plan = ancf.plan(scene, 1.0, ancf.position(rod.end), 1e-2)
+    assert rung_of(plan) == CABLE
+    assert plan.is_met
+    assert plan.predictions[0].sources["shear"] > 0.0
+    assert "does: what it neglects" in str(plan)
+
+
+@pytest.mark.parametrize(("error", "rung"), [("30 %", CABLE), ("1 %", SHEARED)])
+def test_a_short_beam_is_sheared_where_that_matters(error, rung):
+    scene, rod = cantilever(ancf.Rectangle(0.1, 0.1), 0.3, (0.0, -20.0))
+    plan = ancf.plan(scene, quantity=ancf.static_deflection(rod.end), error=error)
+    assert rung_of(plan) == rung
+    # Timoshenko: F L^3 / 3 E I + F L / k G A; of the second a cable has nothing.
+    bending = 20.0 * 0.3**3 / (3 * 1e7 * 0.1**4 / 12)
+    shear = 20.0 * 0.3 / rod.stiffnesses()["shear_stiffness_y"]
+    found = -plan.run().position(rod.end)[-1, 1]
+    exact = bending + shear if rung == SHEARED else bending
+    assert found == pytest.approx(exact, rel=0.02)
+    assert shear / bending == pytest.approx(0.765 * (0.1 / 0.3) ** 2, rel=1e-2)
+
+
+def test_a_twisted_beam_is_no_cable():
+    scene, rod = cantilever(ancf.Circle(0.05), 0.5, (0.0, -5.0, 2.0), dim=3)
+    scene.point_moment(rod.end, (0.5, 0.0, 0.0))
+    plan = ancf.plan(scene, 0.1, ancf.position(rod.end), "3 %")
+    assert rung_of(plan).element == "thick"
+    assert "cannot be twisted" in str(plan)
+
+
+def test_a_scene_in_a_plane_is_solved_there():
+    scene, rod = cantilever(ancf.Rectangle(0.05, 0.02), 1.0, (0.0, -1.0, 0.0), dim=3)
+    flat, its = cantilever(ancf.Rectangle(0.05, 0.02), 1.0, (0.0, -1.0))
+    plan = ancf.plan(scene, 0.1, ancf.position(rod.end), "3 %")
+    planar = ancf.plan(flat, 0.1, ancf.position(its.end), "3 %")
+    assert "moves in a plane" in str(plan)
+    assert plan.build().dim == 2
+    run, other = plan.run(), planar.run()
+    assert run.position(rod.end).shape[1] == 3
+    assert np.allclose(run.position(rod.end)[:, :2], other.position(its.end), atol=1e-12)
+    assert not run.velocity(rod.end)[:, 2].any()
+    assert np.allclose(ancf.slope_angle(rod.end).value(run)[0], 0.0)
+
+
+def test_effects_decide_between_elements():
+    effects = [{"shear": 1.0, "torsion": 0.1, "stretch": 50.0}]
+    rungs = [CABLE, TWISTED, SHEARED]
+    assert needed(rungs, CABLE, effects, [10.0]) == CABLE
+    assert needed(rungs, CABLE, effects, [2.0]) == SHEARED
+    assert needed(rungs, CABLE, [{"shear": 0.0, "torsion": 1.0}], [1.0]) == TWISTED
+    assert needed([CABLE], CABLE, effects, [0.1]) == CABLE
+    assert left_out({"shear": 1.0, "bending": 2.0, "stretch": 3.0}, CABLE) == {"shear": 1.0}
+    assert left_out({"bending": 2.0}, STRING) == {"bending": 2.0}
+    assert _limp([{"bending": 0.1}], [1.0])
+    assert not _limp([{"bending": 1.0}], [1.0])
+
+
+def test_what_the_scene_refuses_is_no_candidate():
+    scene, _ = cantilever(ancf.Rectangle(0.05, 0.02), 1.0, (0.0, 0.0, 1.0), dim=3)
+    taken, refused = candidates(scene)
+    assert taken == [TWISTED, SHEARED]
+    assert "clamp" in refused[str(STRING)]
+    assert "bends alike" in refused[str(CABLE)]
+    assert str(Rung("thick", {"curvature": "section"})) == "\"thick\" curvature='section'"

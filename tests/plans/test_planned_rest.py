@@ -1,0 +1,52 @@
+"""Plans for equilibria and frequencies beside exact numbers."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import cantilever, elastica
+
+
+@pytest.mark.parametrize("error", ["3 %", "0.1 %"])
+def test_the_elastica_is_found_as_well_as_asked(error):
+    problem = elastica(3.0, "thin", "auto")
+    plan = ancf.plan(problem.scene, quantity=ancf.static_deflection(problem.rod.end), error=error)
+    run = plan.run(verify=True)
+    fine = elastica(3.0, "thin", 64)
+    exact = ancf.solve_static(fine.scene).displacement(fine.rod.end)
+    off = np.linalg.norm(run.position(problem.rod.end)[0] - problem.rod.end.position - exact)
+    assert off <= plan.predictions[0].asked
+    assert plan.is_met
+    assert run.measured[0] <= plan.predictions[0].asked
+    assert plan.dt is None
+    assert "statics" in str(plan)
+
+
+def test_frequencies_of_a_cantilever_are_eulers():
+    problem = cantilever("thin", "auto", load=0.0)
+    rod = problem.rod
+    plan = ancf.plan(problem.scene, quantity=[ancf.frequency(1), ancf.frequency(2)], error="0.1 %")
+    found = [each.wanted.quantity.value(plan.run())[0, 0] for each in plan.predictions]
+    given = rod.stiffnesses()
+    speed = np.sqrt(given["bending_stiffness"] / given["mass_per_length"]) / rod.length**2
+    euler = np.array([1.8751040687, 4.6940911330]) ** 2 * speed / (2 * np.pi)
+    assert found == pytest.approx(euler, rel=2e-3)
+    assert max(each.error / each.asked for each in plan.predictions) < 1.0
+
+
+def test_bad_input_gets_a_sentence():
+    scene, rod = cantilever("thin", "auto")
+    rest, motion = ancf.static_deflection(rod.end), ancf.position(rod.end)
+    for make, words in (
+        (lambda: ancf.plan(scene, 1.0, rest, 1e-3), "leave t_end out"),
+        (lambda: ancf.plan(scene, quantity=rest, error=1e-3, dt=1.0), "leave dt out"),
+        (lambda: ancf.plan(scene, quantity=motion, error=1e-3), "needs a time at the end"),
+        (lambda: ancf.plan(scene, 1.0, [rest, motion], 1e-3), "a plan for each kind"),
+        (lambda: ancf.plan(scene), "quantity is empty"),
+        (lambda: ancf.plan(scene, quantity=rest), "needs an error"),
+        (lambda: ancf.frequency(0), "at least 1"),
+        (lambda: ancf.static_deflection("tip"), "needs a point"),
+        (lambda: ancf.simulate(scene, 1.0, quantity=rest, error=1e-3), "leave t_end out"),
+    ):
+        with pytest.raises(ancf.InputError, match=words):
+            make()
