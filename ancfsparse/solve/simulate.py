@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Equilibrium, Trajectory
@@ -219,6 +221,25 @@ def simulate(
     return path
 
 
+def may_repeat(system: System) -> bool:
+    """Whether some constraints may repeat others.
+
+    Joints that hold points at one place were compared as they were added.  Beams give way in every
+    coordinate, so equations of one joint alone, or of joints at different nodes, do not.
+    """
+    constraints = system.constraints
+    if not system.n_multipliers:
+        return False
+    if any(constraints.mass) or any(
+        len(joint.nodes) == 2 and not joint.joins for joint in system.joints
+    ):
+        return True
+    # Several equations at one coordinate, by rods, ropes, gears and driven angles.
+    gradients = constraints.reach(system.q0)
+    gradients.data[:] = 1.0
+    return bool(np.max(gradients.sum(axis=0)) > 1.0)
+
+
 def system_at_start(request: Request) -> System:
     """Return what moves, at a start that is checked.
 
@@ -239,11 +260,8 @@ def system_at_start(request: Request) -> System:
         start_drives(system, request.state, request.clock.dt, request.t_end)
     check_energy(system)
     check_constraints(system, request.state)
-    # Joints that hold points at one place were compared as they were added.
-    if any(body.masses is not None for body in request.scene.bodies) or any(
-        len(joint.nodes) == 2 and not joint.joins for joint in request.scene.joints
-    ):
-        from ancfsparse.solve.redundant import warn_of_repeats
+    if may_repeat(system):
+        from ancfsparse.solve.redundant import warn_of_repeats  # what few runs need
 
         warn_of_repeats(system)
     return system

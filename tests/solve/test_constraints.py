@@ -305,3 +305,42 @@ def test_how_a_motion_bends_constraints_does_not_depend_on_the_unit_of_time(unit
     d = d - (2.0, 0.0)
     assert d @ jerk == pytest.approx(-3.0 * v @ acceleration, rel=1e-9)
     assert abs(v @ acceleration) > 1.0
+
+
+def repeated(first, second):
+    scene = ancf.Scene((0.0, -9.81))
+    material = ancf.Material(1e7, 1000.0)
+    beam = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), material)
+    for make in (first, second):
+        make(scene, beam)
+    return scene
+
+
+def rope(scene, beam):
+    scene.winch([(0, 1), beam.end])
+
+
+def strut(scene, beam):
+    scene.rod(beam.end, (0, 1))
+
+
+def held(scene, beam):
+    scene.pin(beam.end, as_constraint=True)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "named"),
+    [
+        (rope, strut, r"rod at beam 0 .* follows from the winch"),
+        (rope, rope, r"winch of beam 0 .* follows from the winch"),
+        (rope, held, r"pin at beam 0 .* follows from the winch"),
+    ],
+)
+def test_what_repeats_at_beams_is_named(first, second, named):
+    with pytest.warns(ancf.RedundantConstraints, match=named):
+        ancf.simulate(repeated(first, second), 0.01, 1e-3)
+
+
+def test_what_does_not_repeat_is_not_warned_of():
+    ancf.simulate(repeated(rope, lambda s, b: s.rod(b.end, (1, 1))), 0.01, 1e-3)
+    ancf.simulate(repeated(rope, lambda s, b: s.winch([(0, 1), b.start])), 0.01, 1e-3)

@@ -5,7 +5,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.integrators.explicit import make_explicit
-from ancfsparse.problems import bricard, dzhanibekov, four_bar, heavy_top, slider_crank
+from ancfsparse.problems import bricard, dzhanibekov, four_bar, heavy_top, n_four_bar, slider_crank
 from ancfsparse.solve.rates import initial_acceleration
 from ancfsparse.solve.stability import saddle_seed, sizes_of_terms
 from ancfsparse.system import System
@@ -192,6 +192,15 @@ def test_steps_in_which_a_body_turns_too_far_end_the_run():
     with pytest.raises(ancf.Instability, match="constraints cannot be met by step") as stop:
         ancf.simulate(fast, 10.0, 0.5, integrator=RATTLE)
     assert np.isfinite(stop.value.trajectory.q).all()
+
+
+def test_linkages_pass_places_where_constraints_lose_rank():
+    """Ten of them in 10 s; b0 by the exact reduction (IFToMM A02)."""
+    problem = n_four_bar(2)
+    run = ancf.simulate(problem.scene, 10.0, 5e-3, integrator=EIGHTH)
+    b0 = run.position(problem.bodies["coupler 0"].origin)[-1]
+    np.testing.assert_allclose(b0, (0.328458112, 0.944518538), atol=1e-6)
+    assert np.ptp(run.energy.total) < 1e-6
 
 
 def test_runs_to_an_accuracy_take_them_where_they_cost_less():
