@@ -16,7 +16,14 @@ from ancfsparse.scene.beams import Beam, BeamSpec
 from ancfsparse.scene.bodies import ElasticBody
 from ancfsparse.scene.joints.connect import ConnectSpec
 from ancfsparse.scene.joints.pin import PinSpec
-from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section
+from ancfsparse.scene.sections import (
+    AnySection,
+    Circle,
+    Rectangle,
+    Section,
+    Taper,
+    principal_axes,
+)
 from ancfsparse.scene.signal import Shaped, Signal, Sum
 from ancfsparse.scene.signals import Table
 from ancfsparse.scene.spec import Spec
@@ -180,6 +187,8 @@ def _beam(record: Any, beam: Beam, plane: Plane) -> Spec:
     curved = record.curve is not None and not isinstance(record.curve, np.ndarray | tuple)
     strained = record.eigenstrain is not None or record.eigencurvature is not None
     if curved or strained or record.twist is not None or callable(record.up):
+        raise LeavesPlaneError
+    if not isinstance(beam.section, Taper) and principal_axes(beam.section)[0]:
         raise LeavesPlaneError
     turned = beam.kind.section[1:] and not _aligned(beam, plane)
     return cast(

@@ -112,6 +112,8 @@ class Bodies(Records):
             turns the section at the start as in a planar scene: e_z as near to +z as possible,
             e_y = e_z x e_x, so a beam along +x has e_y = +y and e_z = +z, and a beam along z takes
             e_y = +y.  From there a curve carries the section along without turning it about e_x.
+            That is y of the section; where it has an ``inertia_yz``, the e_y and e_z of results are
+            its principal axes nearest to y and z.
         twist : float or callable, optional
             Of a thick beam in space: angle by which the section is turned further about e_x [rad],
             growing evenly from 0 at the start to this at the end; or a function that maps arc

@@ -8,8 +8,7 @@ from ancfsparse.checks import check_choice, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import OPTIONS, PLANAR, ElementKind, element_kind, slack_form
 from ancfsparse.scene.material import Material
-from ancfsparse.scene.polygon import Polygon
-from ancfsparse.scene.sections import AnySection, Taper
+from ancfsparse.scene.sections import AnySection, Taper, principal_axes
 from ancfsparse.words import shown
 
 # Second moments further apart than this share make a section that is not round.
@@ -183,14 +182,18 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
     if isinstance(section, Taper):
         for each in (section.start, section.end):
             check_make(label, kind, each, material)
+            if principal_axes(each)[0]:
+                raise InputError(
+                    f"section of {label} is a Taper of a section with inertia_yz, whose principal "
+                    "axes could turn along the beam: take Polygon.principal() and `up`"
+                )
         return
-    if isinstance(section, Polygon) and not section.is_principal:
+    angle, about_y, about_z = principal_axes(section)
+    if angle and kind.dim == 2:
         raise InputError(
-            f"section of {label} has inertia_yz = {section.inertia_yz:.6g} m4, and beams bend "
-            "about principal axes: give section.principal(), whose axes are turned by "
-            f"{section.principal_angle:.6g} rad, and turn the beam by `up`"
+            f"section of {label} has inertia_yz = {section.inertia_yz:.6g} m4, so the beam leaves "
+            "the plane where it bends: take a spatial scene"
         )
-    about_y, about_z = section.inertia_y, section.inertia_z
     round_enough = abs(about_y - about_z) <= NOT_ROUND * max(about_y, about_z)
     if kind.bends_alike and not round_enough:
         raise InputError(

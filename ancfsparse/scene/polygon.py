@@ -30,8 +30,8 @@ class Polygon:
     """A section with straight edges, with or without holes.
 
     Its moments are about its centroid, through which the axis of a beam runs: where `centroid` is
-    in the coordinates of the corners.  Beams bend about principal axes: they refuse a section whose
-    `inertia_yz` is not zero, which `principal()` returns turned.
+    in the coordinates of the corners.  Where its `inertia_yz` is not zero, the frame of a beam is
+    turned by `principal_angle` from y and z; the corners stay where they are.
 
     Parameters
     ----------
@@ -150,8 +150,8 @@ class Polygon:
     def principal(self) -> Polygon:
         """Return the section with its principal axes along y and z, about its centroid.
 
-        It is turned back by `principal_angle`: a beam that is to keep the section in its place
-        turns by that angle about e_x, by `up` or `twist`.
+        It is turned back by `principal_angle`: with it, a beam that is to keep the section in its
+        place turns by that angle about e_x, by `up` or `twist`.
         """
         turn = complex(math.cos(self.principal_angle), -math.sin(self.principal_angle))
         middle = self._moments[1]

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_positive, keep
+from ancfsparse.checks import check_finite, check_positive, keep
 from ancfsparse.errors import InputError
 from ancfsparse.scene.material import Material
-from ancfsparse.scene.polygon import Polygon
+from ancfsparse.scene.polygon import PRINCIPAL, Polygon
 from ancfsparse.scene.profiles import IBeam, Tube, check_side
 
 POINTS = 3  # Gauss points of an element with a section that changes
@@ -166,6 +166,8 @@ class Section:
     shear_factor : float, optional
         Shear correction factor k, the same for y and z.  The default 5/6 is the value of a
         rectangle at Poisson's ratio 0.
+    inertia_yz : float, optional
+        Product moment of area int y z dA [m4], of thick beams in space.
     """
 
     area: float
@@ -173,9 +175,11 @@ class Section:
     inertia_z: float
     torsion_constant: float
     shear_factor: float = 5.0 / 6.0
+    inertia_yz: float = 0.0
 
     def __post_init__(self) -> None:
         """Check every number and keep it in double precision."""
+        product = check_finite("inertia_yz of the section", self.inertia_yz, "m4")
         keep(
             self,
             area=check_positive("area of the section", self.area, "m2"),
@@ -185,7 +189,13 @@ class Section:
                 "torsion constant of the section", self.torsion_constant, "m4"
             ),
             shear_factor=check_positive("shear factor of the section", self.shear_factor),
+            inertia_yz=product,
         )
+        if not abs(product) < math.sqrt(self.inertia_y) * math.sqrt(self.inertia_z):
+            raise InputError(
+                f"inertia_yz of the section, {product:.6g} m4, must be smaller than the root of "
+                f"inertia_y times inertia_z, {self.inertia_y:.6g} and {self.inertia_z:.6g} m4"
+            )
 
     def shear_correction(self, poisson_ratio: float) -> float:
         """Shear correction factor k, as it was given.
@@ -295,6 +305,26 @@ class Means:
 AnySection = Rectangle | Circle | Tube | IBeam | Polygon | Section | Taper
 
 
+def principal_axes(section: Any) -> tuple[float, float, float]:
+    """Return the angle from y, towards z, to the principal axis nearest to it, and both moments.
+
+    Returns
+    -------
+    angle : float
+        From -pi/4 to pi/4 [rad].
+    inertia_y, inertia_z : float
+        For bending about the principal axes nearest to y and to z [m4].
+    """
+    about_y, about_z = section.inertia_y, section.inertia_z
+    product = getattr(section, "inertia_yz", 0.0)
+    if not product or abs(product) <= PRINCIPAL * (about_y + about_z):
+        return 0.0, about_y, about_z
+    apart = math.copysign(1.0, about_z - about_y)
+    half = apart * math.hypot(0.5 * (about_z - about_y), product)
+    angle = 0.5 * math.atan2(apart * product, 0.5 * abs(about_z - about_y))
+    return angle, 0.5 * (about_y + about_z) - half, 0.5 * (about_y + about_z) + half
+
+
 def parameters_of(section: Any, material: Material) -> dict[str, dict[str, Any]]:
     """Give the parameters of elements of a section, or of its means, by what damps them.
 
@@ -303,6 +333,7 @@ def parameters_of(section: Any, material: Material) -> dict[str, dict[str, Any]]
     ``"ratios"`` by nothing.  Units are those of `ElasticBody.stiffnesses`.
     """
     modulus, shear_modulus = material.youngs_modulus, material.shear_modulus
+    _, about_y, about_z = principal_axes(section)
     shear_stiffness = (
         section.shear_correction(material.poisson_ratio) * shear_modulus * section.area
     )
@@ -314,17 +345,17 @@ def parameters_of(section: Any, material: Material) -> dict[str, dict[str, Any]]
             "youngs_modulus_area": modulus * section.area,
         },
         "turning": {
-            "bending_stiffness": modulus * section.inertia_z,
+            "bending_stiffness": modulus * about_z,
             "shear_stiffness_y": shear_stiffness,
             "shear_stiffness_z": shear_stiffness,
             "torsion_stiffness": shear_modulus * section.torsion_constant,
-            "bending_stiffness_y": modulus * section.inertia_y,
-            "bending_stiffness_z": modulus * section.inertia_z,
+            "bending_stiffness_y": modulus * about_y,
+            "bending_stiffness_z": modulus * about_z,
         },
         "masses": {
             "mass_per_length": material.density * section.area,
-            "inertia_y": material.density * section.inertia_z,
-            "inertia_z": material.density * section.inertia_y,
+            "inertia_y": material.density * about_z,
+            "inertia_z": material.density * about_y,
         },
         "ratios": {"poisson_ratio": material.poisson_ratio},
     }

@@ -19,7 +19,14 @@ from ancfsparse.scene.bodies import VelocityField
 from ancfsparse.scene.elements import check_make, chosen_element
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection, Taper
-from ancfsparse.scene.straight import FARTHEST, check_ends, place, straight_beam, velocity_field
+from ancfsparse.scene.straight import (
+    FARTHEST,
+    along_principal_axes,
+    check_ends,
+    place,
+    straight_beam,
+    velocity_field,
+)
 from ancfsparse.words import shown
 
 if TYPE_CHECKING:
@@ -170,6 +177,7 @@ def _shaped(
     arcs = np.concatenate([[0.0], np.cumsum(lengths)])
     arcs[-1] = arcs[-1] if kind.is_string else natural
     frames = frames_along(label, path, s, tangents, shape.up, shape.twist)
+    frames = along_principal_axes(frames, section)
     vectors = stretch * frames
     if not kind.is_cable:
         vectors[:, 1:] = across * frames[:, 1:]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -16,7 +17,7 @@ from ancfsparse.scene.bodies import VelocityField
 from ancfsparse.scene.elements import check_make, chosen_element
 from ancfsparse.scene.functions import Uniform
 from ancfsparse.scene.material import Material
-from ancfsparse.scene.sections import AnySection
+from ancfsparse.scene.sections import AnySection, Taper, principal_axes
 
 Vector = NDArray[np.float64]
 
@@ -70,7 +71,7 @@ def straight_beam(
         )
     upwards = None if up is None else check_vector(f"`up` of {label}", up, 3)
     positions = np.linspace(tail, head, count + 1)
-    axes = section_axes(head - tail, upwards, label)
+    axes = along_principal_axes(section_axes(head - tail, upwards, label), section)
     rows = np.arange(count + 1, dtype=np.int32)
     ends = np.stack([rows[:-1], rows[1:]], axis=1)
     length = float(np.linalg.norm(positions[-1] - positions[0]))
@@ -195,6 +196,16 @@ def section_axes(axis: Vector, up: Vector | None, where: str) -> Vector:
     e_z = np.cross(e_x, side)
     e_z /= np.linalg.norm(e_z)
     return np.array([e_x, np.cross(e_z, e_x), e_z])
+
+
+def along_principal_axes(frames: Vector, section: AnySection) -> Vector:
+    """Turn frames (..., dim, dim) about e_x until e_y and e_z are principal axes of a section."""
+    angle = 0.0 if isinstance(section, Taper) else principal_axes(section)[0]
+    if not angle:
+        return frames
+    c, s = math.cos(angle), math.sin(angle)
+    e_x, e_y, e_z = np.moveaxis(frames, -2, 0)
+    return np.stack([e_x, c * e_y + s * e_z, c * e_z - s * e_y], axis=-2)
 
 
 def velocity_field(
