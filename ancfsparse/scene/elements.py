@@ -191,8 +191,8 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
     angle, about_y, about_z = principal_axes(section)
     if angle and kind.dim == 2:
         raise InputError(
-            f"section of {label} has inertia_yz = {section.inertia_yz:.6g} m4, so the beam leaves "
-            "the plane where it bends: take a spatial scene"
+            f"section of {label} has an inertia_yz, so the beam leaves the plane where it bends: "
+            "take a spatial scene"
         )
     round_enough = abs(about_y - about_z) <= NOT_ROUND * max(about_y, about_z)
     if kind.bends_alike and not round_enough:

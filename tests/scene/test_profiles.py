@@ -208,8 +208,8 @@ def test_sections_whose_axes_are_not_principal_are_refused_where_they_have_no_me
     with pytest.raises(InputError, match="leaves the plane where it bends: take a spatial scene"):
         plane.add_beam("thick", (0, 0), (1, 0), 2, section, MATERIAL)
     space = ancf.Scene((0.0, 0.0, 0.0))
+    taper = ancf.Taper(unequal("numbers"), unequal("numbers"))
     with pytest.raises(InputError, match="Taper of a section with inertia_yz"):
-        taper = ancf.Taper(unequal("numbers"), unequal("numbers"))
         space.add_beam("thick", (0, 0, 0), (1, 0, 0), 2, taper, MATERIAL)
     with pytest.raises(InputError, match="inertia_yz of the section, 5e-09 m4, must be smaller"):
         ancf.Section(1e-4, 4e-9, 5e-9, 1e-9, inertia_yz=5e-9)
