@@ -11,7 +11,7 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ancfsparse.checks import check_count
+from ancfsparse.checks import check_count, check_positive
 from ancfsparse.cli import files
 from ancfsparse.cli.elements import element as element_command
 from ancfsparse.cli.options import RunError, in_options
@@ -21,6 +21,8 @@ from ancfsparse.studies.bench.kernels import KernelBench
 from ancfsparse.studies.bench.kernels import bench_kernels as run_bench_kernels
 from ancfsparse.studies.bench.paper import PaperBench
 from ancfsparse.studies.bench.paper import bench_paper as run_bench_paper
+from ancfsparse.studies.bench.sweep import SweepBench
+from ancfsparse.studies.bench.sweep import bench_sweep as run_bench_sweep
 from ancfsparse.studies.commands import report, study
 from ancfsparse.studies.common import paper
 from ancfsparse.studies.common.files import check_targets, fill_page
@@ -255,7 +257,26 @@ def bench_kernels(save: SaveOption = None) -> None:
     _report(run_bench_kernels(progress=True), save)
 
 
-def _report(result: KernelBench | PaperBench, save: str | None) -> None:
+@app.command("bench-sweep")
+def bench_sweep(
+    points: Annotated[int, typer.Option(help="Number of pendulums.")] = 200,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes [default: one for each processor].")
+    ] = None,
+    dt: Annotated[float, typer.Option(help="Time step [s].")] = paper.DT,
+    rounds: Annotated[int, typer.Option(help="Rounds, of which the least times count.")] = 3,
+    save: SaveOption = None,
+) -> None:
+    """Time a sweep over pendulums beside a plain loop."""
+    check_count("points", points)
+    check_count("rounds", rounds)
+    check_positive("dt", dt, "s")
+    if workers is not None:
+        check_count("workers", workers)
+    _report(run_bench_sweep(points, workers, dt, rounds, progress=True), save)
+
+
+def _report(result: KernelBench | PaperBench | SweepBench, save: str | None) -> None:
     typer.echo(str(result))
     if save is not None:
         write_json(result.record(), save)

@@ -13,6 +13,7 @@ from ancfsparse.machine import processors
 from ancfsparse.results.hdf5 import file_name
 from ancfsparse.solve import simulate
 from ancfsparse.solve.progress import progress_bar
+from ancfsparse.sweeps.forks import can_fork, run_forked
 from ancfsparse.sweeps.ledger import Ledger, key
 from ancfsparse.sweeps.point import Row, Task, evaluate
 from ancfsparse.sweeps.samples import Point, checked_points
@@ -59,9 +60,11 @@ def sweep(
         goes on with the points that it lacks.
     workers : int, optional
         Processes on this machine, by default one for each processor; 1 runs all points in this
-        process.  Scripts need ``if __name__ == "__main__":`` around a sweep on several.
+        process.  They are forked where that is possible, on Linux; else they are those of a local
+        cluster of Dask, and scripts need ``if __name__ == "__main__":`` around a sweep.
     cluster : str or distributed.Client, optional
-        Address of a cluster of Dask, or a client of it, to run on instead.
+        Address of a cluster of Dask, or a client of it, to run on instead; ``"local"`` starts one
+        of `workers` on this machine, which takes two or three seconds.
     progress : bool, optional
         Whether to draw a progress bar.
     **options
@@ -139,6 +142,8 @@ def _rows(
     if cluster is None and workers == 1:
         for point in points[1:]:
             yield point, evaluate(task, point)
+    elif cluster is None and can_fork():
+        yield from run_forked(task, points[1:], workers, row.seconds)
     elif points[1:]:
         with connected(workers, cluster) as client:
             yield from run_on(client, task, points[1:], row.seconds)

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from ancfsparse.errors import InputError
+from ancfsparse.sweeps.forks import ENDED
 from ancfsparse.sweeps.point import Row, Task, evaluate_all
 from ancfsparse.sweeps.samples import Point
 from ancfsparse.words import shown
@@ -28,7 +29,7 @@ def connected(workers: int, cluster: Any) -> Iterator[Any]:
     workers : int
         Processes of a local cluster.
     cluster : None, str or distributed.Client
-        Address of a cluster, or a client of it.
+        Address of a cluster, or a client of it; None and ``"local"`` start one.
 
     Raises
     ------
@@ -40,12 +41,12 @@ def connected(workers: int, cluster: Any) -> Iterator[Any]:
         from dask.distributed import Client, LocalCluster
     except ModuleNotFoundError as error:
         raise InputError(
-            "a sweep with more workers than one needs Dask: pip install 'ancfsparse[sweep]', or "
-            "set workers=1"
+            "a sweep on a cluster needs Dask: pip install 'ancfsparse[sweep]', or leave `cluster` "
+            "out on Linux, or set workers=1"
         ) from error
     if isinstance(cluster, Client):
         yield cluster
-    elif isinstance(cluster, str):
+    elif isinstance(cluster, str) and cluster != "local":
         try:
             client = Client(cluster, timeout=PATIENCE)
         except (OSError, ValueError) as error:  # a time-out is an OSError
@@ -55,7 +56,7 @@ def connected(workers: int, cluster: Any) -> Iterator[Any]:
             ) from error
         with client:
             yield client
-    elif cluster is None:
+    elif cluster is None or isinstance(cluster, str):
         with (
             dask.config.set({"distributed.scheduler.allowed-failures": 0}),
             LocalCluster(
@@ -115,5 +116,5 @@ def run_on(
             row = submit([point]).result()[0]
         except KilledWorker:
             values = dict.fromkeys(task.quantities, math.nan)
-            row = Row(values, "the process of its worker ended")
+            row = Row(values, ENDED)
         yield point, row

@@ -1,17 +1,21 @@
 """Sweeps: points, tables, failures, files, workers."""
 
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
 import sys
 import textwrap
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.sweeps.forks import can_fork, run_forked
+from ancfsparse.sweeps.point import Task
 
 pd = pytest.importorskip("pandas")
 
@@ -73,13 +77,13 @@ def test_a_table_has_the_numbers_of_single_runs():
     assert (table["reason"] == "").all()
 
 
-def test_two_workers_give_the_same_table_bit_for_bit():
-    pytest.importorskip("dask.distributed")
+@pytest.mark.parametrize("cluster", [None, pytest.param("local", marks=pytest.mark.slow)])
+def test_two_workers_give_the_same_table_bit_for_bit(cluster):
+    if cluster:
+        pytest.importorskip("dask.distributed")
     points = ancf.grid(length=LENGTHS, n_elements=[3, 4])
-    alone, beside = (
-        ancf.sweep(pendulum, points, QUANTITIES, 0.1, workers=workers, dt=1e-3)
-        for workers in (1, 2)
-    )
+    alone = ancf.sweep(pendulum, points, QUANTITIES, 0.1, workers=1, dt=1e-3)
+    beside = ancf.sweep(pendulum, points, QUANTITIES, 0.1, workers=2, dt=1e-3, cluster=cluster)
     pd.testing.assert_frame_equal(alone.drop(columns="seconds"), beside.drop(columns="seconds"))
 
 
@@ -94,12 +98,13 @@ def test_points_that_fail_are_rows_with_a_reason():
     assert "zero length" in table["reason"][2]
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize("cluster", [None, pytest.param("local", marks=pytest.mark.slow)])
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_a_point_that_kills_its_worker_fails_alone():
-    pytest.importorskip("dask.distributed")
+def test_a_point_that_kills_its_worker_fails_alone(cluster):
+    if cluster:
+        pytest.importorskip("dask.distributed")
     points = ancf.grid(length=LENGTHS)
-    table = ancf.sweep(deadly, points, QUANTITIES, 0.1, workers=2, dt=1e-3)
+    table = ancf.sweep(deadly, points, QUANTITIES, 0.1, workers=2, dt=1e-3, cluster=cluster)
     assert list(table["reason"] == "") == [True] * 3 + [False] * 3
     assert table["reason"][4] == "the process of its worker ended"
 
@@ -169,7 +174,6 @@ SCRIPT = """
 
 @pytest.mark.slow
 def test_a_sweep_that_was_killed_gives_the_same_table(tmp_path):
-    pytest.importorskip("dask.distributed")
     script, file = tmp_path / "script.py", tmp_path / "sweep.jsonl"
     script.write_text(textwrap.dedent(SCRIPT))
     whole, again = tmp_path / "whole.json", tmp_path / "again.json"
@@ -235,3 +239,69 @@ def test_a_cluster_that_is_not_there_is_named():
     points = ancf.grid(length=[1.0, 2.0])
     with pytest.raises(ancf.InputError, match="no cluster answers at"):
         ancf.sweep(pendulum, points, QUANTITIES, 0.1, cluster="tcp://127.0.0.1:9", dt=1e-3)
+
+
+def test_functions_of_a_script_need_not_be_sent():
+    """Forked processes have what the one before them had, closures and open handles too."""
+    if not can_fork():
+        pytest.skip("processes are not forked here")
+    factor = 2.0
+    quantities = {"twice": lambda run, rod: factor * tip(run, rod)}
+    points = ancf.grid(length=LENGTHS)
+    table = ancf.sweep(lambda length: pendulum(length), points, quantities, 0.1, workers=2, dt=1e-3)
+    once = ancf.sweep(pendulum, points, QUANTITIES, 0.1, workers=1, dt=1e-3)
+    np.testing.assert_array_equal(table["twice"], 2.0 * once["tip"])
+
+
+def test_an_interrupted_sweep_leaves_no_process():
+    if not can_fork():
+        pytest.skip("processes are not forked here")
+    points = ancf.grid(length=[1.0 + 0.01 * k for k in range(40)])
+    rows = run_forked(Task(pendulum, QUANTITIES, 0.1, {"dt": 1e-3}), points, 2, 0.01)
+    next(rows)
+    assert len(multiprocessing.active_children()) == 2
+    rows.close()
+    assert multiprocessing.active_children() == []
+
+
+ORPHANS = """
+    import os
+    import sys
+    import time
+    import ancfsparse as ancf
+
+    def build(number):
+        open(os.path.join(sys.argv[1], str(os.getpid())), "w").close()
+        time.sleep(0.05)
+        raise ValueError("no scene")
+
+    points = ancf.grid(number=range(1000))
+    ancf.sweep(build, points, {"none": lambda run: 0.0}, 1.0, workers=2, dt=1e-3)
+"""
+
+
+def lasts(pid):
+    """Whether a process is there and has not ended."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_workers_end_when_the_process_that_sweeps_is_killed(tmp_path):
+    if not can_fork():
+        pytest.skip("processes are not forked here")
+    script, notes = tmp_path / "script.py", tmp_path / "notes"
+    script.write_text(textwrap.dedent(ORPHANS))
+    notes.mkdir()
+    process = subprocess.Popen([sys.executable, script, notes])
+    deadline = time.monotonic() + 60.0
+    while len(list(notes.iterdir())) < 3 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    process.kill()
+    process.wait()
+    workers = {int(path.name) for path in notes.iterdir()} - {process.pid}
+    assert len(workers) == 2
+    while any(map(lasts, workers)) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not any(map(lasts, workers))
