@@ -56,16 +56,10 @@ def set_legend(figure: Figure, shown: Mapping[str, Any], columns: int, title: st
 
 
 def set_axes(ax: Axes, x: str, y: str = "", log: str = "xy") -> None:
-    """Label the axes of a panel and draw its grid.
+    """Label the axes of a panel, where curves are drawn already, and draw its grid.
 
-    Parameters
-    ----------
-    ax : Axes
-        Where curves are drawn already.
-    x, y : str
-        What they show.
-    log : str, optional
-        The logarithmic ones among ``"x"`` and ``"y"``; x beyond a decade is labelled at decades.
+    Those of ``"x"`` and ``"y"`` that `log` names are logarithmic; x beyond a decade is labelled at
+    decades.
     """
     if "x" in log:
         ax.set_xscale("log")
@@ -90,16 +84,8 @@ def mark_failures(
 ) -> None:
     """Put a numbered hollow marker at the top edge for each failure, and its reason into notes.
 
-    Parameters
-    ----------
-    ax : Axes
-        Where curves are drawn already.
-    points : sequence of Point
-        Of this panel, failures among them.
-    colour : callable
-        Colour of a point's curve.
-    notes : list of str
-        Lines of all panels so far; the new ones are appended.
+    Curves are drawn already, and each point has the colour of its own; `notes` holds the lines of
+    all panels so far, to which the new ones are appended.
     """
     groups = grouped_failures(points)
     place = blended_transform_factory(ax.transAxes, ax.transAxes)

@@ -36,20 +36,9 @@ def check_targets(output: Path, page: Path | None, *names: str) -> None:
 def fill_page(
     page: Path, name: str, text: str, chart: Path | None = None, gallery: Path | None = None
 ) -> None:
-    """Put generated text on a page, and a chart into its gallery.
+    """Put generated text between the two markers of a name on a page, and a chart into its gallery.
 
-    Parameters
-    ----------
-    page : Path
-        A page with the two markers of that name.
-    name : str
-        What the markers are called.
-    text : str
-        What to put between them.
-    chart : Path, optional
-        A picture.
-    gallery : Path, optional
-        A folder, made if missing; ``gallery`` beside the page by default.
+    The gallery, made if missing, is the folder ``gallery`` beside the page by default.
 
     Raises
     ------

@@ -148,19 +148,12 @@ def integrate(
         As `scipy.integrate.solve_ivp` calls it.
     t : (k,) float
         Times to report [s], from the first to the last.
-    rtol, atol : float
-        Relative and absolute tolerance.
-    cap : float, optional
-        Wall time it may take [s].
+    rtol, atol, cap : float
+        Relative and absolute tolerance, and the wall time that it may take [s].
     on_time : callable, optional
         Called with the simulated time now and then.
     with_jacobian : bool, optional
-        Whether an implicit method is handed the Jacobian instead of making it from differences.
-
-    Returns
-    -------
-    OdeRun
-        Coordinates and cost.
+        Whether an implicit method is given the Jacobian instead of differences.
 
     Raises
     ------

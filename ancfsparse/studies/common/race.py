@@ -148,23 +148,8 @@ def in_turn(
 ) -> list[list[Kept]]:
     """Run all in turn, round after round, so that a busy moment of the machine hits them alike.
 
-    Parameters
-    ----------
-    entrants : sequence
-        What is run.
-    run : callable
-        Runs one and returns what is kept of it.
-    rounds : int
-        How often.
-    bar : tqdm, optional
-        Called for every run that is over or left out.
-    goes_on : callable, optional
-        Whether one is run again, with what was kept of its runs.
-
-    Returns
-    -------
-    list of list
-        What was kept, for each entrant in order.
+    Returns what was kept of each entrant, in order.  It is run again while `goes_on`, given what
+    was kept so far, is true; the bar moves for every run that is over or left out.
     """
     found: list[list[Kept]] = [[] for _ in entrants]
     for _ in range(rounds):
@@ -183,25 +168,10 @@ def race(
     bar: tqdm[Any],
     long: float = LONG,
 ) -> list[Point]:
-    """Run all tasks in turn; the time of each is its best.
+    """Run all tasks in turn; the time of each is its best, its error the distance of tips [m].
 
-    Parameters
-    ----------
-    tasks : sequence of Task
-        What to run.
-    reference : callable
-        Gives the tip (k, 2) that a task is compared with [m].
-    rounds : int
-        How often; a failed or a long run is not repeated.
-    bar : tqdm
-        Called for every run that is over or left out.
-    long : float, optional
-        Time from which a run is long [s].
-
-    Returns
-    -------
-    list of Point
-        One for each task, in order, failures included.
+    A failed run, or one of at least `long` seconds, is not repeated.  There is one point for each
+    task, in order, failures included.
     """
 
     def run(task: Task) -> Point:

@@ -48,23 +48,8 @@ class Reference:
 def converged_in_time(model: str, elements: int, t_end: float, dt: float) -> Reference:
     """Solve a mesh exactly in time, twice: by DOP853 and by the trapezoidal rule, extrapolated.
 
-    The two share the forces and nothing else.
-
-    Parameters
-    ----------
-    model : str
-        Key of `MODELS`.
-    elements : int
-        Number of elements.
-    t_end : float
-        Simulated time [s].
-    dt : float
-        Largest of the three steps that are extrapolated [s].
-
-    Returns
-    -------
-    Reference
-        The tip by DOP853; its uncertainty is the distance between the two.
+    The two share the forces and nothing else.  The tip is that by DOP853, its uncertainty the
+    distance between the two; `dt` is the largest of the three steps that are extrapolated [s].
     """
     problem = MODELS[model].problem(elements)
     system = System(problem.scene)
@@ -83,21 +68,9 @@ def converged_in_time(model: str, elements: int, t_end: float, dt: float) -> Ref
 def converged(model: str, elements: int, t_end: float, dt: float) -> Reference:
     """Solve a model exactly in time and space, by extrapolation.
 
-    Parameters
-    ----------
-    model : str
-        Key of `MODELS`.
-    elements : int
-        Number of elements of the finer of two meshes, even.
-    t_end : float
-        Simulated time [s].
-    dt : float
-        Largest of the three steps on the finer mesh [s].
-
-    Returns
-    -------
-    Reference
-        The tip; its uncertainty is the size of the last corrections in time and in space.
+    `elements`, an even number, is that of the finer of two meshes, and `dt` the largest of the
+    three steps on it [s].  The uncertainty is the size of the last corrections in time and in
+    space.
     """
     fine, last = extrapolate([march(model, elements, t_end, dt / 2**k) for k in range(3)])
     coarse, _ = extrapolate([march(model, elements // 2, t_end, dt / 2**k) for k in range(3)])

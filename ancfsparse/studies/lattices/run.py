@@ -75,20 +75,9 @@ def lattices(
 ) -> list[Row]:
     """Run nets, lattices and trusses on both kinds of seeds, each in a process of its own.
 
-    Parameters
-    ----------
-    largest, largest_net : int, optional
-        Nodes along a side of the largest lattice and net; before it come those of
-        `jobs.LATTICES` and `jobs.NETS` that are smaller.  Octet trusses are those of
-        `jobs.OCTETS` with as many elements.
-    largest_exact : int, optional
-        Nodes along a side of the largest lattice on exact seeds, and of the truss as large.
-    steps : int, optional
-        Time steps of each run, of small scenes more.
-    threads : int, optional
-        With more than one, the largest lattice is run on so many too, in turn with one.
-    progress : bool, optional
-        Whether to draw a progress bar.
+    Sizes are numbers of nodes along a side: before the largest come those of `jobs.LATTICES` and
+    `jobs.NETS` that are smaller, and octet trusses are those of `jobs.OCTETS` with as many
+    elements. With several threads the largest lattice is run on so many too, in turn with one.
     """
     jobs = jobs_of(largest, largest_net, largest_exact, steps, threads)
     rows = []

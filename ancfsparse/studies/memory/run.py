@@ -144,20 +144,11 @@ def _verdict(run: Run, other: Run) -> str:
 def model_cost(
     costs: Costs, n: int, steps: int, iterations: int, factorizations: int, method: Method | str
 ) -> float:
-    """Weigh the counts of a run, per step.
+    """Weigh the counts of a run over `n` unknowns, per step, as the compiled loop does.
 
-    Parameters
-    ----------
-    costs : Costs
-        Of an iteration without pairs and of a seed, as the compiled loop weighs them.
-    n : int
-        Number of unknowns.
-    steps, iterations, factorizations : int
-        Counts of the run.
-    method : Method
-        Pairs add `TERM_COST` operations per unknown, term and product.  A carried memory holds
-        from one pair to all, and is then dropped; this step's pairs are at most as many as the
-        corrections before.
+    Pairs add `TERM_COST` operations per unknown, term and product.  A carried memory holds from one
+    pair to all, and is then dropped; this step's pairs are at most as many as the corrections
+    before.
     """
     products = 0.0
     if isinstance(method, QuasiNewton):

@@ -227,20 +227,8 @@ def run_mechanism(
 ) -> PeerRun:
     """Simulate a mechanism with Exudyn's generalised-alpha method, by processor time.
 
-    Parameters
-    ----------
-    problem, start : Mechanism, State or None
-        As `Builder` takes them.
-    build : callable
-        Adds what else there is.
-    watched : tuple of (str, int)
-        Nodes of cables whose positions are returned.
-    newton : Setting
-        A value of `NEWTON`.
-    t_end, dt : float
-        Simulated time and time step [s].
-    instants : int
-        How many states are compared.
+    `build` adds what is no cable, and the positions of the `watched` nodes of cables are returned
+    at so many `instants`.
     """
     b = Builder(problem, start)
     build(b)

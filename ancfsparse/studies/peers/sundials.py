@@ -40,19 +40,11 @@ def integrate_sundials(
     atol: float,
     cap: float = np.inf,
 ) -> OdeRun:
-    """Run one of SUNDIALS' integrators against the clock.
+    """Run one of SUNDIALS' integrators, a method of `tasks.SUNDIALS`, against the clock.
 
-    Returns
-    -------
-    OdeRun
-        Coordinates and cost.
-
-    Raises
-    ------
-    OutOfTimeError
-        When the cap is reached.
-    RuntimeError
-        When the integrator fails.
+    Multistep formulas, Adams with fixed-point iteration and BDF with sparse factors of our
+    tangents; or embedded Runge-Kutta formulas of Dormand and Prince, Verner, and Fehlberg.
+    Arguments and errors are those of `first_order.integrate`.
     """
     system = equations.system
     pattern = (system.pattern.indptr.astype(np.int32), system.pattern.indices.astype(np.int32))

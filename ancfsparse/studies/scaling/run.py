@@ -42,30 +42,13 @@ def scaling(
     progress: bool = False,
     threads: int = 1,
 ) -> Scaling:
-    """Run all solvers on chains and nets of growing size.
+    """Run all solvers on chains of up to `largest` elements and nets, from ten on.
 
     Each solver has a process of its own for each size; on one size the solvers run in turn, round
-    by round, so that a busy moment of the machine hits them alike.  Short runs have more rounds.
-
-    Parameters
-    ----------
-    largest : int, optional
-        Elements of the longest chain; chains of 10, 100, ... elements up to there are run.
-    steps : int, optional
-        Time steps of 5e-4 s.
-    largest_net : int, optional
-        Nodes along a side of the largest net, of 10, 30, 60, 100, 200; 0 runs none.
-    peers : bool, optional
-        Whether to run Exudyn too.
-    rounds : int, optional
-        Runs of each solver on each scene; up to `MORE` times as many of short ones.
-    cap : float, optional
-        A run that is expected to take longer than this [s], from the size before, is left out, and
-        one that takes `PATIENCE` times as long is ended.
-    progress : bool, optional
-        Whether to draw a progress bar.
-    threads : int, optional
-        If more than one, auto is also run on so many threads.
+    by round, so that a busy moment of the machine hits them alike.  Short runs have up to `MORE`
+    times as many rounds.  A net has up to `largest_net` nodes along a side; 0 runs none.  A run
+    that is expected to take longer than `cap` seconds, from the size before, is left out, and one
+    that takes `PATIENCE` times as long is ended.
     """
     settings: dict[str, Any] = {"dt_s": DT, "steps": steps, "rounds": rounds, "cap_s": cap}
     if peers:
@@ -120,16 +103,8 @@ def leave_out(
 ) -> dict[str, Any]:
     """Return a note if a run is ruled out by that of the size before, or nothing.
 
-    Parameters
-    ----------
-    job : Job
-        What is to be run.
-    before : Row
-        The same solver on the same scene, smaller.
-    counts_before, counts_now : dict
-        As `scaling_job.counts` returns them for the two sizes.
-    cap : float
-        Longest run [s], set-up included.
+    The counts of both sizes are those of `worker.counts`; the longest run, set-up included, takes
+    `cap` seconds.
     """
     if before.note:
         known = before.note.startswith("from ")

@@ -126,31 +126,6 @@ class Stability:
         """Return the calm runs of these solvers in which Newton saved more steps than it may."""
         return [run for run in self.calm_beside_newton() if run.newton > CALM_SHARE]
 
-    def borders(self, gain: float = 0.5 * MOST_GAIN) -> list[tuple[Run, Run]]:
-        """Return pairs of neighbours in time step: the first completes, the second does not.
-
-        Parameters
-        ----------
-        gain : float, optional
-            Complete runs must be further from gaining energy than this to be a border: one that
-            is at the watch's limit is decided by rounding.
-        """
-        found = []
-        for run in self.runs:
-            k = STEPS.index(run.place.dt) if run.place.dt in STEPS else len(STEPS)
-            if k + 1 < len(STEPS):
-                after = self.at.get(run.place._replace(dt=STEPS[k + 1]))
-                if after is not None and run.whole and not after.whole and run.gain < gain:
-                    found.append((run, after))
-        return found
-
-    def stopped(self) -> dict[str, int]:
-        """Count the ends that are none, by outcome."""
-        return {
-            outcome: sum(run.outcome == outcome for run in self.runs)
-            for outcome in (GAINED, FAILED)
-        }
-
     def record(self) -> dict[str, Any]:
         """Return one JSON object."""
         return {"settings": self.settings, "runs": [run.record() for run in self.runs]}

@@ -269,15 +269,7 @@ def instants(t_end: float, dt: float) -> tuple[int, Vector]:
 
 
 def median_of(once: Callable[[], tuple[float, Any]], runs: int) -> tuple[float, int, Any]:
-    """Return the median time of a run [s], of how many runs, and the last result.
-
-    Parameters
-    ----------
-    once : callable
-        Runs and returns its time [s] and its result.
-    runs : int
-        How often, if it is fast.
-    """
+    """Return the median time of a run [s], of how many runs, and the last result."""
     begin = time.perf_counter()
     (found,) = in_turn(
         [once],

@@ -68,12 +68,7 @@ def tables(result: WorkPrecision) -> list[Table]:
 def fastest_runs(result: WorkPrecision, model: str = "") -> Table:
     """Set our fastest run at each error, and how long each peer takes.
 
-    Parameters
-    ----------
-    result : WorkPrecision
-        The study.
-    model : str, optional
-        Key of its references; the first by default, which has Exudyn's discretisation.
+    Of the first model by default, which has Exudyn's discretisation.
     """
     model = model or next(iter(result.references))
     names = result.programs(model)

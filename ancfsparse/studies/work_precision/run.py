@@ -47,20 +47,11 @@ class WorkPrecision(Contest):
     def ratio(
         self, model: str, program: str, error: float, implicit: bool = False, alike: bool = False
     ) -> float:
-        """Return how many times faster our best is than a peer's best at an error.
+        """Return how many times faster our best is than a peer's best at an error [m].
 
         0 where only the peer reaches the error, infinite where only we do, NaN where neither does.
-
-        Parameters
-        ----------
-        model, program : str
-            The element and the peer.
-        error : float
-            Largest tip error that is good enough [m].
-        implicit : bool, optional
-            Count only those runs of the peer that solve equations.
-        alike : bool, optional
-            Count only those of ours too.
+        With `implicit` only those runs of the peer count that solve equations, with `alike` those
+        of ours too.
         """
         theirs = [p for p in self.of(model, program) if p.task.solver or not implicit]
         ours = [p for p in self.of(model, OURS) if p.task.solver or not alike]
