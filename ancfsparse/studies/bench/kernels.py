@@ -10,6 +10,7 @@ from ancfsparse.dispatch import available_instruction_sets, instruction_set
 from ancfsparse.kernels.benchmark import Timing, kernel_table, speed_ratios
 from ancfsparse.kernels.catalog import REFERENCES, module_names
 from ancfsparse.studies.common.progress import bar as progress_bar
+from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.common.target import Target
 
 CLOSED, GAUSS = "thick_axis_consistent", "thick_axis_consistent_gauss"
@@ -49,23 +50,20 @@ class KernelBench:
         """Set the table for a terminal: a line per kernel, a column per instruction set."""
         sets = list(dict.fromkeys(each.instruction_set for each in self.timings))
         ns = {(t.name, t.kernel, t.instruction_set): t.ns_per_element for t in self.timings}
-        lines = [
-            "Nanoseconds per element, gather and scatter included",
-            f"{'':<42}{'operations':>11}" + "".join(f"{each:>11}" for each in sets),
+        rows = [
+            [f"{t.name} {t.kernel}", f"{t.operations}"]
+            + [f"{ns[t.name, t.kernel, each]:.1f}" for each in sets]
+            for t in self.timings
+            if t.instruction_set == sets[0]
         ]
-        for timing in self.timings:
-            if timing.instruction_set == sets[0]:
-                key = timing.name, timing.kernel
-                lines.append(
-                    f"{' '.join(key):<42}{timing.operations:>11}"
-                    + "".join(f"{ns[*key, each]:>11.1f}" for each in sets)
-                )
+        title = "Nanoseconds per element, gather and scatter included"
+        lines = [str(Table(["", "operations", *sets], rows, title=title)), ""]
         if not self.lanes:
             lines += [
-                "",
                 "One lane against full vectors needs a checkout and a compiler: left out.",
+                "",
             ]
-        return "\n".join([*lines, "", *map(str, self.targets)])
+        return "\n".join([*lines, *map(str, self.targets)])
 
 
 def bench_kernels(progress: bool = False) -> KernelBench:

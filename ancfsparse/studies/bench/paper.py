@@ -14,6 +14,7 @@ from ancfsparse.problems import Problem, pendulum
 from ancfsparse.studies.common import paper
 from ancfsparse.studies.common.progress import bar as progress_bar
 from ancfsparse.studies.common.race import in_turn
+from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.common.target import Target
 from ancfsparse.studies.peers.exudyn import Setting, load
 from ancfsparse.studies.peers.exudyn_pendulum import SETTINGS, run_exudyn
@@ -105,28 +106,34 @@ class PaperBench:
     def __str__(self) -> str:
         """Set the tables for a terminal."""
         fastest = _fastest_peer(self.contestants).median
-        lines = [
+        times = [
+            [
+                each.name,
+                f"{1e3 * each.median:.1f}",
+                f"{each.iterations_per_step:.2f}",
+                f"{fastest / each.median:.2f}",
+            ]
+            for each in self.contestants
+        ]
+        title = (
             f"Planar pendulum, {paper.ELEMENTS} elements, dt = {paper.DT:g} s, "
             f"{self.settings['t_end_s']:g} s, {self.settings['instruction_set']}, "
-            f"medians of {self.settings['repeats']} interleaved runs",
-            f"  {'':<32}{'milliseconds':>14}{'iter./step':>12}{'Exudyn / it':>13}",
+            f"medians of {self.settings['repeats']} interleaved runs"
+        )
+        against = [
+            [row, *(f"{self.speed_ups[row, c]:.0f}" for c in paper.QUASI_NEWTON)]
+            for row in paper.SECONDS
         ]
-        for each in self.contestants:
-            lines.append(
-                f"  {each.name:<32}{1e3 * each.median:>14.1f}{each.iterations_per_step:>12.2f}"
-                f"{fastest / each.median:>13.2f}"
-            )
-        lines += [
-            f"  Thin biot and Exudyn, the same discretisation, differ by {self.tip_difference:.1e} "
-            "m at the tip.",
-            "",
-            "Times faster than the paper's table 1",
-            "  " + " " * 10 + "".join(f"{column:>10}" for column in paper.QUASI_NEWTON),
+        parts = [
+            Table(["", "milliseconds", "iter./step", "Exudyn / it"], times, title=title),
+            "Thin biot and Exudyn, the same discretisation, differ by "
+            f"{self.tip_difference:.1e} m at the tip.",
+            Table(
+                ["", *paper.QUASI_NEWTON], against, title="Times faster than the paper's table 1"
+            ),
+            "\n".join(map(str, self.targets)),
         ]
-        for row in paper.SECONDS:
-            values = "".join(f"{self.speed_ups[row, c]:>10.0f}" for c in paper.QUASI_NEWTON)
-            lines.append(f"  {row:<10}{values}")
-        return "\n".join([*lines, "", *map(str, self.targets)])
+        return "\n\n".join(map(str, parts))
 
 
 def bench_paper(t_end: float = paper.T_END, repeats: int = 9, progress: bool = False) -> PaperBench:
