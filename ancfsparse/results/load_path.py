@@ -37,8 +37,10 @@ class LoadPath:
         Independent directions in which each equilibrium is unstable.
     turns : ndarray of int
         Numbers of the points where the load turns, the limit points.
+    forks : ndarray of int
+        Number of the point where another branch was followed, if one was.
     complete : bool
-        Whether the path got to the multiple that was asked for.
+        Whether the path got to the multiple that was asked for, and not to ten times the opposite.
     stats : RunStats
         What it cost.
     t : float
@@ -51,6 +53,7 @@ class LoadPath:
     lam: Array
     negative_pivots: NDArray[np.intp]
     turns: NDArray[np.intp]
+    forks: NDArray[np.intp]
     complete: bool
     stats: RunStats
     t: float = 0.0
@@ -61,6 +64,7 @@ class LoadPath:
         return (
             f"LoadPath: {len(self)} points to {self.factors[-1]:.6g} times the loads"
             + f", turns at {limits}" * bool(limits)
+            + "".join(f", leaves its branch at {each:.6g}" for each in self.factors[self.forks])
             + ", not complete" * (not self.complete)
         )
 

@@ -21,6 +21,12 @@ TURN, FIRST = 0.12, 0.02
 SHORTER, LONGER, SHORTEST = 0.5, 1.5, 1e-7
 # Steps that place a point where the load turns, and the relative accuracy of its load.
 MOST_SEARCHES, TURNED = 12, 1e-8
+# Share of the last load, against it, at which a path ends that leads away from it.
+REVERSED = 10.0
+# Halvings that place a point where the path branches, and solutions for the shape that gives way.
+HALVINGS, SOLUTIONS = 14, 4
+# Largest turn of a slope of the first point beside it [rad], and the smallest share of that.
+BESIDE, LEAST_BESIDE = 0.05, 1.0 / 64.0
 
 
 class Point(NamedTuple):
@@ -58,16 +64,19 @@ class Points:
         In order.
     turns : list of int
         Those where the load turns.
+    forks : list of int
+        Those from which another branch was followed.
     arrived : bool
         Whether the last one is under the whole load.
     """
 
     all: list[Point] = field(default_factory=list)
     turns: list[int] = field(default_factory=list)
+    forks: list[int] = field(default_factory=list)
     arrived: bool = False
 
 
-def follow(balance: Balance, to: float, most: int, tolerance: float) -> Points:
+def follow(balance: Balance, to: float, most: int, tolerance: float, side: int = 0) -> Points:
     """Follow the path of equilibria from the reference shape until the load reaches a share.
 
     Parameters
@@ -80,6 +89,8 @@ def follow(balance: Balance, to: float, most: int, tolerance: float) -> Points:
         Most points.
     tolerance : float
         Unbalanced share of the loads.
+    side : int, optional
+        1 or -1: leave the path where it first branches, to that side; 0: go straight on.
 
     Raises
     ------
@@ -105,12 +116,19 @@ def follow(balance: Balance, to: float, most: int, tolerance: float) -> Points:
             if turn is not None:
                 path.turns.append(len(path.all))
                 path.all.append(turn)
+        elif side and not path.forks and new.negative > last.negative:
+            fork = _fork(balance, last, new, step, to, tolerance)
+            path.forks.append(len(path.all))
+            path.all.append(fork)
+            new, step = _beside(balance, fork, side, to, tolerance)
         if new.load >= to:
             end = _at(balance, path.all[-1], new, to, tolerance)
             path.all.append(end)
             path.arrived = True
             break
         path.all.append(new)
+        if new.load <= -REVERSED * to:
+            break
         step *= min(LONGER, max(SHORTER, (WANTED / corrections) ** 0.5))
     return path
 
@@ -188,6 +206,49 @@ def _turning(
         else:
             high, at_high = at, rate
     return best
+
+
+def _fork(
+    balance: Balance, last: Point, new: Point, step: float, to: float, tolerance: float
+) -> Point:
+    """Find the point between two where the path loses its stability: the last one before."""
+    low, high, best = 0.0, step, last
+    for _ in range(HALVINGS):
+        at = 0.5 * (low + high)
+        point = _next(balance, last, at, to, tolerance)[0]
+        if point.negative > last.negative:
+            high = at
+        else:
+            low, best = at, point
+    return best
+
+
+def _beside(
+    balance: Balance, fork: Point, side: int, to: float, tolerance: float
+) -> tuple[Point, float]:
+    """Find an equilibrium on the other branch, in the direction that gives way, and its distance.
+
+    Its distance from the fork along that direction is held, and the load is sought.
+    """
+    state, load = fork.state, fork.load
+    balance.factor(state, balance.stiffness(state, load), load)
+    x = np.random.default_rng(3).standard_normal(len(balance.mass)) / np.sqrt(balance.mass)
+    none, dlam = np.zeros_like(state.phi), np.zeros_like(state.lam)
+    for _ in range(SOLUTIONS):
+        x, dlam = balance.correction(State(state.q, state.lam, -balance.mass * x, none))
+        size = balance.distance(x)
+        x, dlam = x / size, dlam / size
+    first = np.argmax(np.abs(x) * np.sqrt(balance.mass))
+    sign = side * np.sign(x[first])
+    away = Point(state, load, sign * x, sign * dlam, 0.0, fork.negative)
+    step = whole = BESIDE / _turn(balance, x)
+    while True:
+        try:
+            return _next(balance, away, step, to, tolerance)[0], step
+        except NotFoundError:
+            step *= SHORTER
+            if step < LEAST_BESIDE * whole:
+                raise
 
 
 def _at(balance: Balance, last: Point, new: Point, to: float, tolerance: float) -> Point:

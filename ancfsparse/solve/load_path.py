@@ -16,6 +16,7 @@ from ancfsparse.solve.memory import check_factor, estimate, memory_for
 from ancfsparse.solve.rigid_body_modes import check_held
 from ancfsparse.solve.statics import COARSEST, FINEST, MATRICES
 from ancfsparse.system import System
+from ancfsparse.words import shown
 
 if TYPE_CHECKING:
     from ancfsparse.results.load_path import LoadPath
@@ -25,7 +26,13 @@ LEAST = 1e-6
 
 
 def load_path(
-    scene: Scene, *, to: float = 1.0, t: float = 0.0, points: int = 500, tolerance: float = 1e-9
+    scene: Scene,
+    *,
+    to: float = 1.0,
+    t: float = 0.0,
+    points: int = 500,
+    tolerance: float = 1e-9,
+    branch: int = 0,
 ) -> LoadPath:
     """Follow the equilibria of a scene from its stress-free shape past limit points.
 
@@ -45,12 +52,16 @@ def load_path(
         Most points.
     tolerance : float, optional
         As in `solve_static` [-].
+    branch : int, optional
+        1 or -1: where the path first loses its stability without a turn of the load, as where a
+        column buckles, leave it along the shape that gives way, to the side where the largest
+        motion of that shape is positive or negative.  0 goes straight on.
 
     Returns
     -------
     LoadPath
         Multiples of the loads, states, their stability, and where the load turns.  It is not
-        `complete` if there were not enough points.
+        `complete` if there were not enough points, or it led to ten times the opposite load.
 
     Raises
     ------
@@ -64,7 +75,8 @@ def load_path(
     Notes
     -----
     Arc-length steps of the root mean square displacement, with corrections in the plane across
-    the path (Ramm 1981).  Where the path branches, it goes straight on; `stable` shows that.  The
+    the path (Ramm 1981).  Where the path branches, it goes straight on, unless a `branch` is asked
+    for; `stable` shows that.  Where several shapes give way at once, one of them is taken.  The
     theory is in docs/theory.md.
     """
     from ancfsparse.results.load_path import LoadPath
@@ -87,6 +99,8 @@ def load_path(
             f"tolerance is the share of the loads that may stay unbalanced, from {FINEST:g} to "
             f"{COARSEST:g}, got {tolerance:g}: leave it out, or take 1e-12 for more digits"
         )
+    if isinstance(branch, bool) or not isinstance(branch, int) or branch not in (-1, 0, 1):
+        raise InputError(f"branch must be 1, -1 or 0, got {shown(branch)}")
     begin = time.perf_counter()
     needed = estimate(scene, points, 0, False, Newton(), matrices=MATRICES)
     stats = RunStats(solver="Newton along the arc length")
@@ -99,7 +113,7 @@ def load_path(
             raise InputError("the scene has no loads, so there is no path to follow: add some")
         stats.seconds["set-up"] = time.perf_counter() - begin
         try:
-            found = follow(balance, to, points, tolerance)
+            found = follow(balance, to, points, tolerance, int(branch))
         except NotFoundError as lost:
             r = balance.state(lost.state.q, lost.state.lam, lost.load).r
             worst = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
@@ -119,6 +133,7 @@ def load_path(
         np.stack([each.state.lam for each in found.all]),
         np.array([each.negative for each in found.all]),
         np.array(found.turns, dtype=int),
+        np.array(found.forks, dtype=int),
         found.arrived,
         stats,
         t,
