@@ -170,7 +170,7 @@ def _element(path: Path, folder: Path) -> int:
     try:
         print(from_file(path, folder))
     except Exception as failure:  # the user's file may raise anything
-        print(f"{path}: {failure or type(failure).__name__}", file=sys.stderr)
+        print(f"{path}: {type(failure).__name__}: {failure}".rstrip(": "), file=sys.stderr)
         return 2
     return 0
 

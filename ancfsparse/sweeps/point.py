@@ -81,7 +81,7 @@ def evaluate(task: Task, point: Point) -> Row:
         }
     except AncfError as error:
         reason = str(error)
-    except Exception as error:  # of a function of the caller
+    except Exception as error:  # functions of the caller may raise anything; the row names it
         reason = f"{type(error).__name__}: {error}"
     return Row(values, reason, time.perf_counter() - begin)
 
