@@ -24,7 +24,7 @@ def _invalid(what: str, needed: str, given: str) -> InputError:
 
 
 def is_masked(value: object) -> bool:
-    """Whether an array has masked entries; where nobody has loaded `numpy.ma`, there is none."""
+    """Whether an array has masked entries; none exists before `numpy.ma` is loaded."""
     return "numpy.ma" in sys.modules and bool(np.ma.is_masked(value))
 
 

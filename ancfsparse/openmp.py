@@ -1,4 +1,4 @@
-"""How threads wait for work, and where there are none.
+"""How threads wait for work, and where threads are unavailable.
 
 GCC's OpenMP lets them look for it for milliseconds before they sleep, in which neither other
 programs nor other threads run: on a machine that is busy, two threads are ten times slower than

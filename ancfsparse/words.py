@@ -24,7 +24,7 @@ def shown(value: object) -> str:
     Returns
     -------
     str
-        Its ``repr``, shortened; its type where there is none.
+        Its ``repr``, shortened; its type where that fails.
     """
     if isinstance(value, int) and abs(value) > LARGEST:
         return "an integer beyond 1.8e308"

@@ -104,6 +104,7 @@ def test_odd_words_are_found(line):
     assert ODD.search(line)
     assert not ODD.search("The message says which seed was chosen; the mean is known.")
 
+
 # Where any error of a foreign function becomes a value and not an error of ours: a row or a line
 # that names it, or another way to the same result.
 KEPT_AS_VALUE = {

@@ -1,4 +1,4 @@
-"""Errors of the library in the terms of the command: its options in the place of arguments."""
+"""Errors of the library in the terms of the command: its options instead of arguments."""
 
 from __future__ import annotations
 

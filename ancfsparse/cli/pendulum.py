@@ -202,7 +202,7 @@ def check_options(asked: PendulumRun, solver: str) -> None:
 
 
 def damping_of(name: str | None) -> str | None:
-    """Return which parameter sets the numerical damping of an integrator, None if there is none."""
+    """Return which parameter sets the numerical damping of an integrator, or None."""
     return names.BY_NAME[name].damping if name in names.BY_NAME else None
 
 

@@ -19,7 +19,7 @@ class Claim:
     Parameters
     ----------
     path : Path
-        The file; it is made if there is none.
+        The file; it is made if missing.
 
     Raises
     ------

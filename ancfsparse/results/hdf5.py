@@ -76,8 +76,8 @@ def opened(
     Raises
     ------
     InputError
-        If it cannot be read, is none that ``simulate`` wrote, or holds a later run; or if what is
-        read from it turns out not to be what a run writes.
+        If it cannot be read, is not one that ``simulate`` wrote, or holds a later run; or if its
+        contents are not those that a run writes.
     """
     import h5py
 

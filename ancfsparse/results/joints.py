@@ -69,5 +69,5 @@ def tension(system: SolvedSystem, winch: object, lam: Array) -> Array:
         )
     rows = system.rows_of(winch)
     if not rows:
-        raise InputError("the winch is none of the scene that moved: take one of its handles")
+        raise InputError("the winch is not of the scene that moved: take one of its handles")
     return lam[:, rows[0]]

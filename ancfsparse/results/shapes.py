@@ -20,7 +20,7 @@ FINEST, PIECES = 12, 2400
 
 def rows_of(q: Readable, rows: NDArray[np.intp]) -> Array:
     """Read some rows of a table of states, all columns that it has."""
-    if isinstance(q, Chosen):  # read like an array, though it is none
+    if isinstance(q, Chosen):  # read like an array, though not one
         return cast(Array, Chosen(np.asarray(q.values[rows]), q.places, q.n))
     return np.asarray(q[rows])
 

@@ -243,7 +243,7 @@ class Trajectory(Outputs):
         Raises
         ------
         InputError
-            If the joint is none of the scene, or has no axes.
+            If the joint does not belong to the scene, or has no axes.
         SingularSceneError
             If other joints hold the same coordinates, so that its force is not determined.
 

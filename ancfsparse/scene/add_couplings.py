@@ -288,7 +288,7 @@ class Couplings(Records):
         Raises
         ------
         InputError
-            If a point is none, two consecutive ones coincide, or an argument is missing.
+            If a point is invalid, two consecutive ones coincide, or an argument is missing.
         """
         from ancfsparse.scene.joints.winch import Winch, length_of
 

@@ -13,9 +13,9 @@ _name.restype, _name.argtypes = ct.c_char_p, [ct.py_object]
 
 
 def capsule_of(value: object) -> Any:
-    """Return the capsule of a `scipy.LowLevelCallable`, or a capsule itself; None if it is none.
+    """Return the capsule of a `scipy.LowLevelCallable`, or a capsule itself; else None.
 
-    Its name is the signature of the function, its context what is handed on as ``void *``.
+    Its name is the signature of the function, its context what is passed as ``void *``.
     """
     if type(value).__name__ == "LowLevelCallable" and isinstance(value, tuple):
         value = tuple.__getitem__(value, 0)
@@ -33,7 +33,7 @@ def check_signature(what: str, value: object, *known: str) -> str:
     Raises
     ------
     InputError
-        If it is none of them.
+        If it is neither of them.
     """
     name = _name(capsule_of(value))
     given = (name or b"").decode()

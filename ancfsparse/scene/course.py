@@ -97,7 +97,7 @@ class Course:
     places : Places
         Where it is.
     rates, second_rates : Places or None
-        Its derivatives; None where nobody has given them, so that differences stand for them.
+        Its derivatives; None if not given, so that differences replace them.
     """
 
     places: Places
@@ -131,7 +131,8 @@ def course_of(
     Raises
     ------
     InputError
-        If a value is none, a derivative is missing, or the motion is a signal that is not smooth.
+        If a value is invalid, a derivative is missing, or the motion is a signal that is not
+        smooth.
     """
     for name, given in (("rate", rate), ("second_rate", second_rate)):
         if given is not None and not callable(given):

@@ -25,7 +25,7 @@ POINTS = 10
 
 
 def with_eigenstrain(beam: Beam, strain: Eigenstrain, curvature: Eigencurvature) -> Beam:
-    """Return a beam that is free of stress where every element is strained and bent by so much.
+    """Return a beam that is free of stress where every element has these strains and curvatures.
 
     Parameters
     ----------

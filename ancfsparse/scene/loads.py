@@ -64,7 +64,7 @@ class Applied(ABC):
         Raises
         ------
         InputError
-            If a constant load is none; a `LoadFailure` if it is a function.
+            If a constant load is invalid; a `LoadFailure` if it is a function.
         """
         if not callable(self.value):
             return self._checked(self.what, self.value)
@@ -80,7 +80,7 @@ class Applied(ABC):
         Raises
         ------
         LoadFailure
-            If it is none.
+            If it is invalid.
         """
         try:
             return self._checked(f"{self.what}, a function of time, at t = {t:.6g} s,", now)

@@ -74,7 +74,7 @@ class Records:
         Raises
         ------
         InputError
-            If there is none of this name.
+            If no body has this name.
         """
         if not isinstance(name, str) or name not in self._bodies:
             raise InputError(f"the scene has no body {shown(name)}: {suggest(name, self._bodies)}")

@@ -112,7 +112,7 @@ class RigidBody(Body):
         Raises
         ------
         InputError
-            If the body is none.
+            If it is not a rigid body.
         """
         if self.shape is None or not self.shape.is_line:
             raise InputError(

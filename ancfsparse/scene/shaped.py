@@ -40,7 +40,7 @@ RESTS = ("curved", "straight")
 
 # Stretches [-] up to this have squares that are numbers.
 LARGEST = 1e100
-# Stretch [-] below which Green's strain gives way under compression: 1 / sqrt(3).
+# Stretch [-] below which Green's strain softens under compression: 1 / sqrt(3).
 WEAKEST = 3.0**-0.5
 
 

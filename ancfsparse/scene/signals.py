@@ -62,7 +62,7 @@ class Table(Signal):
     smooth: bool = False
 
     def __post_init__(self) -> None:
-        """Check the table and keep it where nobody can change it."""
+        """Check the table and keep a copy that cannot be changed."""
         times = check_reals("times of a table", self.times, "a list of numbers")
         values = check_reals("values of a table", self.values, "a list of numbers or of rows")
         if times.ndim != 1 or not len(times):

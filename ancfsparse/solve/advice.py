@@ -44,7 +44,7 @@ def for_accuracy(scene: Scene, integrator: Implicit) -> str:
     """Advise what to try instead of a run to an accuracy; parameters as `for_steps` takes them."""
     tries = ["a smaller accuracy", *_more_damping(integrator)]
     if any(callable(load.value) for load in scene.loads):
-        tries.append("smooth loads in the place of those that jump")
+        tries.append("smooth loads instead of those that jump")
     return _listed(tries)
 
 

@@ -23,7 +23,7 @@ SHORTER, LONGER, SHORTEST = 0.5, 1.5, 1e-7
 MOST_SEARCHES, TURNED = 12, 1e-8
 # Share of the last load, against it, at which a path ends that leads away from it.
 REVERSED = 10.0
-# Halvings that place a point where the path branches, and solutions for the shape that gives way.
+# Halvings that place a point where the path branches, and solutions for the buckling shape.
 HALVINGS, SOLUTIONS = 14, 4
 # Largest turn of a slope of the first point beside it [rad], and the smallest share of that.
 BESIDE, LEAST_BESIDE = 0.05, 1.0 / 64.0
@@ -226,7 +226,7 @@ def _fork(
 def _beside(
     balance: Balance, fork: Point, side: int, to: float, tolerance: float
 ) -> tuple[Point, float]:
-    """Find an equilibrium on the other branch, in the direction that gives way, and its distance.
+    """Find an equilibrium on the other branch, in the buckling direction, and its distance.
 
     Its distance from the fork along that direction is held, and the load is sought.
     """

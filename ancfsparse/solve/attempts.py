@@ -11,7 +11,7 @@ from ancfsparse.solve.steps import MOST_EVENTS
 
 
 class Attempts:
-    """Hands the best motion so far on to a recorder, and as long as there is none, what there is.
+    """Passes the best motion so far to a recorder, and before there is one, what there is.
 
     So a run that is interrupted, or a file of one that is killed, holds the best whole motion, or
     the begin of the first.

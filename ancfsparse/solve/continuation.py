@@ -28,7 +28,7 @@ def check_start(start: object, name: str = "start") -> State | None:
     Raises
     ------
     InputError
-        If it is none.
+        If it is invalid.
     """
     if start is None:
         return start

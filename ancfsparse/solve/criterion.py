@@ -87,7 +87,7 @@ class Criterion:
         dt : float
             Step [s].
         error : float, optional
-            Error of the coordinates that a step may leave [m], in the place of the tolerance.
+            Error of the coordinates that a step may leave [m], instead of the tolerance.
         """
         scale = self._integrator.scale * dt**2
         keeps = self._integrator.keeps_energy

@@ -21,7 +21,7 @@ Vector = NDArray[np.float64]
 # leave of equations in another run, otherwise rounding.
 LEFT, SAME = 1e-6, 1e-9
 # Share of the largest prescribed velocity by which that of the start may differ: an impact so small
-# that differences in the place of derivatives make one, too.
+# that differences instead of derivatives make one, too.
 LEAST_IMPACT = 1e-3
 SAMPLES = 65  # times at which the largest is looked for
 

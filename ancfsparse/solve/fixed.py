@@ -1,4 +1,4 @@
-"""Steps of one length: taken compiled, handed on, counted, and none lost where a run ends early."""
+"""Steps of one length: taken compiled, recorded, counted, and none lost if a run ends early."""
 
 from __future__ import annotations
 
@@ -202,7 +202,7 @@ class FixedRun(ABC):
 
     def _collect(self) -> None:
         """Hand on and count what the march has taken; doing so again changes nothing."""
-        if self._before is None or not self._buffer:  # the buffer goes once all is handed on
+        if self._before is None or not self._buffer:  # the buffer is freed once all is recorded
             return
         begin, counted = self._before
         self._stats.steps = steps = begin + self._march.steps - counted

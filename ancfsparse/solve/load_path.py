@@ -54,7 +54,7 @@ def load_path(
         As in `solve_static` [-].
     branch : int, optional
         1 or -1: where the path first loses its stability without a turn of the load, as where a
-        column buckles, leave it along the shape that gives way, to the side where the largest
+        column buckles, leave it along the buckling shape, to the side where the largest
         motion of that shape is positive or negative.  0 goes straight on.
 
     Returns
@@ -76,7 +76,7 @@ def load_path(
     -----
     Arc-length steps of the root mean square displacement, with corrections in the plane across
     the path (Ramm 1981).  Where the path branches, it goes straight on, unless a `branch` is asked
-    for; `stable` shows that.  Where several shapes give way at once, one of them is taken.  The
+    for; `stable` shows that.  Where several shapes buckle at once, one of them is taken.  The
     theory is in docs/theory.md.
     """
     from ancfsparse.results.load_path import LoadPath

@@ -140,7 +140,7 @@ class ImplicitRun(FixedRun):
         return Outcome.CONVERGED
 
     def _cross(self, way: Softening | Halving, outcome: Outcome) -> Outcome:
-        """Retry a failed step with constraints that give way, or in shorter ones."""
+        """Retry a failed step with compliant constraints, or in shorter ones."""
         stats = self._stats
         self._before, seconds = None, way.seconds
         outcome = way.cross(stats.steps + 1, outcome)

@@ -33,7 +33,7 @@ MOST_STATIC_FILL = 16.0
 
 
 def check_seed(kind: str, solver: Method | str, accuracy: float | None) -> str:
-    """Return the kind of seed; refuse what is none, or what incomplete seeds cannot do.
+    """Return the kind of seed; refuse an unknown one, or what incomplete seeds cannot do.
 
     Raises
     ------

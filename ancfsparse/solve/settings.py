@@ -50,7 +50,7 @@ def check_tolerance(tolerance: object) -> str | float:
 
 
 def check_gain(share: object) -> float:
-    """Return a share of energy, which may be infinite; refuse what is none."""
+    """Return a share of energy, which may be infinite; refuse an invalid one."""
     if isinstance(share, float) and share == math.inf:
         return math.inf
     number = check_finite("max_energy_gain", share)

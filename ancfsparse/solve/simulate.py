@@ -224,7 +224,7 @@ def simulate(
 def may_repeat(system: System) -> bool:
     """Whether some constraints may repeat others.
 
-    Joints that hold points at one place were compared as they were added.  Beams give way in every
+    Joints that hold points at one place were compared as they were added.  Beams deform in every
     coordinate, so equations of one joint alone, or of joints at different nodes, do not.
     """
     constraints = system.constraints

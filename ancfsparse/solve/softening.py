@@ -1,4 +1,4 @@
-"""Steps at places where constraints depend on one another, solved with constraints that give way.
+"""Steps at places where constraints depend on one another, solved with compliant constraints.
 
 There a linkage could go on in more than one way, as bars do that lie in one line.  Multipliers of
 the exact equations grow without bound towards such a place, and those of a step have no solution
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 Table = NDArray[np.float64]
 
-# Shares of the smallest phi_q M^-1 phi_q^T that constraints give way by, in this order.
+# Shares of the smallest phi_q M^-1 phi_q^T that are added as compliance, in this order.
 SOFTNESS = (1e-3, 1e-2, 1e-4)
 # Share of a gradient that is independent of the others, from which no place is near.
 NEAR = 0.1
@@ -44,7 +44,7 @@ VIOLATION = 1e-3
 
 
 class Softening:
-    """Cross failed steps of a march with constraints that give way.
+    """Cross failed steps of a march with compliant constraints.
 
     Damped Newton comes after that: it could find the other way on, which takes an impact.
 

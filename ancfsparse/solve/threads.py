@@ -24,7 +24,7 @@ class Threaded(Protocol):
 
 
 def check_threads(threads: object) -> int:
-    """Return the number of threads; refuse what is none.
+    """Return the number of threads; refuse an invalid one.
 
     Raises
     ------

@@ -113,7 +113,7 @@ def checked_points(points: Any) -> list[Point]:
     Raises
     ------
     InputError
-        If there is none, if names differ, or if a value cannot be kept in a file.
+        If there are no points, if names differ, or if a value cannot be kept in a file.
     """
     rows = points.to_dict("records") if hasattr(points, "to_dict") else points
     if isinstance(rows, Mapping) or not isinstance(rows, Iterable):

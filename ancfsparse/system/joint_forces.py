@@ -133,12 +133,12 @@ def joint_force(system: System, joint: Joint, states: States) -> tuple[Vector, V
     Raises
     ------
     InputError
-        If it is none of the scene.
+        If it does not belong to the scene.
     SingularSceneError
         If other joints hold the same coordinates, so that their forces cannot be separated.
     """
     if not any(joint is each for each in system.joints):
-        raise InputError("the joint is none of the scene that moved: take one of its handles")
+        raise InputError("the joint is not of the scene that moved: take one of its handles")
     lowering = Lowering(_scene_with(system, system.joints), system.kinds)
     record = Recorder(lowering)
     joint.lower(record)

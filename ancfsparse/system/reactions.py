@@ -37,7 +37,7 @@ def reaction(
     Raises
     ------
     InputError
-        If no joint to the ground holds the node, or it is none.
+        If no joint to the ground holds the node, or it is not a node.
     """
     node = system.own(check_point("a reaction", node))
     places = system.rows(check_node("a reaction", node))[0, system.kind_of(node.beam).columns("r")]

@@ -243,7 +243,7 @@ class System(Coordinates):
         Raises
         ------
         InputError
-            If no joint to the ground holds the node, or it is none.
+            If no joint to the ground holds the node, or it is not a node.
         """
         from ancfsparse.system.reactions import reaction
 
