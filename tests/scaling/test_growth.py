@@ -9,7 +9,9 @@ from ancfsparse.problems.meshes import STIFF
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.memory import NOTHING
 from ancfsparse.solve.seed import make_seed
-from ancfsparse.studies.scaling.worker import Job, Worker, counts
+from ancfsparse.studies.common.worker import Worker
+from ancfsparse.studies.scaling.run import PROGRAM
+from ancfsparse.studies.scaling.worker import Job, counts
 from ancfsparse.system import System
 
 CHAINS = (100, 1000, 10_000)
@@ -154,7 +156,7 @@ def test_work_on_cubes_does_not_grow_with_the_size(cube, stiff, motion, dt):
 
 def test_peak_memory_of_1e5_elements():
     def peak(size):
-        with Worker() as worker:
+        with Worker(PROGRAM) as worker:
             record = worker.run(Job("chain", size, "rest", "auto", 2, 5e-4))
         return (record["peak_bytes"] - record["base_bytes"]) / size
 

@@ -147,6 +147,7 @@ def test_what_fails_and_does_not_fit_exactly_fails(monkeypatch):
     assert kinds == ["DeflatedSeed", "SparseSeed"]
     vectors = memory.estimate(hung(4), 1, 0, False, ancf.Newton()).vectors
     monkeypatch.setattr(memory, "available", lambda: vectors + 1e4)
+    monkeypatch.setattr(memory, "LITTLE", 0.0)
     monkeypatch.setattr(statics, "memory_for", lambda _: contextlib.nullcontext())
     monkeypatch.setattr(DeflatedSeed, "nbytes", 0.0)
     with pytest.raises(ancf.EquilibriumFailure, match="a reason"):
