@@ -16,6 +16,7 @@ from ancfsparse.cli import files
 from ancfsparse.cli.elements import element as element_command
 from ancfsparse.cli.options import RunError, in_options
 from ancfsparse.cli.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendulum
+from ancfsparse.cli.plan import plan
 from ancfsparse.errors import AccuracyFailure, InputError, StepFailure
 from ancfsparse.studies.bench.kernels import KernelBench
 from ancfsparse.studies.bench.kernels import bench_kernels as run_bench_kernels
@@ -39,7 +40,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(study, name="study")
-for command in (files.info, files.plot, files.animate, files.convert, element_command):
+for command in (files.info, files.plot, files.animate, files.convert, element_command, plan):
     app.command()(command)
 
 

@@ -58,14 +58,17 @@ def climb(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> tuple
     found = search(pilots, model_of(pilots.scene, first), finer, fixed_steps)
     effects = effects_of(pilots, found.judge, response=True)
     rung = needed(richer, first, effects, found.asked)
-    why = [f"{name} is not possible: {reason}" for name, reason in refused.items()]
-    why += _sentences(first, rung, effects, found.asked, pilots)
+    why = _sentences(first, rung, effects, found.asked, pilots)
+    why += [f"{name} is not possible: {reason}" for name, reason in refused.items()]
     if rung != first:
         found = search(pilots, model_of(pilots.scene, rung), finer, fixed_steps)
     elif first == CABLE and STRING in rungs:
         string = _string(pilots, found, finer, fixed_steps)
         if string is not None and _work(string) < _work(found):
-            return string, [*why, "bending adds less than the error: strings do"]
+            return string, ["bending adds less than the error, so strings do", *why[1:]]
+        if string is not None:
+            share = _work(string) / _work(found)
+            why.append(f"strings would do too, but take {share:.2g} times the work: more elements")
     return found.with_effects([left_out(each, rung) for each in effects]), why
 
 

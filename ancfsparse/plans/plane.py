@@ -197,10 +197,15 @@ def plane_of(points: Vector, vectors: Vector, down: Vector) -> Plane:
     rows = np.concatenate([apart / size, units]) if size else units
     if not len(rows):
         raise LeavesPlaneError
-    axes = np.linalg.svd(rows, full_matrices=True)[2]
+    # Zeros make three rows of fewer: all of V is needed, and nothing of the size of the scene.
+    rows = np.concatenate([rows, np.zeros((3, 3))])
+    axes = np.linalg.svd(rows, full_matrices=False)[2]
     normal = _unit(axes[2])
     up = -down if down.any() else axes[0] - (axes[0] @ normal) * normal
-    e_x = _unit(np.cross(up, normal))
+    side = np.cross(up, normal)
+    if np.linalg.norm(side) <= ROUNDING * np.linalg.norm(up):
+        raise LeavesPlaneError
+    e_x = _unit(side)
     plane = Plane(points[0], np.stack([e_x, _unit(np.cross(normal, e_x))]), normal, size)
     plane.put(points)
     plane.into(units)

@@ -312,14 +312,15 @@ def described(
     model: Model, steps: int, t_end: float | None, integrator: Implicit | Explicit
 ) -> str:
     """Write elements, mesh, step and integrator in one line."""
-    parts = []
+    alike: dict[str, list[str]] = {}
     for name in dict.fromkeys([*model.rungs, *model.counts]):
-        words = [name]
-        if name in model.counts:
-            words.append(f"{model.counts[name]} elements")
-        if name in model.rungs:
-            words.append(str(model.rungs[name]))
-        parts.append(" ".join(words))
+        words = [f"{model.counts[name]} elements"] if name in model.counts else []
+        words += [str(model.rungs[name])] if name in model.rungs else []
+        alike.setdefault(" ".join(words), []).append(name)
+    parts = [
+        f"{names[0]} {words}" if len(names) == 1 else f"{len(names)} beams of {words}"
+        for words, names in alike.items()
+    ]
     if t_end is None:
         return ", ".join([*parts, "statics"])
     return ", ".join([*parts, f"dt = {t_end / steps:.3g} s ({steps} steps)", repr(integrator)])

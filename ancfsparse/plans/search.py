@@ -17,7 +17,7 @@ from ancfsparse.plans.time_error import TimeError, no_time_error, time_error
 from ancfsparse.scene import Scene
 
 # Share of the error asked for that predictions may add up to: what they miss is about as large.
-SURE, UNSURE = 0.7, 0.5
+SURE, UNSURE = 0.85, 0.5
 # Shares of it that the mesh may have, of which the cheapest is taken.
 SHARES = np.linspace(0.05, 0.95, 37)
 # Errors are continued to so many times the elements or steps of the finest pilots, no further.

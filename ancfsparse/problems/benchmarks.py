@@ -31,7 +31,7 @@ class Problem(NamedTuple):
 
 def pendulum(
     element: str = "thin",
-    n_elements: int = 10,
+    n_elements: int | str = 10,
     dim: int | None = None,
     nu: float = 0.3,
     youngs_modulus: float = 1e8,
@@ -46,8 +46,8 @@ def pendulum(
     Parameters
     ----------
     element : str, optional
-        ``"string"``, ``"l2t2"``, ``"thin"`` or ``"thick"``.
-    n_elements : int, optional
+        ``"string"``, ``"l2t2"``, ``"thin"`` or ``"thick"``; or ``"auto"``, for a plan.
+    n_elements : int or "auto", optional
         Number of elements.
     dim : int, optional
         2 or 3; by default 3 for ``"thick"`` and 2 for the others.
@@ -173,7 +173,7 @@ def roll_up(
 
 def _rod(
     element: str,
-    n_elements: int,
+    n_elements: int | str,
     dim: int | None,
     length: float,
     section: AnySection,

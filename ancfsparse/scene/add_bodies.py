@@ -67,7 +67,7 @@ class Bodies(Records):
             Its two ends [m], apart from each other; left out if there is a `curve`.
         n_elements : int or "auto"
             Number of elements, at least 1; ``"auto"``: `ancf.plan` chooses it.  Until then handles
-            by arc length, such as ``rod.end`` and ``rod.at(s)``, are nodes at the 3600th parts of
+            by arc length, such as ``rod.end`` and ``rod.at(s)``, are nodes at the 600th parts of
             the length.
         section : Rectangle, Circle, Tube, IBeam, Polygon, Taper or Section
             Its cross-section.  A spatial cable bends alike in all directions and needs

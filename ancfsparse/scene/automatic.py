@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from ancfsparse.scene.bodies import Body, Node
 
 AUTO = "auto"
-# Places of nodes on an undecided mesh: halves to tenths, percent, and their multiples are among.
-PLACES = 3600
+# Places of nodes on an undecided mesh: halves to sixths, eighths, tenths and half percent.
+PLACES = 600
 
 
 def undecided(

@@ -211,3 +211,14 @@ def test_a_line_along_gravity_has_a_plane():
     found = planar(scene)
     rest = found.position(ancf.simulate(found.scene, 0.01, dt=1e-3), cord.end)
     np.testing.assert_allclose(rest[0], (0, 0, -1), atol=1e-15)
+
+
+def test_gravity_across_the_plane_of_a_net_leaves_it():
+    """Ten thousand points in a plane, for which no square matrix of as many rows is needed."""
+    scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
+    for x in range(3):
+        ends = (x, 0.0, 0.0), (x, 1.0, 0.0)
+        scene.add_beam("thin", *ends, 4000, SECTION, SOFT)
+    assert planar(scene) is None
+    resting = scene.replaced(gravity=(0.0, -9.81, 0.0))
+    assert planar(resting) is not None

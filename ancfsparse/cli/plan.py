@@ -1,0 +1,30 @@
+"""The command ``ancfsparse plan``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from ancfsparse.cli.options import in_options
+
+
+def plan(
+    scene: Annotated[str, typer.Argument(help="pendulum, twisted, line or net.")] = "pendulum",
+    error: Annotated[
+        str | None,
+        typer.Option(help="Largest error: a number [m] or a share such as '1 %'."),
+    ] = None,
+    run: Annotated[bool, typer.Option(help="Run it, and one rung up.")] = True,
+    beside: Annotated[
+        bool, typer.Option(help="Compare the pendulum with the paper's own way, refined.")
+    ] = False,
+) -> None:
+    """Choose element, mesh and step of a scene for an error of one of its points."""
+    from ancfsparse.cli.planned import ELEMENTS, ERROR, contest, plan_scene
+
+    with in_options():
+        typer.echo(str(plan_scene(scene, error, run)))
+        if beside:
+            for element in ELEMENTS:
+                typer.echo(str(contest(element, ERROR)))

@@ -1,0 +1,101 @@
+"""Scenes whose element and mesh are open, to be chosen by a plan for a point of each."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ancfsparse.problems.benchmarks import pendulum
+from ancfsparse.scene import Beam, Circle, Material, Node, Rectangle, Scene
+
+# Lines of the net in each direction, and the distance between them [m].
+LINES, APART = 5, 0.2
+
+
+class Undecided(NamedTuple):
+    """A scene, and what may be asked for.
+
+    Attributes
+    ----------
+    scene : Scene
+        Its beams have ``element="auto"`` and ``n_elements="auto"``.
+    point : Node
+        The point whose position is asked for.
+    t_end : float or None
+        Time at the end [s]; None: the equilibrium is asked for.
+    error : str
+        What is asked for by default, as `ancfsparse.plan` takes it, or a number [m].
+    """
+
+    scene: Scene
+    point: Node
+    t_end: float | None
+    error: str
+
+
+def open_pendulum() -> Undecided:
+    """Set up the paper's pendulum for two seconds; its tip is asked for to a millimetre."""
+    scene, rod = pendulum("auto", "auto")
+    return Undecided(scene, rod.end, 2.0, "1e-3")
+
+
+def open_twisted() -> Undecided:
+    """Set up a short beam of rubber that is bent and twisted at its end.
+
+    A clamped beam of 0.3 m with a section of 6 by 3 cm, 1e7 Pa and 1000 kg/m3, under a force of
+    (0, -2, 1) N and a moment of 0.2 N m about its axis.
+    """
+    scene = Scene((0.0, 0.0, 0.0))
+    rubber = Material(1e7, 1000.0, 0.3)
+    rod = scene.add_beam("auto", (0, 0, 0), (0.3, 0, 0), "auto", Rectangle(0.06, 0.03), rubber)
+    scene.clamp(rod.start)
+    scene.point_force(rod.end, (0.0, -2.0, 1.0))
+    scene.point_moment(rod.end, (0.2, 0.0, 0.0))
+    return Undecided(scene, rod.end, 0.1, "1 %")
+
+
+def open_line() -> Undecided:
+    """Set up a line of 1.2 m that sags between two pins 1 m apart; its rest is asked for."""
+    scene = Scene()
+    rope = Material(1e9, 1000.0)
+    line = scene.add_beam("auto", (0, 0), (1, 0), "auto", Circle(0.002), rope, length=1.2)
+    scene.pin(line.start)
+    scene.pin(line.end)
+    scene.point_force(line.at(0.4), (0.0, -0.02))
+    return Undecided(scene, line.at(0.4), None, "1e-3")
+
+
+def open_net() -> Undecided:
+    """Set up a square net of taut lines that falls into its weight; its middle is asked for.
+
+    Five lines of 1 m each way, 2 mm thick, 1e9 Pa and 1000 kg/m3, under 20 N, tied where they
+    cross and pinned at their ends, with 9.81 m/s2 across.
+    """
+    scene = Scene((0.0, 0.0, -9.81))
+    rope, section = Material(1e9, 1000.0), Circle(0.002)
+    places = APART * (np.arange(LINES) + 0.5)
+    length = LINES * APART
+    along: list[Beam] = []
+    across: list[Beam] = []
+    for x in places.tolist():
+        ends = ((0.0, x, 0.0), (length, x, 0.0)), ((x, 0.0, 0.0), (x, length, 0.0))
+        for lines, (start, end) in zip((along, across), ends, strict=True):
+            lines.append(scene.add_beam("auto", start, end, "auto", section, rope, tension=20.0))
+            scene.pin(lines[-1].start)
+            scene.pin(lines[-1].end)
+    shares = (places / length).tolist()
+    for one, y in zip(along, shares, strict=True):
+        for other, x in zip(across, shares, strict=True):
+            scene.connect(one.at(x * one.length), other.at(y * other.length))
+    middle = along[LINES // 2]
+    return Undecided(scene, middle.at(0.5 * middle.length), 0.2, "10 %")
+
+
+UNDECIDED = {
+    "pendulum": open_pendulum,
+    "twisted": open_twisted,
+    "line": open_line,
+    "net": open_net,
+}
+"""Scenes by the names of the command `ancfsparse plan`."""
