@@ -59,7 +59,7 @@ class ReversedBeam:
     def power(self, q, v, t):
         return 2.0 * self._tip(v)[:, 0]
 
-    def dissipation(self, q, v):
+    def dissipation(self, q, v, lam):
         return self.drag * (self._tip(v) ** 2).sum(axis=1)
 
     def reaction(self, node, q, v, a, lam, t):
