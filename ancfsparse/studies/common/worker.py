@@ -16,6 +16,24 @@ from types import TracebackType
 from typing import Any, Self
 
 
+class Answered:
+    """A job with what a process has answered, for the rows of studies."""
+
+    job: Any
+    record: dict[str, Any]
+
+    @property
+    def note(self) -> str:
+        """Why there is no result, or nothing."""
+        return str(self.record.get("note", ""))
+
+    @property
+    def bytes_per_element(self) -> float:
+        """Peak memory above that of an idle process [bytes]."""
+        taken = float(self.record["peak_bytes"] - self.record["base_bytes"])
+        return taken / int(self.job.elements)
+
+
 class Worker:
     """A process that runs jobs one by one, as a context manager.
 

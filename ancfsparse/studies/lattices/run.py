@@ -14,7 +14,7 @@ from ancfsparse.solve import simulate, solve_static
 from ancfsparse.solve.seed import groups_of
 from ancfsparse.studies.common.process import peak_memory
 from ancfsparse.studies.common.progress import bar as progress_bar
-from ancfsparse.studies.common.worker import Worker, serve
+from ancfsparse.studies.common.worker import Answered, Worker, serve
 from ancfsparse.studies.lattices.jobs import Job, jobs_of
 from ancfsparse.system import System
 
@@ -27,7 +27,7 @@ MOST_FILL = 1e4
 
 
 @dataclass
-class Row:
+class Row(Answered):
     """What a job gave.
 
     Attributes
@@ -42,19 +42,9 @@ class Row:
     record: dict[str, Any] = field(default_factory=dict)
 
     @property
-    def note(self) -> str:
-        """Why there is no result, or nothing."""
-        return str(self.record.get("note", ""))
-
-    @property
     def microseconds(self) -> float:
         """Time of a step for each element [microseconds]."""
         return 1e6 * float(self.record["seconds"]) / (self.job.steps * self.job.elements)
-
-    @property
-    def bytes_per_element(self) -> float:
-        """Peak memory above that of an idle process [bytes]."""
-        return float(self.record["peak_bytes"] - self.record["base_bytes"]) / self.job.elements
 
     def flat(self) -> dict[str, Any]:
         """Return one line of the table."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ancfsparse.studies.common.worker import Answered
 from ancfsparse.studies.peers.exudyn_scene import SETTINGS as PEERS
 from ancfsparse.studies.scaling.roofline import Roofline
 from ancfsparse.studies.scaling.worker import SOLVERS, Job
@@ -27,7 +28,7 @@ FIT_FROM = 500
 
 
 @dataclass
-class Row:
+class Row(Answered):
     """One solver on one scene.
 
     Attributes
@@ -45,11 +46,6 @@ class Row:
     record: dict[str, Any] = field(default_factory=dict)
 
     @property
-    def note(self) -> str:
-        """Why there is no result, or nothing."""
-        return str(self.record.get("note", ""))
-
-    @property
     def fastest(self) -> float:
         """March of the fastest round [s]."""
         return min(self.seconds)
@@ -63,12 +59,6 @@ class Row:
     def scene(self) -> tuple[str, str]:
         """Case and motion."""
         return self.job.case, self.job.motion
-
-    @property
-    def bytes_per_element(self) -> float:
-        """Peak memory above that of an idle process [bytes]."""
-        taken: int = self.record["peak_bytes"] - self.record["base_bytes"]
-        return taken / self.job.elements
 
     def flat(self) -> dict[str, Any]:
         """Return one line of the table; None where there is no result."""
