@@ -67,7 +67,7 @@ class Point:
         ``e = ((x^2 + y^2) / L^2 - 1) / 2``.
     """
 
-    damped = False
+    damped = reacts = False
 
     def __init__(self, q, v, mass=1.0, gravity=9.81, radius=None, stiffness=0.0, length=1.0):
         self.mass, self.radius, self.stiffness, self.length = mass, radius, stiffness, length
