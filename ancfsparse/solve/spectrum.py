@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +24,8 @@ LEAST_SHIFT = 1e-12
 # eigenvalues are well separated, and none is so close that the others are lost in rounding.
 SHARE, NEAREST, FARTHEST = 1e-2, 3.0, 1e5
 MOST_SHIFTS = 12
+# Restarts of Lanczos' method, which takes a few where eigenvalues are above rounding.
+MOST_RESTARTS = 30
 # Eigenvalues beyond the wanted ones, among which a gap is looked for; and vectors over all
 # coordinates for each of all these, of Lanczos' method and of what refines its modes.
 BEYOND, VECTORS = 4, 5
@@ -169,7 +173,7 @@ def _factor_below(pencil: Pencil, shift: float) -> float:
 
 def _near(pencil: Pencil, k: int, known: Vector | None = None, tolerance: float = 0.0) -> Found:
     """Find the k eigenvalues next to the shift, ascending, apart from known modes (n_free, j)."""
-    from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+    from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigsh
 
     n, mass = len(pencil.diagonal), pencil.mass
     known = np.zeros((n, 0)) if known is None else known
@@ -189,7 +193,15 @@ def _near(pencil: Pencil, k: int, known: Vector | None = None, tolerance: float 
             OPinv=LinearOperator((n, n), matvec=solve, dtype=float),
             v0=solve(force),  # satisfies the constraints; the same in every call
             tol=tolerance,
+            maxiter=MOST_RESTARTS,
         )
+    except ArpackNoConvergence as error:
+        lost = math.sqrt(ROUNDING * EPSILON * pencil.size) / (2.0 * math.pi)
+        raise ModesFailure(
+            f"Lanczos' method does not converge: the lowest frequencies are lost in the rounding "
+            f"of the stiffness, which hides those below about {lost:.3g} Hz; take longer elements, "
+            "or the equilibrium under the loads, whose stress stiffens slender parts"
+        ) from error
     except ArpackError as error:
         raise ModesFailure(str(error)) from error
     order = np.argsort(values)

@@ -12,7 +12,7 @@ from scipy.linalg import eig, eigh, null_space
 
 import ancfsparse as ancf
 from ancfsparse.errors import ApproximateModes, InputError, RedundantConstraints
-from ancfsparse.problems import net
+from ancfsparse.problems import chain, net
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
 
@@ -296,3 +296,12 @@ def test_a_picture_of_a_mode():
 
 def _place(found, node):
     return found.system.point(node)[0][:, 0]
+
+
+@pytest.mark.slow
+def test_modes_that_are_lost_in_rounding_end_with_a_sentence(monkeypatch):
+    """A long chain without tension took up to ten restarts for each of its coordinates."""
+    monkeypatch.setattr("ancfsparse.solve.spectrum.MOST_RESTARTS", 2)
+    scene, _ = chain(30_000)
+    with pytest.raises(ancf.ModesFailure, match=r"lost in the rounding .* below about .* Hz; take"):
+        ancf.modes(scene, 10)
