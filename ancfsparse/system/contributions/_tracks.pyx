@@ -157,8 +157,8 @@ cdef void normals_of(const Data *self, Spot *x) noexcept nogil:
 cdef void find(const Data *self, const double *q, Spot *x) noexcept nogil:
     """Find the nearest point of the axis, from that of the last accepted step on."""
     cdef double s = self.s[0], change, reach, whole = self.arcs[self.n_elements]
-    cdef int k
-    for k in range(MOST):
+    cdef ptrdiff_t k
+    for k in range(MOST + 4 * self.n_elements):  # half an element at a time
         look(self, q, s, x)
         change = dot(x.slope, x.apart, 3)
         change /= max(x.square - dot(x.bend, x.apart, 3), 0.1 * x.square)
