@@ -13,9 +13,9 @@ from ancfsparse.plans.climb import climb
 from ancfsparse.plans.models import Model, built, spread, undecided
 from ancfsparse.plans.pilots import FEWEST, Pilots
 from ancfsparse.plans.planar import planar
-from ancfsparse.plans.quantities import Quantity, checked
+from ancfsparse.plans.quantities import Frequency, Quantity, checked
 from ancfsparse.plans.record import SAVED, Alternative, Plan, Prediction, described
-from ancfsparse.plans.rungs import open_beams
+from ancfsparse.plans.rungs import effects_of, open_beams
 from ancfsparse.plans.search import Found, neighbours, search
 from ancfsparse.plans.wanted import Wanted, wanted
 from ancfsparse.scene import ElasticBody, Scene, check_scene
@@ -94,7 +94,8 @@ def plan(
     if open_beams(own):
         found, why = climb(pilots, finer, steps)
     else:
-        found, why = search(pilots, Model(), finer, steps), []
+        found = search(pilots, Model(), finer, steps)
+        why = _given_elements(pilots, found) if undecided(own) else []
     if flat is not None:
         why.insert(0, "the scene moves in a plane, and is solved there")
     made = _record(own, t_end, moved, pilots, found, begin, why, named is not None)
@@ -114,6 +115,23 @@ def _span(first: Quantity, t_end: float | None, dt: float | None) -> float | Non
                 "as in ancf.plan(scene, quantity=..., error=...)"
             )
     return None
+
+
+def _given_elements(pilots: Pilots, found: Found) -> list[str]:
+    """Return what elements that were given neglect, in sentences: it comes on top of the errors."""
+    if any(isinstance(each.quantity, Frequency) for each in pilots.wanted):
+        return []
+    out = []
+    for each, effects in zip(pilots.wanted, effects_of(pilots, found.judge, True), strict=True):
+        parts = ", ".join(f"{name} {value:.1e}" for name, value in effects.items() if value)
+        if parts:
+            out.append(
+                f"element given: of the {each.quantity.name} it neglects about {parts} "
+                f"{each.quantity.unit}".rstrip()
+                + ", which come on top of the errors of mesh and "
+                "steps (stretch: by which converged elements differ)"
+            )
+    return out
 
 
 def _finer(scene: Scene) -> Scene | None:

@@ -21,7 +21,9 @@ NEARER, FAR = 2.0, 16.0
 # One of this share is small enough without having shown its order.
 NEAR = 0.3
 # Where the differences do not halve in so many halvings, the motion is too rough for an estimate.
-STALLED = 3
+# Before that, steps may still be too long for the slowest vibration: this share of what pilots may
+# cost in any case is spent first.
+STALLED, PATIENCE = 3, 0.5
 # Solutions that differ by less than this share of their size differ by the tolerance of the solver.
 SOLVER_NOISE = 1e-7
 # The undamped integrator conserves vibrations that long damped steps take away.  Motions with
@@ -96,8 +98,11 @@ def no_time_error(pilots: Pilots, model: Model) -> TimeError:
 
 
 def _stalls(pilots: Pilots, runs: Sequence[Pilot]) -> bool:
-    """Whether halving the step several times has not brought the motions nearer."""
-    if len(runs) < STALLED + 2:
+    """Whether halving the step several times has not brought the motions nearer.
+
+    Steps that are too long for the slowest vibration do not, so short ones are tried first.
+    """
+    if len(runs) < STALLED + 2 or pilots.spent < PATIENCE * FREE:
         return False
     apart = [farthest(pilots.wanted, a, b) for a, b in pairwise(runs)]
     return any(each[-1] > 0.5 * each[-1 - STALLED] for each in zip(*apart, strict=True))
