@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.checks import check_count, check_finite, check_flag, check_positive
 from ancfsparse.errors import InputError
-from ancfsparse.integrators import Explicit, GeneralizedAlpha, Implicit
+from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.nonlinear import Method
 from ancfsparse.results import Equilibrium
 from ancfsparse.scene import Node, Scene, check_scene
@@ -24,12 +24,15 @@ from ancfsparse.solve.seed import check_seed
 from ancfsparse.solve.settings import check_gain, check_solver, check_tolerance
 from ancfsparse.solve.threads import check_threads
 from ancfsparse.solve.times import Clock, as_double, count_steps_from
+from ancfsparse.system import System
 from ancfsparse.system.state import State
 from ancfsparse.words import shown
 
 # Second order, and what the step cannot follow is damped instead of growing (docs/accuracy.md,
 # docs/stability.md): as exact as the trapezoidal rule where that is, and stable where it is not.
 DEFAULT = GeneralizedAlpha(0.9)
+# Rotation of a rigid body in a step, beyond which its energy grows with it [rad].
+TURN = 0.07
 
 # States saved where an accuracy and nothing else is given.
 SAVED = 200
@@ -189,6 +192,25 @@ def check_request(
         output,
         progress,
     )
+
+
+def suited(request: Request, system: System) -> Request:
+    """Return the request with the integrator that "auto" takes for a system at its start.
+
+    Rotation of rigid bodies drives a root of generalised-alpha out of the unit circle, and energy
+    grows (docs/theory.md): then it is `EnergyMomentum`, which has no such root.
+    """
+    if request.named is not None or request.accuracy is not None:
+        return request
+    spin = 0.0
+    for body, places in zip(system.scene.bodies, system.places, strict=True):
+        if body.masses is not None:
+            vectors = [places[:, body.kind.columns(name)] for name in body.kind.vectors[1:]]
+            rates = np.linalg.norm(system.v0[np.array(vectors)], axis=-1)
+            spin = max(spin, float(np.max(rates)))
+    if spin * request.clock.dt <= TURN:
+        return request
+    return replace(request, integrator=EnergyMomentum())
 
 
 def check_integrator(integrator: object) -> Implicit | Explicit | None:

@@ -14,7 +14,7 @@ from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Node, Scene
 from ancfsparse.solve.memory import check_fits
 from ancfsparse.solve.record import Record
-from ancfsparse.solve.request import Request, check_request
+from ancfsparse.solve.request import Request, check_request, suited
 from ancfsparse.solve.runs import build_run
 from ancfsparse.solve.start import check_constraints, check_energy
 from ancfsparse.system import System
@@ -63,11 +63,12 @@ def simulate(
         small enough; ``stats.error`` is its estimate, and ``stats.solver`` names the method.
     integrator : Implicit, Explicit or "auto", optional
         `Newmark`, `HHT`, `GeneralizedAlpha`, `EnergyMomentum`, `CentralDifference`,
-        `RungeKuttaNystrom` or `DormandPrince`.  ``"auto"`` is ``GeneralizedAlpha(0.9)``; with an
-        accuracy it is whichever costs least, explicit ones included where no solver is asked for.
-        The last three are explicit: they take no solver and no tolerance, and steps no longer than
-        `stable_step` returns.  Only `DormandPrince` takes damping, and joints with
-        multipliers; drives must be by numbering with all of them.
+        `RungeKuttaNystrom` or `DormandPrince`.  ``"auto"`` is ``GeneralizedAlpha(0.9)``, or
+        ``EnergyMomentum()`` where a rigid body turns by more than 0.07 rad in the first step, which
+        would let its energy grow; with an accuracy it is whichever costs least, explicit ones
+        included where no solver is asked for.  The last three are explicit: they take no solver and
+        no tolerance, and steps no longer than `stable_step` returns.  Only `DormandPrince` takes
+        damping; it and `CentralDifference` take rigid bodies and joints with multipliers.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
     seed : {"auto", "exact", "incomplete"}, optional
@@ -208,9 +209,11 @@ def simulate(
         progress=progress,
         start=start,
     )
+    check_fits(request.memory())
+    system = system_at_start(request)
+    request = suited(request, system)
     needed = request.memory()
     check_fits(needed)
-    system = system_at_start(request)
     record = Record(system, request.rows, save_nodes, output, request.settings)
     run = build_run(request, system, needed)
     with record.open() as recorder:

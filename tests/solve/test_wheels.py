@@ -61,14 +61,22 @@ def wheel(speed):
 
 
 def test_runs_follow_these_roots():
-    """At 0.06 rad a step 4000 of them are calm, at 0.09 the check of the energy stops the run."""
+    """At 0.06 rad a step 4000 of them are calm, at 0.09 the check of the energy stops the run.
+
+    The default is another method there.
+    """
     scene, body = wheel(6.0)
     run = ancf.simulate(scene, 40.0, 0.01, save_every=100, tolerance=1e-13)
+    assert run.settings["integrator"] == "GeneralizedAlpha(rho_inf=0.9)"
     speed = run.body(body).angular_velocity
     assert np.all(np.diff(speed) < 1e-12)
     scene, _ = wheel(9.0)
+    scheme = ancf.GeneralizedAlpha(0.9)
     with pytest.raises(ancf.EnergyGain):
-        ancf.simulate(scene, 40.0, 0.01, save_every=100, tolerance=1e-13)
+        ancf.simulate(scene, 40.0, 0.01, save_every=100, tolerance=1e-13, integrator=scheme)
+    run = ancf.simulate(scene, 40.0, 0.01, save_every=100, tolerance=1e-13)
+    assert run.settings["integrator"] == "EnergyMomentum()"
+    assert np.ptp(run.energy.total) < 1e-9 * run.energy.total[0]
 
 
 @pytest.mark.parametrize("rho", [0.9, 0.5])
