@@ -270,7 +270,7 @@ class JointSprings(Records):
                 ("radius", radius, "m"),
                 ("slip", slip, f"{units[1]}/s"),
             )
-            if value is not None
+            if value is not None or name == "slip"
         }
         law = FRICTION if coefficient is None else RUBBING
         most = numbers.get("size") or numbers["coefficient"] * numbers.get("radius", 1.0)

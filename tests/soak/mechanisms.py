@@ -72,6 +72,25 @@ def moved(shape, position, mass, inertia, orientation, velocity, angular_velocit
     return ancf.simulate(scene, 2e-3, 1e-3).body(body).rotation
 
 
+def rubbed(size, coefficient, radius, slip, of):
+    """Run a wheel whose axle rubs."""
+    scene = ancf.Scene((0.0, -9.81))
+    wheel = scene.add_body(mass=2.0, inertia=0.02, position=(0, 0), angular_velocity=3.0)
+    pin = scene.pin(wheel.origin, as_constraint=True)
+    scene.joint_friction(pin, size, slip=slip, of=of, coefficient=coefficient, radius=radius)
+    return ancf.simulate(scene, 2e-3, 1e-3)
+
+
+def turned(angular_velocity, inertia, t_end, dt, integrator):
+    """Run a body by an explicit integrator."""
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    body = scene.add_body(
+        position=(0, 0, 0), mass=1.0, inertia=inertia, angular_velocity=angular_velocity
+    )
+    scene.pin(body.at((0.1, 0.2, 0.3)))
+    return ancf.simulate(scene, t_end, dt, integrator=integrator)
+
+
 def signalled(signal, **given):
     """Run with a function of time of which nothing is known."""
     scene, rod, _ = hung(2)
@@ -119,6 +138,14 @@ def mechanism_calls():
         Call("add_body, planar", flat.add_body, {"position": (5, 5), "mass": 1.0, "inertia": 1.0}),
         Call("add_body and a run", moved, free),
         Call("RigidBody.at", box.at, {"point": (0.1, 0, 0)}),
+        Call("joint_friction", rubbed, {"size": None, "coefficient": 0.2, "radius": 0.01,
+                                        "slip": 1e-3, "of": None}),
+        Call("simulate, a body by RATTLE", turned, {
+            "angular_velocity": (1, 2, 3), "inertia": (0.1, 0.1, 0.1), "dt": 1e-3, "t_end": 4e-3,
+            "integrator": ancf.CentralDifference()}),
+        Call("simulate, a body by DormandPrince", turned, {
+            "angular_velocity": (1, 2, 3), "inertia": (0.1, 0.1, 0.1), "dt": 1e-2, "t_end": 4e-2,
+            "integrator": ancf.DormandPrince()}),
         Call("revolute", revolute, pair | {"axis": Z}),
         Call("universal", universal, pair | {"axis_a": Z, "axis_b": (1, 0, 0)}),
         Call("cylindrical", cylindrical, pair | {"axis": Z}),

@@ -130,6 +130,8 @@ def test_bad_friction_is_refused():
         scene.joint_friction(slide, coefficient=0.1, radius=0.1, slip=0.1)
     with pytest.raises(ancf.InputError, match=r"coefficient .* must be positive, got 0"):
         scene.joint_friction(slide, coefficient=0.0, slip=0.1)
+    with pytest.raises(ancf.InputError, match=r"slip .* must be a number"):
+        scene.joint_friction(slide, coefficient=0.1, slip=None)
     other = ancf.Scene((0.0, -G))
     wheel = other.add_body(mass=2.0, inertia=0.02, position=(0, 0))
     pin = other.pin(wheel.origin)
