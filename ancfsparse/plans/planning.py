@@ -53,8 +53,9 @@ def plan(
         one for all, or one for each.
     dt : float, optional
         A step that is to be kept [s].
-    integrator : Implicit, Explicit or "auto", optional
-        An integrator that is to be kept.
+    integrator : Implicit or "auto", optional
+        An integrator that is to be kept, `GeneralizedAlpha`, `HHT`, `Newmark` or `EnergyMomentum`;
+        ``"auto"`` is ``GeneralizedAlpha(0.9)``.
 
     Returns
     -------
@@ -80,6 +81,11 @@ def plan(
     asked = wanted(checked(quantity, scene), error)
     t_end = _span(asked[0].quantity, t_end, dt)
     named = check_integrator(integrator)
+    if isinstance(named, Explicit):
+        raise InputError(
+            f"plans choose steps of implicit integrators, and those of {named!r} are bound to the "
+            "mesh: leave integrator out, or take GeneralizedAlpha(0.9)"
+        )
     steps = None if dt is None or t_end is None else count_steps_from(0.0, t_end, dt)
     if steps is not None and not undecided(scene):
         raise InputError(

@@ -84,6 +84,10 @@ def test_bad_input_gets_a_sentence():
         (lambda: ancf.plan(scene, -1.0, tip, 1e-3), "t_end must be positive"),
         (lambda: ancf.plan(scene, 1.0, tip, 0.0), "must be positive"),
         (lambda: ancf.plan(scene, 1.0, tip, 1e-3, integrator="fast"), "integrator must be"),
+        (
+            lambda: ancf.plan(scene, 1.0, tip, 1e-3, integrator=ancf.CentralDifference()),
+            "plans choose steps of implicit integrators",
+        ),
         (lambda: ancf.plan("scene", 1.0, tip, 1e-3), "a Scene is needed"),
     ):
         with pytest.raises(ancf.InputError, match=words):
