@@ -100,7 +100,7 @@ def calls():
         Call("Rectangle", ancf.Rectangle, {"width": 0.01, "height": 0.01}),
         Call("Circle", ancf.Circle, {"diameter": 0.01}),
         Call("Section", ancf.Section, dict.fromkeys(
-            ("area", "inertia_y", "inertia_z", "torsion_constant"), 1e-4)),
+            ("area", "inertia_y", "inertia_z", "torsion_constant"), 1e-4) | {"inertia_yz": 1e-5}),
         Call("Tube", ancf.Tube, {"diameter": 0.1, "thickness": 0.01}),
         Call("IBeam", ancf.IBeam, {"height": 0.2, "width": 0.1, "web": 0.005, "flange": 0.008}),
         Call("Polygon", ancf.Polygon, {"corners": [(0, 0), (1, 0), (0, 1)]}),
@@ -167,7 +167,7 @@ def calls():
              march | {"t_end": 0.02, "start": run.last}),
         Call("solve_static", ancf.solve_static, {"scene": moving}),
         Call("assemble", ancf.assemble, {"scene": moving}),
-        Call("load_path", ancf.load_path, {"scene": moving, "points": 4}),
+        Call("load_path", ancf.load_path, {"scene": moving, "points": 4, "branch": 0}),
         Call("quasi_static", ancf.quasi_static, {"scene": moving, "t_end": 0.1, "dt": 0.05}),
         Call("modal_response", ancf.modal_response,
              {"modes": ancf.modes(rest, 2), "t_end": 0.1, "dt": 0.05}),

@@ -110,6 +110,32 @@ def test_a_chain_of_hinged_cables_hangs_as_a_line():
     assert abs(rest.position(links[-1].end)[0]) < 1e-9
 
 
+@pytest.mark.parametrize("seed", ["exact", "incomplete"])
+def test_a_net_on_two_corners_hangs_in_a_vertical_plane(seed):
+    n = 8
+    number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    x, y = np.divmod(number.ravel(), n + 1)
+    edges = np.concatenate(
+        [
+            np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1),
+            np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1),
+        ]
+    )
+    scene = ancf.Scene((0.0, 0.0, -G))
+    nodes = np.stack([x, y, 0 * x], axis=1) * (2.0 / n)
+    net = scene.add_mesh(nodes, edges, "thin", ancf.Circle(0.005), ancf.Material(1e8, 1100.0))
+    corners = net.node(0), net.node(int(number[0, -1]))
+    for corner in corners:
+        scene.pin(corner)
+    rest = ancf.solve_static(scene, seed=seed)
+    assert rest.stable
+    places = np.array([rest.position(net.node(k)) for k in range(net.n_nodes)])
+    assert np.abs(places[:, 0]).max() < 1e-9
+    weight = np.pi * 0.0025**2 * 1100.0 * net.length * G
+    held = rest.reaction(corners[0]) + rest.reaction(corners[1])
+    np.testing.assert_allclose(held, (0.0, 0.0, weight), rtol=0.0, atol=1e-7 * weight)
+
+
 def test_what_loads_do_not_restrain_is_refused():
     scene = ancf.Scene((0.0, -G))
     rod = scene.add_beam("thin", (0, 0), (1, 0), 4, SECTION, MATERIAL)
