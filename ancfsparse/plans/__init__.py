@@ -1,7 +1,6 @@
 """Plans: the cheapest model, mesh, step and method that give a quantity to an error."""
 
-from ancfsparse.plans.planning import plan
-from ancfsparse.plans.quantities import (
+from ancfsparse.plans.asking import (
     energy,
     frequency,
     position,
@@ -12,6 +11,7 @@ from ancfsparse.plans.quantities import (
     strain,
     velocity,
 )
+from ancfsparse.plans.planning import plan
 from ancfsparse.plans.record import Plan
 
 __all__ = [

@@ -9,11 +9,12 @@ from dataclasses import replace
 from ancfsparse.checks import check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.plans.asking import checked
 from ancfsparse.plans.climb import climb
 from ancfsparse.plans.models import Model, built, spread, undecided
 from ancfsparse.plans.pilots import FEWEST, Pilots
 from ancfsparse.plans.planar import planar
-from ancfsparse.plans.quantities import Frequency, Quantity, checked
+from ancfsparse.plans.quantities import Frequency, Quantity
 from ancfsparse.plans.record import SAVED, Alternative, Plan, Prediction, described
 from ancfsparse.plans.rungs import effects_of, open_beams
 from ancfsparse.plans.search import Found, neighbours, search

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.quantities import checked
+from ancfsparse.plans.asking import checked
 from ancfsparse.plans.wanted import wanted
 from ancfsparse.problems import pendulum
 
