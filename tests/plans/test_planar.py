@@ -199,6 +199,13 @@ def test_a_function_that_leaves_the_plane_later_stops_the_run():
         ancf.simulate(found.scene, 0.2, dt=1e-2)
 
 
+def test_gravity_across_the_plane_of_a_motion_leaves_it():
+    scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
+    beam = scene.add_beam("thin", (0, 0, 0), (1, 0, 0), 2, SECTION, SOFT, velocity=(0, 1, 0))
+    assert planar(scene) is None
+    assert beam.name == "beam 0"
+
+
 def test_planar_scenes_and_empty_ones_are_not_rebuilt():
     assert planar(ancf.Scene(gravity=(0.0, -9.81))) is None
     assert planar(ancf.Scene(gravity=(0.0, 0.0, -9.81))) is None
