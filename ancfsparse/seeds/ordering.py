@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from hashlib import blake2b
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,18 @@ from ancfsparse.seeds.shape import Upper
 
 Indices = NDArray[np.integer[Any]]
 
+# Orderings that are kept for matrices of the same pattern, such as those of a sweep or of pilots,
+# and the most unknowns of such a matrix.
+MOST, LARGEST = 8, 100_000
+_KNOWN: dict[bytes, tuple[str, NDArray[np.int32]]] = {}
+
 
 def cheapest(
     indptr: Indices, indices: Indices, n_positive: int
 ) -> tuple[str, NDArray[np.int32], Upper]:
     """Return the name of the ordering with the least fill, the permutation, the upper triangle.
+
+    Orderings of the last patterns are kept, so that runs of scenes of equal structure share them.
 
     A multiplier comes after the last coordinate that it holds: those of one node, which are coupled
     anyway.  Before them its pivot would be the regularization alone, over which the squares of the
@@ -29,6 +37,33 @@ def cheapest(
     n_positive : int
         Number of coordinates among the unknowns, which come first.
     """
+    key = _digest(indptr, indices, n_positive)
+    known = _KNOWN.pop(key, None)
+    if known is None:
+        name, permutation, upper = _cheapest(indptr, indices, n_positive)
+        known = name, permutation.copy()
+    else:
+        name, permutation = known[0], known[1].copy()
+        upper = permuted(indptr, indices, permutation)
+    if len(permutation) <= LARGEST:
+        _KNOWN[key] = known  # the last one used is kept longest
+        if len(_KNOWN) > MOST:
+            del _KNOWN[next(iter(_KNOWN))]
+    return name, permutation, upper
+
+
+def _digest(indptr: Indices, indices: Indices, n_positive: int) -> bytes:
+    """Return a number of 128 bits that only equal patterns have in common."""
+    digest = blake2b(f"{n_positive} {indptr.dtype} {indices.dtype}".encode(), digest_size=16)
+    digest.update(indptr.tobytes())
+    digest.update(indices.tobytes())
+    return digest.digest()
+
+
+def _cheapest(
+    indptr: Indices, indices: Indices, n_positive: int
+) -> tuple[str, NDArray[np.int32], Upper]:
+    """Find the ordering of a matrix that is not known yet, see `cheapest`."""
     n = len(indptr) - 1
     if n_positive == n:
         return _of_coordinates(indptr, indices)

@@ -11,6 +11,8 @@ from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.studies.common import paper
 from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.economy.report import STUDY as ECONOMY
+from ancfsparse.studies.economy.scenes import CASES as ECONOMY_CASES
 from ancfsparse.studies.error_budget.report import STUDY as ERROR_BUDGET
 from ancfsparse.studies.lattices.report import STUDY as LATTICES
 from ancfsparse.studies.long_runs.report import STUDY as LONG_RUNS
@@ -206,6 +208,21 @@ def stability(
             progress=True,
         )
     report(STABILITY, result, output, page)
+
+
+@study.command("economy")
+def economy_command(
+    scenes: Annotated[
+        list[str] | None, typer.Option("--scene", help="A scene, once for each [default: all].")
+    ] = None,
+    output: OutputOption = Path("results"),
+    page: PageOption = None,
+) -> None:
+    """Compare plans with the best choice by hand: errors asked for and reached, and cost."""
+    ECONOMY.check(output, page)
+    for name in scenes or ():
+        check_choice("scene", name, ECONOMY_CASES)
+    report(ECONOMY, ECONOMY.run(scenes or tuple(ECONOMY_CASES), progress=True), output, page)
 
 
 @study.command("units")

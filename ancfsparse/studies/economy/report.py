@@ -1,0 +1,155 @@
+"""The economy of plans as text, CSV, JSON and a chart."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ancfsparse.studies.common.charts import SMALL, WIDTH, set_axes, set_head
+from ancfsparse.studies.common.study import Study
+from ancfsparse.studies.common.tables import Table, bullets
+from ancfsparse.studies.common.target import Target
+from ancfsparse.studies.economy.run import Economy, Outcome, economy
+
+# Best choices whose run takes longer than this are held to the worst cost [s].
+LONG = 0.2
+COLOURS = ("#0072b2", "#e69f00", "#d55e00")
+
+
+def table(result: Economy) -> Table:
+    """Set a line for each scene and error."""
+    head = ["scene", "asked", "reached / asked", "predicted / asked", "plan", "best by hand",
+            "plan ms", "run ms", "best ms", "cost / best"]  # fmt: skip
+    rows = []
+    for each in result.outcomes:
+        rows.append([
+            each.scene, f"{100 * each.asked:g} %", _number(each.share),
+            _number(each.predicted / each.asked), each.reason or each.choice, each.best or "none",
+            f"{1e3 * each.plan_seconds:.1f}", f"{1e3 * each.run_seconds:.1f}",
+            _number(1e3 * each.best_seconds), _number(each.cost),
+        ])  # fmt: skip
+    return Table(head, rows, (0, 4, 5))
+
+
+def _number(value: float) -> str:
+    return f"{value:.3g}" if math.isfinite(value) else "-"
+
+
+def _judged(result: Economy) -> list[Outcome]:
+    """Return outcomes whose reference is certain enough to judge them."""
+    return [each for each in result.outcomes if each.uncertain <= 0.2 * each.asked]
+
+
+def targets(result: Economy) -> list[Target]:
+    """Compare errors and costs with what they should be."""
+    judged = _judged(result)
+    shares = [each.share if math.isfinite(each.share) else math.inf for each in judged]
+    costs = [each.cost for each in result.outcomes if math.isfinite(each.cost)]
+    runs = [each.run_cost for each in result.outcomes if math.isfinite(each.run_cost)]
+    long = [each.cost for each in result.outcomes if each.best_seconds > LONG]
+    found = []
+    if judged:
+        within = 100.0 * float(np.mean([share <= 1.0 for share in shares]))
+        found += [
+            Target("errors within those asked for [%]", within, 95.0),
+            Target("worst error over the one asked for", max(shares), 3.0, at_most=True),
+        ]
+    if costs:
+        found += [
+            Target("cost with pilots over the best, median", float(np.median(costs)), 2.0, True),
+            Target("cost without pilots over the best, median", float(np.median(runs)), 2.0, True),
+        ]
+    if long:
+        found.append(Target(f"worst cost of best runs above {LONG:g} s", max(long), 4.0, True))
+    return found
+
+
+def findings(result: Economy) -> list[str]:
+    """State how many errors are reached, which are not, and what plans cost."""
+    judged = _judged(result)
+    failed = [each for each in result.outcomes if each.reason]
+    missed = [each for each in judged if not each.reason and each.share > 1.0]
+    sentences = [
+        f"Of {len(judged)} requests with a reference certain to a fifth of them, "
+        f"{len(judged) - len(missed) - sum(bool(each.reason) for each in judged)} are met."
+    ]
+    sentences += [f"{_name(each)}: {each.share:.3g} times the error asked for." for each in missed]
+    sentences += [f"{_name(each)}: no plan, {each.reason}." for each in failed]
+    doubtful = [each for each in result.outcomes if each not in judged]
+    if doubtful:
+        names = "; ".join(_name(each) for each in doubtful)
+        sentences.append(f"Not judged, since the reference is not certain enough: {names}.")
+    nothing = [each for each in result.outcomes if not each.best]
+    if nothing:
+        names = "; ".join(_name(each) for each in nothing)
+        sentences.append(f"The search by hand reaches no such error: {names}.")
+    costs = np.array([each.cost for each in result.outcomes if math.isfinite(each.cost)])
+    runs = np.array([each.run_cost for each in result.outcomes if math.isfinite(each.run_cost)])
+    if len(costs):
+        sentences.append(
+            f"Plan and run cost {np.median(costs):.3g} times the best choice in the median and "
+            f"{costs.max():.3g} times at worst, the run alone {np.median(runs):.3g} and "
+            f"{runs.max():.3g} times: what is left is the pilots, "
+            f"{1e3 * np.median([each.plan_seconds for each in result.outcomes]):.3g} ms in the "
+            "median."
+        )
+    return sentences
+
+
+def region(result: Economy) -> str:
+    """Set the table, findings and targets for a page."""
+    sentences = [*findings(result), *(" ".join(str(each).split()) for each in targets(result))]
+    return "\n".join([*table(result).markdown(), "", *bullets(sentences)])
+
+
+def _name(outcome: Outcome) -> str:
+    return f"{outcome.scene} to {100 * outcome.asked:g} %"
+
+
+def chart(result: Economy) -> Figure:
+    """Draw reached against requested errors, and costs over the best against its time."""
+    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for colour, asked in zip(COLOURS, sorted({o.asked for o in result.outcomes}), strict=False):
+        own = [each for each in result.outcomes if each.asked == asked]
+        reached = [each.reached for each in own if math.isfinite(each.reached)]
+        beside = asked * np.linspace(0.85, 1.15, max(2, len(reached)))[: len(reached)]
+        left.plot(beside, reached, "o", color=colour, markersize=4)
+        failed = [10.0 * asked for each in own if each.reason]
+        left.plot([asked] * len(failed), failed, "x", color=colour)
+        known = [each for each in own if math.isfinite(each.cost)]
+        best = [1e3 * each.best_seconds for each in known]
+        label = f"{100 * asked:g} %, with pilots"
+        right.plot(best, [o.cost for o in known], "o", color=colour, markersize=4, label=label)
+        alone = {"color": colour, "markersize": 4, "fillstyle": "none", "label": "run alone"}
+        right.plot(best, [o.run_cost for o in known], "o", **alone)
+    ends = [min(o.asked for o in result.outcomes), max(o.asked for o in result.outcomes)]
+    left.plot(ends, ends, color="grey", linewidth=1.0, label="as asked for")
+    left.plot(ends, [3.0 * end for end in ends], color="grey", linestyle=":", label="3 times")
+    for level, line in ((1.0, "-"), (2.0, ":")):
+        right.axhline(level, color="grey", linestyle=line, linewidth=1.0)
+    set_axes(left, "error asked for, over the size of the quantity", "error reached; x: no plan")
+    set_axes(right, "time of the best choice by hand [ms]", "cost over that of the best choice")
+    left.legend(fontsize=SMALL, frameon=False)
+    right.legend(fontsize=SMALL, frameon=False, ncols=3)
+    met = [each for each in _judged(result) if each.share <= 1.0]
+    set_head(figure, f"{len(met)} of {len(_judged(result))} errors are at most those asked for")
+    return figure
+
+
+STUDY = Study(
+    "economy",
+    run=economy,
+    tables=lambda result: [table(result)],
+    rows=lambda result: [
+        {**asdict(each), "share": each.share, "cost": each.cost} for each in result.outcomes
+    ],
+    record=Economy.record,
+    findings=findings,
+    charts={"economy": chart},
+    targets=targets,
+    regions={"economy": region},
+)
