@@ -25,7 +25,7 @@ def test_plans_and_the_best_choice_reach_the_error(small):
         assert each.best_seconds > 0.0
         assert each.cost > each.run_cost
     assert "statics" in rest.choice
-    assert rest.best in ("2 thin", "2 l2t2", "3 thin", "3 l2t2")
+    assert rest.best.split()[1] in ("thin", "l2t2")  # which mesh is decided by times
     assert moving.choice.startswith("beam 0 ")
     assert "steps of" in moving.best
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.common.charts import SMALL, WIDTH, set_axes, set_head
+from ancfsparse.studies.common.charts import WIDTH, set_axes, set_head, set_legend
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import Table, bullets
 from ancfsparse.studies.common.target import Target
@@ -96,6 +97,18 @@ def findings(result: Economy) -> list[str]:
             f"{1e3 * np.median([each.plan_seconds for each in result.outcomes]):.3g} ms in the "
             "median."
         )
+        longest = max(each.best_seconds for each in result.outcomes if each.best)
+        if longest <= LONG:
+            sentences.append(
+                f"No best choice takes longer than {LONG:g} s (the longest {longest:.2g} s), so "
+                "none is held to the worst cost of long runs."
+            )
+    worst = max(result.outcomes, key=lambda o: o.run_cost if math.isfinite(o.run_cost) else 0.0)
+    if worst.run_cost > 2.0:
+        sentences.append(
+            f"The dearest run beside the best: {_name(worst)}, {worst.choice}, "
+            f"{worst.run_cost:.3g} times {worst.best}."
+        )
     return sentences
 
 
@@ -122,9 +135,14 @@ def chart(result: Economy) -> Figure:
         left.plot([asked] * len(failed), failed, "x", color=colour)
         known = [each for each in own if math.isfinite(each.cost)]
         best = [1e3 * each.best_seconds for each in known]
-        label = f"{100 * asked:g} %, with pilots"
+        label = f"{100 * asked:g} %, plan and run"
         right.plot(best, [o.cost for o in known], "o", color=colour, markersize=4, label=label)
-        alone = {"color": colour, "markersize": 4, "fillstyle": "none", "label": "run alone"}
+        alone = {
+            "color": colour,
+            "markersize": 4,
+            "fillstyle": "none",
+            "label": "run alone, likewise",
+        }
         right.plot(best, [o.run_cost for o in known], "o", **alone)
     ends = [min(o.asked for o in result.outcomes), max(o.asked for o in result.outcomes)]
     left.plot(ends, ends, color="grey", linewidth=1.0, label="as asked for")
@@ -133,8 +151,11 @@ def chart(result: Economy) -> Figure:
         right.axhline(level, color="grey", linestyle=line, linewidth=1.0)
     set_axes(left, "error asked for, over the size of the quantity", "error reached; x: no plan")
     set_axes(right, "time of the best choice by hand [ms]", "cost over that of the best choice")
-    left.legend(fontsize=SMALL, frameon=False)
-    right.legend(fontsize=SMALL, frameon=False, ncols=3)
+    shown: dict[str, Any] = {}
+    for ax in (left, right):
+        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
+            shown.setdefault(label, handle)
+    set_legend(figure, shown, 3)
     met = [each for each in _judged(result) if each.share <= 1.0]
     set_head(figure, f"{len(met)} of {len(_judged(result))} errors are at most those asked for")
     return figure

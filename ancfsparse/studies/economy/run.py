@@ -43,6 +43,8 @@ REFERENCE_STEPS, COMPARED = 12800, 400
 REPEATS, FINALISTS = 3, 3
 # Runs expected to take longer than the cheapest accurate one so many times are not made.
 HOPELESS = 3.0
+# Error below which a run follows the motion, so that one which no longer falls is that of the mesh.
+FOLLOWS = 0.1
 
 
 @dataclass(frozen=True)
@@ -205,7 +207,8 @@ def _searched(case: Case, reference: _Reference, least: float) -> Iterator[_Trie
                     yield found
                     if found.error <= least:
                         hopeless = min(hopeless, HOPELESS * found.seconds)
-                    if found.error > 0.8 * best or found.seconds > hopeless:
+                    settled = found.error <= FOLLOWS and found.error > 0.8 * best
+                    if settled or found.seconds > hopeless:
                         break
                     best = found.error
 
