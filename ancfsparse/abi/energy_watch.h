@@ -133,19 +133,24 @@ static inline void ancf_watch_remember(ancf_watch *watch)
 }
 
 /* Find the jumps of the loads in the current step: rates that change far more than in the previous
- * step, unlike those of a smooth load.  The effect of a jump halves from step to step. */
-static inline void ancf_jumps_find(ancf_jumps *self, const double *load0, const double *load1,
+ * step, unlike those of a smooth load.  The effect of a jump halves from step to step.  Return
+ * whether there is one in this very step. */
+static inline int ancf_jumps_find(ancf_jumps *self, const double *load0, const double *load1,
                                    double dt)
 {
     ptrdiff_t i;
+    int sudden = 0;
     self->any = 0;
     for (i = 0; i < self->n; i++) {
         double bend = load1[i] - load0[i] - dt * self->rate[i];
-        double jump = fmax(fabs(bend) - 2.0 * fabs(self->bend[i]), 0.5 * self->past[i]);
+        double new = fabs(bend) - 2.0 * fabs(self->bend[i]);
+        double jump = fmax(new, 0.5 * self->past[i]);
         double size = fmax(self->size[i], fabs(load1[i]));
         self->jump[i] = jump > ANCF_JUMP_LEAST * size ? jump : 0.0;
         self->any |= self->jump[i] > 0.0;
+        sudden |= new > 0.5 * self->past[i] && self->jump[i] > 0.0;
     }
+    return sudden;
 }
 
 /* Accept the loads of the current step. */

@@ -27,7 +27,7 @@ cdef extern from "energy_watch.h":
     double ancf_watch_motion(const ancf_watch *) noexcept nogil
     bint ancf_watch_gained(const ancf_watch *) noexcept nogil
     void ancf_watch_remember(ancf_watch *) noexcept nogil
-    void ancf_jumps_find(ancf_jumps *, const double *, const double *, double) noexcept nogil
+    bint ancf_jumps_find(ancf_jumps *, const double *, const double *, double) noexcept nogil
     void ancf_jumps_accept(ancf_jumps *, const double *, const double *, double) noexcept nogil
 
 

@@ -51,7 +51,7 @@ cdef extern from "solver_abi.h":
         const double *q
         const double *mass
         double mass_total, moved
-        int leaps
+        int leaps, sudden
 
     ctypedef struct ancf_frame:
         void *context

@@ -33,7 +33,8 @@ cdef void load(Motion *self, const double *amplitudes) noexcept nogil:
         self.drives.row = amplitudes + self.system.n_amplitudes
         prescribe(self)
     if self.system.n_amplitudes > 0:
-        ancf_jumps_find(&self.jumps, self.amplitudes0, amplitudes, self.dt)
+        self.interface.sudden = ancf_jumps_find(
+            &self.jumps, self.amplitudes0, amplitudes, self.dt)
 
 
 cdef void accept(Motion *self) noexcept nogil:

@@ -126,6 +126,15 @@ cdef class Iteration:
     def rate(self, double value):
         self.loop.rate = value
 
+    @property
+    def measured(self):
+        """Length of the first correction in a step that `rate` holds for [m], 0 if unknown."""
+        return self.loop.measured
+
+    @measured.setter
+    def measured(self, double value):
+        self.loop.measured = value
+
     def take_seed(self, seed, inverse, bint rounds, double cost_iteration, double cost_seed):
         """Replace the seed by one that has no factor yet, and the inverse by one based on it."""
         cdef Loop *loop = &self.loop

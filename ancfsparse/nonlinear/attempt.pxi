@@ -26,6 +26,19 @@ cdef inline double bound_of(const Loop *self, double change) noexcept nogil:
                                  fmin(self.share * change, self.work * way)))
 
 
+cdef inline double rate_of(const Loop *self, double size) noexcept nogil:
+    """Contraction to expect after a first correction of a length.
+
+    It was measured in earlier steps, and is proportional to the length where equations curve.  It
+    holds for no load that jumps: motions along a straight beam are linear, those across it are not.
+    """
+    if self.equations.sudden:
+        return 0.99
+    if size <= self.measured:
+        return self.rate
+    return fmin(self.rate * size / self.measured, 0.99) if self.measured > 0.0 else 0.99
+
+
 cdef void finish(Loop *self, double size) noexcept nogil:
     """Update with the last pair, and correct once more with the residual already computed.
 
@@ -59,7 +72,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
     cdef bint looks = ((learns and always) or damped or self.sure or n > eq.n_coordinates
                        or not self.by_correction)
     cdef double size, last_size = 0.0, norm, last_norm = 0.0, norm_new, start, bound = 0.0, allowed, left
-    cdef double theta, last_theta = 0.0, remaining, progress
+    cdef double theta, last_theta = 0.0, remaining, progress, rate
     self.contraction = NAN
     self.extra_before = extra_so_far(self)
     evaluate(self, self.r)
@@ -79,17 +92,21 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         self.counts.iterations += 1
         if it == 0:
             bound = bound_of(self, size if eq.mass == NULL else fmin(size, norm))
+            rate = rate_of(self, size)
         else:
             theta = size / last_size
             if not newton:
                 theta = fmax(theta, norm / last_norm)
-            self.rate = fmin(fmax(0.3 * self.rate, theta), 0.99)
+            rate = self.rate = fmin(fmax(0.3 * self.rate, theta), 0.99)
+            if it == 1:
+                self.measured = last_size
         last_size, last_norm = size, norm
-        left = self.rate / (1.0 - self.rate) * (size if newton else fmax(size, norm))
+        left = rate / (1.0 - rate) * (size if newton else fmax(size, norm))
         small = self.by_correction and (left <= bound or size <= self.noise)
         if small and not looks:
             if it == 0:
                 self.rate = fmin(STALE * self.rate, SLOW)
+                self.measured *= STALE
             return CONVERGED
         evaluate(self, self.r_new)
         norm_new = unbalance(self, self.r_new)

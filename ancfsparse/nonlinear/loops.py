@@ -44,6 +44,7 @@ class NonlinearLoop(Protocol):
     yields: bool
     halves: bool
     rate: float
+    measured: float
 
     @property
     def capsule(self) -> object:

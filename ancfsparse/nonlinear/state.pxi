@@ -72,6 +72,7 @@ cdef struct Loop:
     double frame_cost[2]  # of a step with a fixed and with a rotating seed, 0 if not known
     ptrdiff_t seeds_since_trial
     double rate  # contraction of the corrections, kept from step to step
+    double measured  # length of the first correction that it holds for
     double fresh  # first contraction measured with an incomplete seed, 0 if none
     double extra, extra_before  # cost of the last solve beyond a sweep; of all before this attempt
     double cost_since  # cost since the last seed, including that of the seed

@@ -61,6 +61,7 @@ def remember(
     memory["contributions"] = system.assembly.memory
     if iteration is not None:
         memory["contraction"] = iteration.rate
+        memory["measured"] = iteration.measured
     return system.state(t, q, v, a, lam, b=b, memory=memory)
 
 
@@ -104,3 +105,4 @@ def recall(
     recall_contributions(state, system)
     if iteration is not None:
         iteration.rate = memory["contraction"]
+        iteration.measured = memory.get("measured", 0.0)  # older files have none

@@ -37,6 +37,7 @@ class _Interface(ct.Structure):
         ("mass_total", ct.c_double),
         ("moved", ct.c_double),
         ("leaps", ct.c_int),
+        ("sudden", ct.c_int),
     ]
 
 

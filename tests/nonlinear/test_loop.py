@@ -234,3 +234,20 @@ def test_the_economical_rule_renews_a_seed_when_waiting_costs_more():
     assert loop.counts["recoveries_reseed"] == 0
     assert loop.counts["factorizations"] == 2
     assert loop.counts["iterations"] == 3
+
+
+@pytest.mark.parametrize(
+    ("measured", "sudden", "is_enough"),
+    [(2.0, 0, True), (1e-3, 0, False), (0.0, 0, False), (2.0, 1, False)],
+)
+def test_a_contraction_holds_for_the_corrections_that_it_was_measured_for(
+    measured, sudden, is_enough
+):
+    # The first correction is 1.1 long; at a contraction of 1e-4 it would leave 1e-4.
+    equations = mild()
+    equations.interface.sudden = sudden
+    loop = equations.loop(by_correction=True, correction_tolerance=2e-4)
+    loop.rate, loop.measured = 1e-4, measured
+    assert loop.solve() == Outcome.CONVERGED
+    assert (loop.counts["iterations"] == 1) == is_enough
+    assert (np.abs(equations.x - TARGET).max() < 2e-4) != is_enough

@@ -196,3 +196,34 @@ def test_a_smooth_load_is_no_licence():
 def test_a_load_that_does_not_bend_is_sure(load):
     # The start of a ramp is a bend; it is forgotten after 20 halvings.
     assert unsure(load, 1e-3, 100) == pytest.approx(unsure(load, 1e-3, 30), rel=1e-9, abs=1e-30)
+
+
+@pytest.mark.parametrize(
+    ("solver", "integrator", "stiffness", "dt", "calm"),
+    [
+        (ancf.Newton(), ancf.Newmark(), 1e10, 1e-3, 62),
+        (ancf.Newton(), ancf.GeneralizedAlpha(0.5), 1e10, 0.05, 70),
+        (ancf.ModifiedNewton(), ancf.GeneralizedAlpha(0.5), 1e6, 0.05, 68),
+    ],
+    ids=repr,
+)
+def test_a_load_that_jumps_is_solved_for_whatever_contraction_calm_steps_had(
+    solver, integrator, stiffness, dt, calm
+):
+    # Vibrations along a straight beam are linear, and corrections exact; those across it are not.
+    def end(tolerance):
+        scene = ancf.Scene((0.0, 0.0))
+        section, material = ancf.Rectangle(0.01, 0.01), ancf.Material(stiffness, 4000.0)
+        rod = scene.add_beam("thin", (0, 0), (1, 0), 6, section, material, strain="biot")
+        scene.clamp(rod.start)
+        size = 1e-7 * stiffness
+        scene.point_force(
+            rod.end,
+            lambda t: (size * math.sin(2.9 * t / dt), size * (t > (calm + 0.5) * dt)),
+        )
+        options = {"integrator": integrator, "solver": solver, "tolerance": tolerance}
+        return ancf.simulate(scene, (calm + 1) * dt, dt, **options).q[-2:]
+
+    before, after = end(1e-12)
+    step = np.abs(after - before).max()
+    np.testing.assert_allclose(end("default")[1], after, rtol=0, atol=1e-4 * step)
