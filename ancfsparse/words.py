@@ -75,5 +75,5 @@ def suggest(name: object, valid: Iterable[str]) -> str:
 def numbers(values: ArrayLike) -> str:
     """Write numbers with nine digits each, which distinguish what rounding does not make."""
     if not (isinstance(values, tuple) and values and isinstance(values[0], float)):
-        values = np.ravel(values).tolist()
+        values = np.ravel(values).astype(float).tolist()  # fractions have no digits
     return "(" + ", ".join([f"{each:.9g}" for each in values]) + ")"

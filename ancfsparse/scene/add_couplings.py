@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.checks import check_choice, check_finite, check_positive, check_vector
+from ancfsparse.checks import check_choice, check_finite, check_moderate, check_vector
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.scene.bodies import Node, Vector
 from ancfsparse.scene.joints import SAME_PLACE, Joint, check_end
@@ -246,6 +246,7 @@ class Couplings(Records):
         by = check_finite("ratio of a gear", ratio)
         if by == 0.0:
             raise InputError("ratio of a gear must not be zero: the first joint would be locked")
+        check_moderate("ratio of a gear, without its sign,", abs(by), "1, rad/m or m/rad")
         return self._add_partial(
             Gear(one, other, of, by), GearSpec(*references, by, of_one, of_other)
         )
@@ -315,8 +316,9 @@ class Couplings(Records):
         if drum is not None:
             wound, by = (
                 self._joint("a winch", drum),
-                check_positive("radius of a drum", radius, "m"),
+                check_moderate("radius of a drum", radius, "m"),
             )
+            radius = by
             freedom_of("a winch", drum, "angle")
         places = tuple(
             each.reference if isinstance(each, Node) else tuple(each.tolist()) for each in ends

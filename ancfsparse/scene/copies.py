@@ -93,7 +93,7 @@ def _with(scene: Records, others: Mapping[int, Spec]) -> list[Spec]:
 
 def _count(name: str, n_elements: object) -> int:
     """Return the number of elements of a body from its record."""
-    if n_elements == "auto":
+    if isinstance(n_elements, str) and n_elements == "auto":
         from ancfsparse.scene.automatic import PLACES
 
         return PLACES

@@ -7,6 +7,7 @@ import numpy as np
 
 import ancfsparse as ancf
 from tests.soak.callables import calls
+from tests.soak.couplings import coupling_calls
 from tests.soak.mechanisms import mechanism_calls
 from tests.soak.report import Report
 from tests.soak.values import VALUES
@@ -25,7 +26,7 @@ def run(seed, index):
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         try:
-            every = calls() + mechanism_calls()
+            every = calls() + mechanism_calls() + coupling_calls()
             for _ in range(AT_ONCE):
                 find, was_refused = spoil(rng, every[rng.integers(len(every))])
                 finds += find

@@ -1,0 +1,60 @@
+"""Numbers out of range, fractions and missing arguments of gears, winches, drives and friction."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+
+Z = (0.0, 0.0, 1.0)
+
+
+def wheels():
+    """Two wheels on hinges, and a beam whose end a rope can lead to."""
+    scene = ancf.Scene((0.0, -9.81, 0.0))
+    hinges = [
+        scene.revolute(
+            scene.add_body(ancf.Sphere(0.1), mass=1.0, position=(x, 0, 0)).origin, axis=Z
+        )
+        for x in range(2)
+    ]
+    section, material = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
+    rod = scene.add_beam("thin", (0, 2, 0), (1, 2, 0), 2, section, material)
+    scene.clamp(rod.start)
+    return scene, *hinges, rod
+
+
+@pytest.mark.parametrize("ratio", [1e300, -1e300, 1e-300])
+def test_a_gear_whose_squares_leave_the_range_of_numbers_is_refused(ratio):
+    scene, one, other, _ = wheels()
+    with pytest.raises(ancf.InputError, match=r"ratio of a gear.*1e-100 and"):
+        scene.gear(one, other, ratio)
+
+
+def test_a_drum_takes_a_fraction_and_no_radius_out_of_range():
+    scene, hinge, _, rod = wheels()
+    rope = [(0, 3, 0), rod.end]
+    with pytest.raises(ancf.InputError, match=r"radius of a drum.*1e-100 and"):
+        scene.winch(rope, drum=hinge, radius=1e300)
+    scene.winch(rope, drum=hinge, radius=Fraction(1, 3))
+    assert ancf.simulate(scene, 2e-3, 1e-3).finished
+
+
+def test_lengths_and_angles_may_be_fractions():
+    scene, hinge, _, rod = wheels()
+    scene.drive_joint(hinge, Fraction(0, 3))
+    scene.winch([(1, 2 + Fraction(1, 3), 0), rod.end], length=Fraction(1, 3))
+    assert ancf.simulate(scene, 2e-3, 1e-3).finished
+
+
+def test_friction_without_a_slip_is_refused():
+    scene, hinge, *_ = wheels()
+    with pytest.raises(ancf.InputError, match="slip of the friction"):
+        scene.joint_friction(hinge, 0.1, slip=None)
+
+
+def test_an_array_is_no_number_of_elements_of_a_copy():
+    scene, _, _, rod = wheels()
+    with pytest.raises(ancf.InputError, match="n_elements"):
+        scene.replaced(rod, n_elements=np.zeros((2, 2)))
