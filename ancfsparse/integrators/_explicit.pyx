@@ -91,8 +91,7 @@ cdef class Explicit:
     cdef ptrdiff_t n, n_all, stages, padded
     cdef double dt
     cdef double[::1] drift, kick, dead_load, load, r, none, phi, lam
-    cdef double[:, ::1] pull, swing, rate, history, held_rows, held_root, accelerations, aside
-    cdef double[::1] values, right
+    cdef double[:, ::1] pull, swing, rate, history, accelerations
     cdef bint swings  # whether stages have velocities
     # Two buffers for the state, current and next.
     cdef double[:, ::1] q, v
@@ -139,59 +138,19 @@ cdef class Explicit:
         self.lam, self.phi = np.zeros((2, max(len(constraints.offset), 1)))
         self.none = np.zeros(max(len(constraints.offset), 1))
         if sizes is None:
-            self.owner = (system, seed, self.hold_by(constraints))
+            self.owner = (system, seed, set_held(
+                &self.held, self.seed, self.n, constraints, &self.q[0, 0], &self.lam[0]))
         else:
-            self.saddle.n_led = n_led
-            self.owner = (system, seed, parts, self.balance_by(constraints, parts, sizes))
+            self.saddle.system, self.saddle.seed, self.saddle.n_led = self.system, self.seed, n_led
+            self.saddle.phi, self.saddle.none = &self.phi[0], &self.none[0]
+            self.saddle.lam = &self.lam[0]
+            self.owner = (system, seed, parts, set_saddle(&self.saddle, constraints, parts, sizes))
         if self.system.begin != NULL:
             self.remember(self.system.begin)
         self.finite = self.look_again()
         self.watch.limit, self.watch.noise = largest_gain, noise
         ancf_watch_start(&self.watch, self.system, &self.dead_load[0], &self.q[0, 0],
                          &self.v[0, 0], &self.r[0])
-
-    def hold_by(self, constraints):
-        """Set up the constraints; return the arrays that must be kept alive."""
-        cdef Held *held = &self.held
-        tables = [np.array(x, dtype=np.int32) for x in (constraints.row, constraints.i, constraints.j)]
-        numbers = [np.array(x, dtype=float) for x in (constraints.coefficient, constraints.about)]
-        held.seed, held.n, held.m = self.seed, self.n, len(constraints.offset)
-        held.terms, held.straight = len(constraints.row), constraints.linear
-        width = max(held.m, 1)
-        self.held_rows, self.held_root = np.zeros((2 * width, self.n)), np.zeros((width, width))
-        held.gradient, held.response = &self.held_rows[0, 0], &self.held_rows[width, 0]
-        held.root, held.lam = &self.held_root[0, 0], &self.lam[0]
-        if held.m:
-            held.row, held.i, held.j = integers(tables[0]), integers(tables[1]), integers(tables[2])
-            held.coefficient, held.about = reals(numbers[0]), reals(numbers[1])
-            held_factor(held, &self.q[0, 0])
-        return tables, numbers
-
-    def balance_by(self, constraints, parts, sizes):
-        """Set up the matrix with the constraints; return the arrays that must be kept alive."""
-        cdef Saddle *saddle = &self.saddle
-        cdef const ancf_contribution *each
-        numbers = [np.array(x, dtype=float) for x in (sizes, constraints.mass)]
-        saddle.system, saddle.seed, saddle.straight = self.system, self.seed, constraints.linear
-        saddle.n, saddle.n_all, saddle.m = self.n, self.n_all, len(constraints.offset)
-        saddle.each = <const ancf_contribution **>calloc(len(parts), sizeof(void *))
-        if saddle.each == NULL:
-            raise MemoryError
-        for part in parts:
-            each = <const ancf_contribution *>PyCapsule_GetPointer(
-                part.capsule, "ancf_contribution")
-            if each.rates != NULL:
-                saddle.each[saddle.n_each] = each
-                saddle.n_each += 1
-        self.aside = np.zeros((3, max(self.n_all, saddle.m)))
-        self.values = np.zeros(self.system.n_values + 1)
-        self.right = np.zeros(self.n + saddle.m)
-        saddle.size, saddle.weight = reals(numbers[0]), reals(numbers[1])
-        saddle.values, saddle.right = &self.values[0], &self.right[0]
-        saddle.phi, saddle.none, saddle.lam = &self.phi[0], &self.none[0], &self.lam[0]
-        saddle.bend, saddle.force = &self.aside[0, 0], &self.aside[1, 0]
-        saddle.moved = &self.aside[2, 0]
-        return numbers
 
     def __dealloc__(self):
         free(self.saddle.each)
@@ -256,7 +215,8 @@ cdef class Explicit:
                 for i in range(1, self.stages):
                     self.place(i, &self.q[next, 0])
                     if self.swings:
-                        self.turn(i, &self.v[next, 0])
+                        self.combine(&self.v[next, 0], &self.v[self.now, 0], &self.v[self.now, 0],
+                                     0.0, &self.swing[i, 0], i)
                     if changes:
                         load = &inputs[k * last + i - 1, 0]
                     if not self.accelerate(i, next, load):
@@ -265,7 +225,8 @@ cdef class Explicit:
                 if outcome:
                     break
                 if self.saddle.m == 0:
-                    self.push(&self.v[next, 0])
+                    self.combine(&self.v[next, 0], &self.v[self.now, 0], &self.v[self.now, 0], 0.0,
+                                 &self.kick[0], self.stages)
                 if drives.n + self.saddle.n_led > 0:
                     follow(drives, load, &self.q[next, 0], &self.v[next, 0])
                     self.watch.work -= work
@@ -414,15 +375,6 @@ cdef class Explicit:
         """Position of stage i."""
         self.combine(out, &self.q[self.now, 0], &self.v[self.now, 0], self.drift[i],
                      &self.pull[i, 0], i)
-
-    cdef inline void turn(self, ptrdiff_t i, double *out) noexcept nogil:
-        """Velocity of stage i."""
-        self.combine(out, &self.v[self.now, 0], &self.v[self.now, 0], 0.0, &self.swing[i, 0], i)
-
-    cdef inline void push(self, double *out) noexcept nogil:
-        """Velocity after the step."""
-        self.combine(out, &self.v[self.now, 0], &self.v[self.now, 0], 0.0, &self.kick[0],
-                     self.stages)
 
     cdef inline void combine(self, double *out, const double *base, const double *along,
                              double far, const double *weight, ptrdiff_t count) noexcept nogil:

@@ -101,3 +101,20 @@ cdef bint hold(Held *self, const double *q, const double *v, const double *given
         for k in range(n):
             rate[k] += lam[i] * self.response[i * n + k]
     return True
+
+
+cdef tuple set_held(Held *self, const ancf_seed *seed, ptrdiff_t n, constraints, const double *q,
+                    double *lam):
+    """Set up the constraints at a position; return the arrays that must be kept alive."""
+    cdef ptrdiff_t m = len(constraints.offset), width = max(m, 1)
+    cdef double[:, ::1] rows = np.zeros((2 * width, n)), root = np.zeros((width, width))
+    tables = [np.array(x, dtype=np.int32) for x in (constraints.row, constraints.i, constraints.j)]
+    numbers = [np.array(x, dtype=float) for x in (constraints.coefficient, constraints.about)]
+    self.seed, self.n, self.m, self.lam = seed, n, m, lam
+    self.terms, self.straight = len(constraints.row), constraints.linear
+    self.gradient, self.response, self.root = &rows[0, 0], &rows[width, 0], &root[0, 0]
+    if m:
+        self.row, self.i, self.j = integers(tables[0]), integers(tables[1]), integers(tables[2])
+        self.coefficient, self.about = reals(numbers[0]), reals(numbers[1])
+        held_factor(self, q)
+    return tables, numbers, rows, root

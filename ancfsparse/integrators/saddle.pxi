@@ -146,3 +146,25 @@ cdef double saddle_power(Saddle *self, ptrdiff_t base, const double *q, const do
     for k in range(self.n_led):
         out -= self.lam[self.m - self.n_led + k] * led[self.n_led + k]
     return out
+
+
+cdef tuple set_saddle(Saddle *self, constraints, parts, sizes):
+    """Set up the matrix with the constraints; return the arrays that must be kept alive."""
+    cdef const ancf_contribution *each
+    cdef ptrdiff_t n = self.system.n_free, n_all = self.system.n_all, m = len(constraints.offset)
+    cdef double[:, ::1] aside = np.zeros((3, max(n_all, m)))
+    cdef double[::1] values = np.zeros(self.system.n_values + 1), right = np.zeros(n + m)
+    numbers = [np.array(x, dtype=float) for x in (sizes, constraints.mass)]
+    self.n, self.n_all, self.m, self.straight = n, n_all, m, constraints.linear
+    self.each = <const ancf_contribution **>calloc(len(parts), sizeof(void *))
+    if self.each == NULL:
+        raise MemoryError
+    for part in parts:
+        each = <const ancf_contribution *>PyCapsule_GetPointer(part.capsule, "ancf_contribution")
+        if each.rates != NULL:
+            self.each[self.n_each] = each
+            self.n_each += 1
+    self.size, self.weight = reals(numbers[0]), reals(numbers[1])
+    self.values, self.right = &values[0], &right[0]
+    self.bend, self.force, self.moved = &aside[0, 0], &aside[1, 0], &aside[2, 0]
+    return numbers, values, right, aside
