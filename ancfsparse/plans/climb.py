@@ -65,7 +65,7 @@ def climb(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> tuple
     elif first == CABLE and STRING in rungs:
         string = _string(pilots, found, finer, fixed_steps)
         if string is not None and _work(string) < _work(found):
-            return string, ["bending adds less than the error, so strings do", *why[1:]]
+            return string, ["bending adds less than the error, so strings are enough", *why[1:]]
         if string is not None:
             share = _work(string) / _work(found)
             why.append(f"strings would do too, but take {share:.2g} times the work: more elements")
@@ -123,13 +123,14 @@ def _sentences(
             out.append(f"{first} is the richest element that the scene takes")
         elif rung == first:
             out.append(
-                f"{first} does: what it neglects of the {wanted.quantity.name} is predicted to be "
-                f"{parts or 'nothing'} {unit}".rstrip()
+                f"{first} is sufficient: what it neglects of the {wanted.quantity.name} is "
+                f"predicted to be {parts or 'nothing'} {unit}".rstrip()
             )
         elif sum(own.values()) > NEGLIGIBLE * most:
             out.append(
-                f"{first} does not do for the {wanted.quantity.name}: it neglects {parts} {unit}"
-                f", of which at most {NEGLIGIBLE * most:.1e} may be left out, so {rung} is taken"
+                f"{first} is not sufficient for the {wanted.quantity.name}: it neglects {parts} "
+                f"{unit}, of which at most {NEGLIGIBLE * most:.1e} may be left out, so {rung} is "
+                "taken"
             )
         if each.get(FLOOR, 0.0) > most:
             out.append(

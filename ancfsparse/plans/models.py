@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ancfsparse.scene import Beam, Node, Scene
+from ancfsparse.scene import Beam, ElasticBody, Node, Scene
 from ancfsparse.scene.automatic import decided, on
 from ancfsparse.scene.beams import BeamSpec
 from ancfsparse.scene.spec import Point, Whole
@@ -113,6 +113,16 @@ def counterpart(scene: Scene, node: Node) -> Node:
         return decided(body, node)
     found: Node = scene.counterpart(node)
     return found
+
+
+def refined(scene: Scene) -> Scene | None:
+    """Return the scene with every given mesh twice as fine; None if no mesh is given."""
+    given = [beam.name for beam in scene.beams if "n_elements" not in beam.automatic]
+    for name in given:
+        body = scene.body(name)
+        assert isinstance(body, ElasticBody)
+        scene = scene.replaced(body, **body.finer(2))
+    return scene if given else None
 
 
 def spread(scene: Scene, finest: float) -> dict[str, int]:

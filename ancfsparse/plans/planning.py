@@ -11,7 +11,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.asking import checked
 from ancfsparse.plans.climb import climb
-from ancfsparse.plans.models import Model, built, spread, undecided
+from ancfsparse.plans.models import Model, built, refined, spread, undecided
 from ancfsparse.plans.pilots import FEWEST, Pilots
 from ancfsparse.plans.planar import planar
 from ancfsparse.plans.quantities import Frequency, Quantity
@@ -19,7 +19,7 @@ from ancfsparse.plans.record import SAVED, Alternative, Plan, Prediction, descri
 from ancfsparse.plans.rungs import effects_of, open_beams
 from ancfsparse.plans.search import Found, neighbours, search
 from ancfsparse.plans.wanted import Wanted, wanted
-from ancfsparse.scene import ElasticBody, Scene, check_scene
+from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.memory import estimate
 from ancfsparse.solve.request import DEFAULT, check_integrator
 from ancfsparse.solve.times import count_steps_from
@@ -97,7 +97,7 @@ def plan(
     own = scene if flat is None else flat.scene
     moved = [replace(each, quantity=each.quantity.on(own)) for each in asked]
     pilots = Pilots(own, t_end, moved, named or DEFAULT, steps or FEWEST)
-    finer = _finer(own)
+    finer = refined(own)
     if open_beams(own):
         found, why = climb(pilots, finer, steps)
     else:
@@ -139,16 +139,6 @@ def _given_elements(pilots: Pilots, found: Found) -> list[str]:
                 "steps (stretch: by which converged elements differ)"
             )
     return out
-
-
-def _finer(scene: Scene) -> Scene | None:
-    """Return the scene with every given mesh twice as fine; None if no mesh is given."""
-    given = [b.name for b in scene.beams if "n_elements" not in b.automatic]
-    for name in given:
-        body = scene.body(name)
-        assert isinstance(body, ElasticBody)
-        scene = scene.replaced(body, **body.finer(2))
-    return scene if given else None
 
 
 def _record(

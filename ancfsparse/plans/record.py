@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import PlanChanged, StepFailure
 from ancfsparse.integrators import Explicit, Implicit
-from ancfsparse.plans.models import Model, built
+from ancfsparse.plans.models import Model, built, refined
 from ancfsparse.plans.pilots import at_rest, distance
 from ancfsparse.plans.planar import InPlane
 from ancfsparse.plans.wanted import Wanted
@@ -164,7 +164,12 @@ class Plan:
 
     def build(self) -> Scene:
         """Return the scene with the chosen elements and meshes."""
-        return built(self.scene if self.flat is None else self.flat.scene, self.model)
+        return built(self._source, self.model)
+
+    @property
+    def _source(self) -> Scene:
+        """The scene that is solved, with open beams."""
+        return self.scene if self.flat is None else self.flat.scene
 
     def __repr__(self) -> str:
         """Write the choice."""
@@ -187,7 +192,7 @@ class Plan:
         Parameters
         ----------
         verify : bool, optional
-            Also run one rung up, with a finer mesh and half the step, and report the difference
+            Also run with finer meshes, given ones too, and half the step, and report the difference
             beside the prediction.
         **options
             Other arguments of `simulate`, such as ``output`` or ``progress``.  By default every
@@ -212,7 +217,7 @@ class Plan:
         plan = self
         for _ in range(MOST_REPLANS):
             try:
-                run = plan._march(**options)
+                run = plan._march(plan.build(), **options)
                 break
             except StepFailure as failure:
                 warnings.warn(
@@ -224,24 +229,24 @@ class Plan:
                 )
                 plan = replace(plan, steps=2 * plan.steps)
         else:
-            run = plan._march(**options)
+            run = plan._march(plan.build(), **options)
         measured = plan._measured(run) if verify else ()
         return PlannedRun(**{name: getattr(run, name) for name in Trajectory.__dataclass_fields__},
                           plan=plan, measured=measured)  # fmt: skip
 
-    def _march(self, **options: Any) -> Trajectory:
+    def _march(self, scene: Scene, **options: Any) -> Trajectory:
         if self.t_end is None or self.dt is None:
-            return at_rest(solve_static(self.build(), **options))
+            return at_rest(solve_static(scene, **options))
         every = max(1, self.steps // SAVED)
         given = {"integrator": self.integrator, "save_every": every, **options}
-        return simulate(self.build(), self.t_end, self.dt, **given)
+        return simulate(scene, self.t_end, self.dt, **given)
 
     def _measured(self, run: Trajectory) -> tuple[float, ...]:
-        """Return by how much every quantity changes with a finer mesh and half the step."""
+        """Return by how much every quantity changes with finer meshes and half the step."""
         counts = {name: round(FINER_MESH * n + 0.5) for name, n in self.model.counts.items()}
-        finer = replace(self, model=self.model.with_counts(counts), steps=FINER_STEPS * self.steps)
+        finer = built(refined(self._source) or self._source, self.model.with_counts(counts))
         every = {"save_every": FINER_STEPS * run.settings["save_every"]} if self.dt else {}
-        other = finer._march(**every)
+        other = replace(self, steps=FINER_STEPS * self.steps)._march(finer, **every)
         scenes = run.system.scene, other.system.scene
         return tuple(
             distance(

@@ -20,6 +20,8 @@ from ancfsparse.scene import Scene
 SURE, UNSURE = 0.85, 0.5
 # Shares of it that the mesh may have, of which the cheapest is taken.
 SHARES = np.linspace(0.05, 0.95, 37)
+# Where the rest of the error is larger than what was asked for, what is open may add this share.
+BESIDE = 0.1
 # Errors are continued to so many times the elements or steps of the finest pilots, no further.
 REACH_MESH, REACH_STEPS = 8.0, 64.0
 # What the tolerance of the solver leaves, over the error of the step (see `simulate`).
@@ -145,8 +147,9 @@ class Found:
     def _for(self, share: float) -> tuple[float, int]:
         finest, steps = 1.0, 1.0
         for i, (time, most) in enumerate(zip(self.time.estimates, self.asked, strict=True)):
-            free = self.share * most - self.given[i] - self.neglected(i)
-            free = free if free > 0.0 else self.share * most
+            rest = self.given[i] + self.neglected(i)
+            free = self.share * most - rest
+            free = free if free > 0.0 else max(self.share * most, BESIDE * rest)
             if self.mesh is not None:
                 of_mesh = share * free
                 needed = self.mesh.estimates[i].needed(of_mesh) / self.density

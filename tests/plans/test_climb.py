@@ -34,7 +34,7 @@ def test_a_slender_pendulum_is_a_cable():
     assert rung_of(plan) == CABLE
     assert plan.is_met
     assert plan.predictions[0].sources["shear"] > 0.0
-    assert "does: what it neglects" in str(plan)
+    assert "is sufficient: what it neglects" in str(plan)
 
 
 @pytest.mark.parametrize(("error", "rung"), [("30 %", CABLE), ("1 %", SHEARED)])

@@ -27,7 +27,6 @@ def test_the_tip_of_the_pendulum_is_found_as_well_as_asked(error):
     # What was predicted is no more than a few times what came out.
     assert plan.error <= 8.0 * achieved
     assert plan.error >= run.measured[0] / 2.0
-    assert plan.cost["seconds"] < 2.0  # of a busy machine; the aim is 0.2
     assert plan.cost["runs"] <= 12
 
 
@@ -51,7 +50,12 @@ def test_a_plan_is_readable_and_states_what_is_kept():
     assert "above what was asked for" in text
     assert "cheaper:" in text
     # docs/accuracy.md measures 1.1e-2 m at four times; over the whole run up to three times that.
-    assert 5e-3 < plan.predictions[0].sources["mesh"] < 4e-2
+    sources = plan.predictions[0].sources
+    assert 5e-3 < sources["mesh"] < 4e-2
+    assert plan.run(verify=True).measured[0] == pytest.approx(plan.error, rel=0.5)
+    # Steps that are exact to a nanometre on a mesh with an error of a centimetre are not needed.
+    exact = ancf.plan(scene, T_END, ancf.position(rod.end), 1e-9).predictions[0].sources
+    assert 0.05 * sources["mesh"] < exact["time"] <= 0.101 * sources["mesh"]
 
     scene, rod = pendulum("thin", "auto")
     kept = ancf.plan(
