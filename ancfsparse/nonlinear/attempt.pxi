@@ -3,6 +3,9 @@ from libc.math cimport NAN, fmin, isfinite
 
 
 cdef double GROWTH = 1e4  # ratio of residuals to the predictor's at which an attempt is abandoned
+# Factor in length between first corrections of one smooth motion.  With 1, steps alternate between
+# one and two corrections, and step size control takes that for errors and rejects four times as many.
+cdef double LONGER = 2.0
 cdef double STALE = 1.2  # growth per step of a contraction that has not been measured again
 cdef double TRUST = 0.1  # smallest contraction that is assumed without evaluating the residual
 cdef double SLUGGISH = 0.2  # contraction of the residual above which pairs save more than they cost
@@ -34,7 +37,7 @@ cdef inline double rate_of(const Loop *self, double size) noexcept nogil:
     """
     if self.equations.sudden:
         return 0.99
-    if size <= self.measured:
+    if size <= LONGER * self.measured:
         return self.rate
     return fmin(self.rate * size / self.measured, 0.99) if self.measured > 0.0 else 0.99
 
