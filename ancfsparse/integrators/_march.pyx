@@ -23,6 +23,8 @@ cdef struct Scheme:
     Control control
     ptrdiff_t evaluated  # residuals so far
     ancf_watch refused  # the energy watch at the last solution that was rejected
+    ancf_watch tried  # the same of the first step accepted on trial, see `try_it`
+    double most_tried  # the largest gain of such steps
     double *aside  # storage for a solution; takes no memory until a solution is rejected
 
 
@@ -100,6 +102,19 @@ cdef class March(TimeLoop):
     def refused_gain(self):
         """As `energy_gain`, for the last solution rejected because of it [J]."""
         return self.motion.scheme.refused.gain, self.motion.scheme.refused.exchanged
+
+    def withdraw(self):
+        """Return how many of the last steps a failed run must not keep: those since a trial.
+
+        They are kept if the energy exchanged up to now covers what was gained on trial.  Otherwise
+        `refused_gain` is then that of the first step on trial.
+        """
+        cdef Scheme *scheme = &self.motion.scheme
+        if not is_pending(&self.motion):
+            return 0
+        scheme.refused = scheme.tried
+        scheme.most_tried = 0.0
+        return self.motion.watch.steps - scheme.tried.steps
 
 
 cdef set_weights(Motion *self, double dt, integrator):

@@ -204,6 +204,10 @@ cdef class TimeLoop:
         cdef const ancf_watch *watch = &self.motion.watch
         return watch.most, ancf_watch_motion(watch), watch.when
 
+    def withdraw(self):
+        """Return how many of the last steps a failed run must not keep."""
+        return 0
+
     def gained_energy(self):
         """Whether the energy gain was ever too large: the final check of a run."""
         measure(&self.motion)

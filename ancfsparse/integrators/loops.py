@@ -80,6 +80,9 @@ class ImplicitLoop(Loop, Protocol):
     def drive(self, n: int, n_equations: int, start: Vector, force: Vector) -> None:
         """Let the last coordinates and the last equations follow functions of time."""
 
+    def withdraw(self) -> int:
+        """Return how many of the last steps a failed run must not keep."""
+
     def may_shorten(self) -> None:
         """Reject steps that would gain energy."""
 

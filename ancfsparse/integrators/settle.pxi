@@ -6,8 +6,9 @@ cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
 
     Such a step can have several solutions.  One whose energy rises is compared with Newton's.  One
     that gains energy is rejected as long as there may be another that does not, or as the step can
-    be shortened; if all gain energy, the one with the smallest gain passes unless that is large,
-    and the next regular check decides.  Under step size control the step is shortened at once.
+    be shortened; if all gain energy, the one with the smallest gain passes on trial unless that is
+    large, and the next regular check decides.  Under step size control the step is shortened at
+    once.
     """
     cdef ancf_watch before = self.watch, best
     cdef bint varies = self.scheme.control.seed == NULL
@@ -40,9 +41,28 @@ cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     keep(self, False)
     see(self, False)
     if not ancf_watch_gains_much(&self.watch):
+        try_it(self)
         return pass_it(self)
     unsee(self, &before)
     return False
+
+
+cdef bint is_pending(const Motion *self) noexcept nogil:
+    """Whether a step on trial has gained too much for the energy exchanged up to now."""
+    return self.scheme.most_tried > self.watch.limit * self.watch.exchanged
+
+
+cdef void try_it(Motion *self) noexcept nogil:
+    """Note a step whose solutions all gain too much: a run that fails does not keep it.
+
+    In the first steps a motion has exchanged too little energy to judge.
+    """
+    if self.watch.steps + 1 < WATCH_EVERY or not ancf_watch_gains(&self.watch, False):
+        return
+    if not is_pending(self):
+        self.scheme.tried = self.watch
+        self.scheme.most_tried = 0.0
+    self.scheme.most_tried = fmax(self.scheme.most_tried, self.watch.beyond)
 
 
 cdef bint see(Motion *self, bint strict) noexcept nogil:

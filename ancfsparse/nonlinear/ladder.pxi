@@ -103,16 +103,23 @@ cdef int solve(void *context) noexcept nogil:
 
 
 cdef int confirm(void *context) noexcept nogil:
-    """Compute Newton's solution to compare with the one found; it counts only if preferred."""
+    """Compute Newton's solution to compare with the one found; it counts only if preferred.
+
+    Where Newton's method finds none from the predictor, it goes on as in a step of its own.
+    """
     cdef Loop *self = <Loop *>context
     cdef Rung rung = self.rung
     cdef int used = 0, outcome = GAINED_ENERGY
-    if rung > NEW_SEED or not (retreat(self) or not self.newton):
+    if not retreat(self) and (self.newton or rung > NEW_SEED):
         return outcome
     outcome = climb(self, NEWTON, CONVERGED, &used)
+    if outcome != CONVERGED and self.equations.coast != NULL:
+        outcome = climb(self, COASTING, CONVERGED, &used)
+    if outcome != CONVERGED and not self.halves and has_saddles(self):
+        outcome = climb(self, DESCENT, CONVERGED, &used)
     if outcome == CONVERGED:
         tally(self, -1)
-    self.rung, self.doubtful = rung, False
+    self.confirmed, self.rung, self.doubtful = self.rung, rung, False
     return outcome
 
 
@@ -120,8 +127,8 @@ cdef void prefer(void *context) noexcept nogil:
     """Count the solution of `confirm` as the recovery of the step."""
     cdef Loop *self = <Loop *>context
     tally(self, -1)
-    record(self, NEWTON, GAINED_ENERGY)
-    self.rung = NEWTON
+    record(self, self.confirmed, GAINED_ENERGY)
+    self.rung = self.confirmed
     tally(self, 1)
 
 

@@ -108,6 +108,10 @@ class FixedRun(ABC):
         """Check a run that has taken all its steps."""
         return Outcome.CONVERGED
 
+    def _withdraw(self, outcome: Outcome) -> Outcome:
+        """Take back what a failed run must not keep; return what it has failed for."""
+        return outcome
+
     def march(self, recorder: Recorder) -> Outcome:
         """Record the start and take the steps; return how they ended.
 
@@ -156,8 +160,8 @@ class FixedRun(ABC):
                 bar.update(stats.steps - bar.n)
         if outcome != Outcome.CONVERGED:
             self._check_functions(stats.steps + 1)
-            return outcome
-        return self._last_look()
+            return self._withdraw(outcome)
+        return self._withdraw(self._last_look())
 
     def _check_functions(self, step: int) -> None:
         """Raise what a function of the motion has done wrong in a step that failed, if it did."""

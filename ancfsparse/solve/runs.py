@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
+import numpy as np
+
 from ancfsparse.errors import AncfError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Outcome
@@ -157,12 +159,26 @@ class ImplicitRun(FixedRun):
             self._softening.warn()
         return Outcome.HAD_GAINED if self._loop.gained_energy() else Outcome.CONVERGED
 
+    def _withdraw(self, outcome: Outcome) -> Outcome:
+        """Take back the steps since one that was accepted on trial."""
+        stats = self._stats
+        steps = 0 if outcome == Outcome.CONVERGED else self._loop.withdraw()
+        if not steps:
+            return outcome
+        stats.steps = max(0, stats.steps - steps)
+        wide, narrow = np.empty((0, self._system.n_all)), np.empty((0, self._system.n_multipliers))
+        rows = stats.steps // self._save_every + 1
+        self._recorder.append(np.empty(0), wide, wide, wide, narrow, begin=rows)
+        self._before = None  # the march is further than the states
+        return Outcome.WOULD_GAIN
+
     def _count_costs(self) -> None:
         stats, ways = self._stats, (self._softening, self._halving)
         crossed = [event for way in ways if way for event in way.events]
         count(stats, self._iteration, *self._solved_with)
         recovered = events(self._iteration.events, self._clock.begin, self._dt)
-        stats.events = recovered + self._exact + crossed
+        listed = recovered + self._exact + crossed
+        stats.events = [event for event in listed if event.step <= stats.steps + 1]
         stats.short_steps = self._halving.short_steps if self._halving else 0
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:

@@ -166,7 +166,8 @@ def simulate(
     whole, then from a start without the last acceleration; these are counted in
     ``stats.recoveries``.  A hard step whose solution would gain energy is solved again by Newton,
     and from that start.  Then it is halved, if that is allowed; if not, the solution that gains
-    least is taken, and the next regular look at the energy decides.  One whose energy only rises,
+    least is accepted on trial, and the next regular check of the energy decides; a run that is then
+    stopped ends before that step.  One whose energy only rises,
     in a motion that has lost some, is compared with Newton's.  No step is accepted unconverged.
     """
     if quantity is not None or error is not None:

@@ -10,8 +10,9 @@ from ancfsparse.problems import pendulum
 from ancfsparse.solve.criterion import Criterion
 from tests.soak import accuracy, bodies, callables, mechanisms, motions, units, worker
 from tests.soak.__main__ import soak
+from tests.soak.exactly import Steps
 from tests.soak.report import Find, Report, Tally, as_json, table
-from tests.soak.scenes import Drawn, Units, draw
+from tests.soak.scenes import Drawn, Units, draw, draw_integrator, draw_solver
 
 
 def raise_error(*_):
@@ -85,6 +86,29 @@ def test_motions_that_once_gained_do_not(seed, index):
 def test_steps_take_the_solution_that_gains_nothing_where_only_descent_leads_to_it(seed, index):
     # In each, whole and damped corrections from all starts led one step to a saddle.
     assert motions.run(seed, index).finds == []
+
+
+def test_a_step_that_rises_is_compared_with_all_that_newton_would_try():
+    # From the nearer predictor, Newton's method led step 342 to 0.11 of the energy exchanged, and
+    # step 345, damped, to 0.04.  From the default predictor it leads the first nowhere, and descent
+    # leads to a gain of 0.008.  As the motion had lost energy before, no bound on its whole gain
+    # noticed; the run was stopped later, for what Newton's solutions do not gain.
+    rng = np.random.default_rng([0, 156])
+    drawn, integrator, solver = draw(rng), draw_integrator(rng), draw_solver(rng)
+    with pytest.raises(ancf.StepFailure) as caught:
+        ancf.simulate(drawn.scene, drawn.t_end, drawn.dt, integrator=integrator, solver=solver)
+    path = caught.value.trajectory
+    steps = Steps(drawn, integrator, path)
+    for k in range(335, path.stats.steps):
+        by_newton = steps.gain(k, steps.solved_again(k))
+        assert steps.gain(k, steps.states[k + 1]) < by_newton + 1e-3 * path.energy.kinetic.max()
+    assert path.stats.steps >= 345
+    assert motions.run(0, 156).finds == []
+
+
+def test_a_gain_that_later_energy_covers_stops_no_run():
+    # All solutions of step 24 gain 1.05 % of the energy exchanged so far, and 0.25 % in the end.
+    assert motions.run(702, 829).outcome == "finished"
 
 
 def test_what_a_scheme_adds_where_a_load_turns_falls_with_the_steps_and_is_none_without_damping():

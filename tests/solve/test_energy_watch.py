@@ -24,13 +24,7 @@ def test_the_trapezoidal_rule_with_too_large_a_step_is_stopped():
     assert path.stats.steps == gain.step - 1 == len(path.t) - 1
     assert gain.time == pytest.approx(path.t[-1] + 0.03125)
     energy = path.energy
-    # Each 16th step is looked at; one of the others passes with a gain of up to ten times as much
-    # if all its solutions gain.
-    gains = energy.total - energy.total[0]
-    parts = (energy.kinetic, energy.elastic, energy.potential)
-    exchanged = max(np.abs(part - part[0]).max() for part in parts)
-    assert gains[::16].max() <= 0.01 * exchanged
-    assert gains.max() <= 0.1 * exchanged
+    assert (energy.total - energy.total[0]).max() <= 0.01 * energy.kinetic.max()
     assert [event.rung for event in path.stats.events if event.step == gain.step][-3:] == [
         "Newton", "Newton from rest", "descent",
     ]  # fmt: skip
@@ -41,6 +35,28 @@ def test_the_trapezoidal_rule_with_too_large_a_step_is_stopped():
         assert part in str(gain)
     again = pickle.loads(pickle.dumps(EnergyGain(1.0, 2.0, 0.01, 0.5, 3, 0.1)))
     assert str(again) == str(EnergyGain(1.0, 2.0, 0.01, 0.5, 3, 0.1))
+
+
+@pytest.mark.parametrize("dt", [0.02, 0.025, 0.03, 0.035, 0.04])
+def test_a_stopped_run_keeps_no_step_all_of_whose_solutions_gain(dt, tmp_path):
+    # Such a step is accepted on trial, with 1 % to 10 % of the energy in these runs.
+    kept = []
+    for options in ({}, {"save_every": 3}, {"output": tmp_path / "run.h5"}):
+        scene, _ = pendulum("thin")
+        with pytest.raises(EnergyGain, match="would have") as caught:
+            ancf.simulate(scene, round(10.0 / dt) * dt, dt, integrator=ancf.Newmark(), **options)
+        gain, path = caught.value, caught.value.trajectory
+        every = options.get("save_every", 1)
+        assert path.stats.steps == gain.step - 1
+        assert len(path.t) == (gain.step - 1) // every + 1
+        assert max(event.step for event in path.stats.events) == gain.step
+        assert 0.01 * gain.exchanged < gain.gain < 0.1 * gain.exchanged
+        np.testing.assert_array_equal(path.last.q, path.q[-1])
+        kept.append(path)
+    whole, some, stored = kept
+    assert (whole.energy.total - whole.energy.total[0]).max() <= 0.01 * whole.energy.kinetic.max()
+    np.testing.assert_array_equal(some.q, whole.q[::3])
+    np.testing.assert_array_equal(stored.q, whole.q)
 
 
 def test_a_gain_in_easy_steps_is_found_at_the_next_look():
