@@ -18,6 +18,7 @@ from ancfsparse.plans.rungs import (
     left_out,
     model_of,
     needed,
+    of_way,
 )
 from ancfsparse.plans.search import Found, search
 from ancfsparse.scene import Scene
@@ -69,7 +70,7 @@ def climb(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> tuple
         if string is not None:
             share = _work(string) / _work(found)
             why.append(f"strings would do too, but take {share:.2g} times the work: more elements")
-    return found.with_effects([left_out(each, rung) for each in effects]), why
+    return found.with_effects([left_out(each, rung) | of_way(each) for each in effects]), why
 
 
 def _string(
@@ -88,7 +89,7 @@ def _string(
     effects = effects_of(pilots, found.judge, response=False)
     if not _limp(effects, found.asked):
         return None
-    return found.with_effects([left_out(each, STRING) for each in effects])
+    return found.with_effects([left_out(each, STRING) | of_way(each) for each in effects])
 
 
 def _limp(

@@ -15,6 +15,7 @@ from ancfsparse.plans.costs import Counted, counted
 from ancfsparse.plans.models import Model, built
 from ancfsparse.plans.quantities import Quantity
 from ancfsparse.plans.wanted import Wanted
+from ancfsparse.plans.ways import Way
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate, solve_static
@@ -69,7 +70,7 @@ class Pilots:
         Time at the end [s]; None: the equilibrium is asked for.
     wanted : sequence of Wanted
         Quantities and errors.
-    integrator : Implicit or Explicit
+    integrator : Implicit, Explicit or Way
         Of the runs.
     base : int
         Steps of the longest kind; all runs have a power of two times as many.
@@ -78,14 +79,14 @@ class Pilots:
     scene: Scene
     t_end: float | None
     wanted: Sequence[Wanted]
-    integrator: Implicit | Explicit
+    integrator: Implicit | Explicit | Way
     base: int = FEWEST
     done: dict[tuple[object, ...], Pilot | None] = field(default_factory=dict)
     seconds: float = 0.0
     failure: StepFailure | None = None
 
-    def with_integrator(self, integrator: Implicit | Explicit) -> Pilots:
-        """Return runs of the same scene by another integrator."""
+    def with_integrator(self, integrator: Implicit | Explicit | Way) -> Pilots:
+        """Return runs of the same scene by another integrator or way."""
         return replace(self, integrator=integrator, done={}, seconds=0.0, failure=None)
 
     def run(self, model: Model, steps: int) -> Pilot | None:
@@ -120,6 +121,8 @@ class Pilots:
         """Run a scene that was built, in so many steps; or find its equilibrium."""
         if self.t_end is None:
             return at_rest(solve_static(scene))
+        if isinstance(self.integrator, Way):
+            return self.integrator.march(scene, self.t_end, steps)
         return simulate(
             scene,
             self.t_end,

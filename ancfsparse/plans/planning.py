@@ -10,14 +10,13 @@ from ancfsparse.checks import check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.asking import checked
-from ancfsparse.plans.climb import climb
-from ancfsparse.plans.models import Model, built, refined, spread, undecided
+from ancfsparse.plans.choice import Chosen, choose
+from ancfsparse.plans.models import built, refined, spread, undecided
 from ancfsparse.plans.pilots import FEWEST, Pilots
 from ancfsparse.plans.planar import planar
-from ancfsparse.plans.quantities import Frequency, Quantity
+from ancfsparse.plans.quantities import Quantity
 from ancfsparse.plans.record import SAVED, Alternative, Plan, Prediction, described
-from ancfsparse.plans.rungs import effects_of, open_beams
-from ancfsparse.plans.search import Found, neighbours, search
+from ancfsparse.plans.search import Found, neighbours
 from ancfsparse.plans.wanted import Wanted, wanted
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.memory import estimate
@@ -98,14 +97,10 @@ def plan(
     moved = [replace(each, quantity=each.quantity.on(own)) for each in asked]
     pilots = Pilots(own, t_end, moved, named or DEFAULT, steps or FEWEST)
     finer = refined(own)
-    if open_beams(own):
-        found, why = climb(pilots, finer, steps)
-    else:
-        found = search(pilots, Model(), finer, steps)
-        why = _given_elements(pilots, found) if undecided(own) else []
-    if flat is not None:
-        why.insert(0, "the scene moves in a plane, and is solved there")
-    made = _record(own, t_end, moved, pilots, found, begin, why, named is not None)
+    chosen = choose(pilots, finer, steps, named is None and steps is None)
+    why = ["the scene moves in a plane, and is solved there"] if flat is not None else []
+    chosen = replace(chosen, why=(*why, *chosen.why))
+    made = _record(own, t_end, moved, chosen, begin, named is not None)
     return replace(made, scene=scene, flat=flat)
 
 
@@ -124,33 +119,15 @@ def _span(first: Quantity, t_end: float | None, dt: float | None) -> float | Non
     return None
 
 
-def _given_elements(pilots: Pilots, found: Found) -> list[str]:
-    """Return what elements that were given neglect, in sentences: it comes on top of the errors."""
-    if any(isinstance(each.quantity, Frequency) for each in pilots.wanted):
-        return []
-    out = []
-    for each, effects in zip(pilots.wanted, effects_of(pilots, found.judge, True), strict=True):
-        parts = ", ".join(f"{name} {value:.1e}" for name, value in effects.items() if value)
-        if parts:
-            out.append(
-                f"element given: of the {each.quantity.name} it neglects about {parts} "
-                f"{each.quantity.unit}".rstrip()
-                + ", which come on top of the errors of mesh and "
-                "steps (stretch: by which converged elements differ)"
-            )
-    return out
-
-
 def _record(
     scene: Scene,
     t_end: float | None,
     asked: Sequence[Wanted],
-    pilots: Pilots,
-    found: Found,
+    chosen: Chosen,
     begin: float,
-    why: list[str],
     integrator_given: bool,
 ) -> Plan:
+    pilots, found = chosen.pilots, chosen.found
     finest, steps = found.choice()
     model = found.model.with_counts(spread(scene, finest))
     errors = found.errors(finest, steps)
@@ -162,7 +139,7 @@ def _record(
     memory = estimate(new, min(steps, 2 * SAVED) + 1, None, False, "auto").total
     cheaper, dearer = (_alternative(scene, t_end, pilots, found, *each)
                        for each in neighbours(found, finest, steps))  # fmt: skip
-    own = sum(run.amount for run in pilots.costs)
+    own = chosen.beside + pilots.spent
     work = own / found.cost.amount(steps, found.coordinates(finest))
     return Plan(
         scene,
@@ -176,7 +153,7 @@ def _record(
         memory,
         cheaper,
         dearer,
-        (*why, *_reasons(scene, found, predictions, integrator_given)),
+        (*chosen.why, *_reasons(scene, found, predictions, integrator_given)),
         {
             "seconds": time.perf_counter() - begin,
             "runs": float(len(pilots.done)),
@@ -240,4 +217,5 @@ NAMES = {
     "torsion": "neglected torsion",
     "rotary inertia": "neglected rotary inertia",
     "bending": "neglected bending",
+    "inertia": "neglected inertia",
 }

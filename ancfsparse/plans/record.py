@@ -16,9 +16,11 @@ from ancfsparse.plans.models import Model, built, refined
 from ancfsparse.plans.pilots import at_rest, distance
 from ancfsparse.plans.planar import InPlane
 from ancfsparse.plans.wanted import Wanted
+from ancfsparse.plans.ways import Way
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Node, Scene
 from ancfsparse.solve import simulate, solve_static
+from ancfsparse.solve.request import DEFAULT
 
 Array = NDArray[np.float64]
 
@@ -106,8 +108,8 @@ class Plan:
         Element and number of elements of every beam of which they are open, by its name.
     steps : int
         Number of steps.
-    integrator : Implicit or Explicit
-        How it is marched.
+    integrator : Implicit, Explicit or Way
+        How it is marched; or, as a `Way`, found without steps of an integrator.
     solver : str
         How equations are solved.
     predictions : tuple of Prediction
@@ -131,7 +133,7 @@ class Plan:
     t_end: float | None
     model: Model
     steps: int
-    integrator: Implicit | Explicit
+    integrator: Implicit | Explicit | Way
     solver: str
     predictions: tuple[Prediction, ...]
     seconds: float
@@ -237,6 +239,8 @@ class Plan:
     def _march(self, scene: Scene, **options: Any) -> Trajectory:
         if self.t_end is None or self.dt is None:
             return at_rest(solve_static(scene, **options))
+        if isinstance(self.integrator, Way):
+            return self.integrator.march(scene, self.t_end, self.steps, **options)
         every = max(1, self.steps // SAVED)
         given = {"integrator": self.integrator, "save_every": every, **options}
         return simulate(scene, self.t_end, self.dt, **given)
@@ -245,8 +249,7 @@ class Plan:
         """Return by how much every quantity changes with finer meshes and half the step."""
         counts = {name: round(FINER_MESH * n + 0.5) for name, n in self.model.counts.items()}
         finer = built(refined(self._source) or self._source, self.model.with_counts(counts))
-        every = {"save_every": FINER_STEPS * run.settings["save_every"]} if self.dt else {}
-        other = replace(self, steps=FINER_STEPS * self.steps)._march(finer, **every)
+        other = self._richer(finer, run)
         scenes = run.system.scene, other.system.scene
         return tuple(
             distance(
@@ -256,6 +259,17 @@ class Plan:
             )
             for each in self.predictions
         )
+
+    def _richer(self, finer: Scene, run: Trajectory) -> Trajectory:
+        """Return the motion on finer meshes: by half the step, or by steps where none were."""
+        if self.dt is None or self.t_end is None:
+            return self._march(finer)
+        if isinstance(self.integrator, Way):
+            more = self.integrator.steps_to_verify(run, self.steps)
+            dt = self.t_end / (more * self.steps)
+            return simulate(finer, self.t_end, dt, integrator=DEFAULT, save_every=more)
+        every = FINER_STEPS * run.settings["save_every"]
+        return replace(self, steps=FINER_STEPS * self.steps)._march(finer, save_every=every)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -314,7 +328,7 @@ class PlannedRun(Trajectory):
 
 
 def described(
-    model: Model, steps: int, t_end: float | None, integrator: Implicit | Explicit
+    model: Model, steps: int, t_end: float | None, integrator: Implicit | Explicit | Way
 ) -> str:
     """Write elements, mesh, step and integrator in one line."""
     alike: dict[str, list[str]] = {}

@@ -8,6 +8,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.plans.models import Model, Rung, built, spread, undecided
 from ancfsparse.plans.neglected import neglected_effects
 from ancfsparse.plans.pilots import Pilot, Pilots
+from ancfsparse.plans.ways import Way
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
 
@@ -20,6 +21,8 @@ LADDER = (STRING, CABLE, TWISTED, SHEARED)
 
 # What no richer element includes: converged elements differ by how their bending depends on it.
 FLOOR = "stretch"
+# What every element leaves out where the motion is not marched.
+OF_WAYS = frozenset({"inertia"})
 # Share of the error asked for that an effect may have and still be neglected.
 NEGLIGIBLE = 0.4
 
@@ -85,7 +88,10 @@ def effects_of(pilots: Pilots, pilot: Pilot, response: bool) -> list[dict[str, f
     out = []
     for each in pilots.wanted:
         quantity = each.quantity.on(scene)
-        out.append(neglected_effects(scene, pilot.run, quantity, march if response else None))
+        own = neglected_effects(scene, pilot.run, quantity, march if response else None)
+        if isinstance(pilots.integrator, Way):
+            own |= pilots.integrator.neglected(pilot.run, quantity)
+        out.append(own)
     return out
 
 
@@ -119,3 +125,8 @@ def needed(
 def left_out(effects: Mapping[str, float], rung: Rung) -> dict[str, float]:
     """Return the effects that an element leaves out, and not what only other measures change."""
     return {name: value for name, value in effects.items() if name in neglects(rung)}
+
+
+def of_way(effects: Mapping[str, float]) -> dict[str, float]:
+    """Return the effects that are left out where the motion is not marched."""
+    return {name: value for name, value in effects.items() if name in OF_WAYS}

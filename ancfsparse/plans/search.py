@@ -13,7 +13,9 @@ from ancfsparse.plans import costs
 from ancfsparse.plans.mesh_error import COARSEST, MeshError, elements_of, given_error, mesh_error
 from ancfsparse.plans.models import Model, order_of, spread, undecided
 from ancfsparse.plans.pilots import FREE, Pilot, Pilots, distances, tolerances
+from ancfsparse.plans.sampling import between
 from ancfsparse.plans.time_error import TimeError, no_time_error, time_error
+from ancfsparse.plans.ways import Way
 from ancfsparse.scene import Scene
 
 # Share of the error asked for that predictions may add up to: what they miss is about as large.
@@ -209,7 +211,8 @@ def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int |
         return pilots.spent < max(FREE, SHARE * last.cost.amount * time.runs[-1].steps / steps)
 
     mesh = mesh_error(pilots, coarse, finest, steps, order, affordable) if is_open else None
-    if mesh is not None and pilots.t_end is not None and pilots.spent < FREE:
+    marched = pilots.t_end is not None and not isinstance(pilots.integrator, Way)
+    if mesh is not None and marched and pilots.spent < FREE:
         time = _on_fine_mesh(pilots, time, mesh, steps)
     given = (0.0,) * len(pilots.wanted)
     if finer is not None:
@@ -226,6 +229,9 @@ def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:
     if pilots.t_end is None:
         coarse = model.with_counts(spread(pilots.scene, finest))
         return finest, coarse, no_time_error(pilots, coarse)
+    if isinstance(pilots.integrator, Way):
+        coarse = model.with_counts(spread(pilots.scene, finest))
+        return finest, coarse, between(pilots, coarse)
     while True:
         coarse = model.with_counts(spread(pilots.scene, finest))
         try:

@@ -1,0 +1,145 @@
+"""The choice between equilibria and motions: what is within the error at less counted work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from ancfsparse.errors import AncfError
+from ancfsparse.plans.climb import climb
+from ancfsparse.plans.mesh_error import COARSEST
+from ancfsparse.plans.models import Model, built, spread, undecided
+from ancfsparse.plans.pilots import Pilots
+from ancfsparse.plans.quantities import Frequency
+from ancfsparse.plans.rungs import candidates, effects_of, model_of, of_way, open_beams
+from ancfsparse.plans.sampling import FEWEST
+from ancfsparse.plans.search import Found, search
+from ancfsparse.plans.ways import Statics, Way
+from ancfsparse.scene import Scene
+
+WAYS: tuple[Way, ...] = (Statics(),)
+# Pilots of a motion take this many runs of the longest steps at least: those steps, half of them
+# by two integrators, and one more mesh (see `time_error`).
+LEAST_PILOTS = 6.0
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """What is planned.
+
+    Attributes
+    ----------
+    pilots : Pilots
+        The runs, with the integrator or the way.
+    found : Found
+        What they have shown.
+    why : tuple of str
+        Why, in sentences.
+    beside : float
+        Work of pilots of what was not taken.
+    """
+
+    pilots: Pilots
+    found: Found
+    why: tuple[str, ...]
+    beside: float = 0.0
+
+
+def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: bool) -> Chosen:
+    """Choose the way, the elements, the mesh and the step.
+
+    Parameters
+    ----------
+    pilots : Pilots
+        Runs by an integrator.
+    finer, fixed_steps
+        As in `search`.
+    free : bool
+        Whether the motion may be found without that integrator.
+    """
+    why, beside = [], 0.0
+    for way in _suiting(pilots) if free and pilots.t_end is not None else []:
+        mine = replace(pilots.with_integrator(way), base=FEWEST)
+        try:
+            found, reasons = elements(mine, finer, None)
+        except AncfError as failure:
+            why.append(f"{way} is not possible: {failure}")
+            beside += mine.spent
+            continue
+        excess = _excess(found)
+        if excess <= 1.0 and _amount(found) <= _least(pilots, found):
+            return Chosen(mine, found, (way.reason, *reasons), beside)
+        beside += mine.spent
+        why += [way.refused(excess)] if excess > 1.0 else []
+    found, reasons = elements(pilots, finer, fixed_steps)
+    return Chosen(pilots, found, (*why, *reasons), beside)
+
+
+def elements(
+    pilots: Pilots, finer: Scene | None, fixed_steps: int | None
+) -> tuple[Found, list[str]]:
+    """Choose the elements where they are open, and run pilots."""
+    if open_beams(pilots.scene):
+        return climb(pilots, finer, fixed_steps)
+    found = search(pilots, Model(), finer, fixed_steps)
+    if any(isinstance(each.quantity, Frequency) for each in pilots.wanted):
+        return found, []
+    if not undecided(pilots.scene) and not isinstance(pilots.integrator, Way):
+        return found, []
+    effects = effects_of(pilots, found.judge, response=True)
+    return found.with_effects([of_way(each) for each in effects]), _given(pilots, effects)
+
+
+def _suiting(pilots: Pilots) -> list[Way]:
+    """Return the ways that may do."""
+    rungs, _ = candidates(pilots.scene)
+    model = model_of(pilots.scene, rungs[-1]) if rungs else Model()
+    try:
+        scene = built(pilots.scene, model.with_counts(spread(pilots.scene, COARSEST)))
+        quantities = [each.quantity for each in pilots.wanted]
+        assert pilots.t_end is not None
+        return [way for way in WAYS if way.suits(scene, pilots.t_end, quantities)]
+    except AncfError:  # what is wrong is stated where motions are tried
+        return []
+
+
+def _excess(found: Found) -> float:
+    """Return the predicted error of the best choice over the one asked for, the largest."""
+    errors = found.errors(*found.choice())
+    return max(sum(each.values()) / most for each, most in zip(errors, found.asked, strict=True))
+
+
+def _amount(found: Found) -> float:
+    finest, steps = found.choice()
+    return found.cost.amount(steps, found.coordinates(finest))
+
+
+def _least(pilots: Pilots, found: Found) -> float:
+    """Return what a motion takes at least, with its pilots: the longest steps are enough.
+
+    One such pilot is run on the coarsest mesh; it is needed anyway if the motion is marched.
+    """
+    model = found.model.with_counts(spread(pilots.scene, COARSEST))
+    run = pilots.run(model, pilots.base)
+    if run is None:  # shorter steps take more
+        run = pilots.run(model, 2 * pilots.base)
+    if run is None:
+        return float("inf")
+    finest, _ = found.choice()
+    step = run.cost.work * run.steps
+    return step * (found.coordinates(finest) + LEAST_PILOTS * run.cost.coordinates)
+
+
+def _given(pilots: Pilots, effects: list[dict[str, float]]) -> list[str]:
+    """Return what elements that were given neglect, in sentences: it comes on top of the errors."""
+    out = []
+    for each, own in zip(pilots.wanted, effects, strict=True):
+        left = {name: value for name, value in own.items() if name not in of_way(own)}
+        parts = ", ".join(f"{name} {value:.1e}" for name, value in left.items() if value)
+        if parts:
+            out.append(
+                f"element given: of the {each.quantity.name} it neglects about {parts} "
+                f"{each.quantity.unit}".rstrip()
+                + ", which come on top of the errors of mesh and "
+                "steps (stretch: by which converged elements differ)"
+            )
+    return out

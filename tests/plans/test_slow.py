@@ -1,0 +1,91 @@
+"""Plans that follow equilibria where loads are slow, beside motions on fine meshes."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.plans.slow import late
+from ancfsparse.plans.ways import Statics
+
+SOFT = ancf.Material(1e8, 1000)
+
+
+def pulled(time, element="auto", n="auto"):
+    """A sagging cable, one end of which is pulled by 8 cm."""
+    scene = ancf.Scene((0.0, -9.81))
+    rope = scene.add_beam(element, (0, 0), (1, 0), n, ancf.Circle(0.005), SOFT, length=1.1)
+    scene.pin(rope.start)
+    scene.drive(rope.end, lambda t: (1 + 0.08 * (t / time) ** 2 * (3 - 2 * t / time), 0.0))
+    return scene, rope.at(0.55)
+
+
+def bent(time, element="auto", n="auto", damping=0.0):
+    """A cantilever whose load grows smoothly."""
+    scene = ancf.Scene((0.0, 0.0))
+    made = ancf.Circle(0.02), ancf.Material(1e8, 1000, bending_damping=damping)
+    rod = scene.add_beam(element, (0, 0), (1, 0), n, *made)
+    scene.clamp(rod.start)
+    scene.point_force(rod.end, lambda t: (0.0, -0.2 * (t / time) ** 2 * (3 - 2 * t / time)))
+    return scene, rod.end
+
+
+def truth(made, time, times):
+    """Return where the point is in a motion of 24 elements."""
+    scene, point = made(time, "thin", 24)
+    k = max(1, round(4000 / (len(times) - 1)))
+    run = ancf.simulate(scene, time, times[1] / k, integrator=ancf.Newmark(), save_every=k)
+    return run.position(point)
+
+
+@pytest.mark.parametrize(("made", "time", "error"), [(pulled, 20.0, "5 %"), (bent, 40.0, "3 %")])
+def test_what_is_pulled_slowly_is_solved_as_statics(made, time, error):
+    scene, point = made(time)
+    plan = ancf.plan(scene, time, ancf.position(point), error)
+    assert plan.integrator == Statics()
+    assert "loads and drives are slow" in str(plan)
+    assert "statics at all times" in plan.choice
+    run = plan.run(verify=True)
+    asked = plan.predictions[0].asked
+    achieved = np.linalg.norm(run.position(point) - truth(made, time, run.t), axis=1).max()
+    assert achieved <= asked
+    assert plan.is_met
+    assert run.measured[0] == pytest.approx(achieved, rel=0.6)
+    assert plan.predictions[0].sources["inertia"] >= 0.3 * achieved
+
+
+def test_what_is_not_slow_enough_is_marched():
+    scene, point = bent(1.0)
+    plan = ancf.plan(scene, 1.0, ancf.position(point), "3 %")
+    assert plan.integrator == ancf.GeneralizedAlpha(0.9)
+    assert "equilibria would miss the error" in str(plan)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3])
+@pytest.mark.parametrize("time", [4.0, 16.0])
+def test_what_equilibria_leave_out(time, damping):
+    scene, point = bent(time, "thin", 8, damping)
+    run = ancf.quasi_static(scene, time, time / 64)
+    motion = ancf.simulate(scene, time, time / 6400, integrator=ancf.Newmark(), save_every=100)
+    off = np.linalg.norm(run.position(point) - motion.position(point), axis=1).max()
+    found = late(run, ancf.position(point))
+    assert off <= found <= 12.0 * off
+
+
+def test_what_statics_does_not_have_is_marched():
+    """Velocities, what begins to move, and loads that do not change."""
+    scene, point = bent(40.0)
+    made = bent(40.0, "thin", 4)[0]
+    way = Statics()
+    assert way.suits(made, 40.0, [ancf.position(point)])
+    assert not way.suits(made, 40.0, [ancf.velocity(point)])
+    assert not way.suits(made, 40.0, [ancf.energy("kinetic")])
+    thrown = ancf.Scene((0.0, 0.0))
+    rod = thrown.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.02), SOFT, velocity=(0, 1))
+    thrown.point_force(rod.end, ancf.Ramp((0.0, -2.0), 20.0))
+    assert not way.suits(thrown, 40.0, [ancf.position(rod.end)])
+    still = ancf.Scene()
+    rod = still.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.02), SOFT)
+    still.clamp(rod.start)
+    assert not way.suits(still, 40.0, [ancf.position(rod.end)])
+    kept = ancf.plan(scene, 40.0, ancf.position(point), "3 %", integrator=ancf.HHT())
+    assert kept.integrator == ancf.HHT()
