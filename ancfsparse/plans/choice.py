@@ -9,7 +9,6 @@ from ancfsparse.plans.climb import climb
 from ancfsparse.plans.mesh_error import COARSEST
 from ancfsparse.plans.models import Model, built, spread, undecided
 from ancfsparse.plans.pilots import Pilots
-from ancfsparse.plans.quantities import Frequency
 from ancfsparse.plans.rungs import candidates, effects_of, model_of, of_way, open_beams
 from ancfsparse.plans.sampling import FEWEST
 from ancfsparse.plans.search import Found, search
@@ -81,8 +80,6 @@ def elements(
     if open_beams(pilots.scene):
         return climb(pilots, finer, fixed_steps)
     found = search(pilots, Model(), finer, fixed_steps)
-    if any(isinstance(each.quantity, Frequency) for each in pilots.wanted):
-        return found, []
     if not undecided(pilots.scene) and not isinstance(pilots.integrator, Way):
         return found, []
     effects = effects_of(pilots, found.judge, response=True)

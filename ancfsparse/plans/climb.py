@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from ancfsparse.errors import InputError, PlanFailure, StepFailure
 from ancfsparse.plans.models import Rung
 from ancfsparse.plans.pilots import Pilots
-from ancfsparse.plans.quantities import Frequency
 from ancfsparse.plans.rungs import (
     CABLE,
     FLOOR,
@@ -51,9 +50,6 @@ def climb(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> tuple
     if not rungs:
         raise InputError(f"no element takes the scene: {next(iter(refused.values()))}")
     richer = [rung for rung in rungs if rung != STRING] or rungs
-    if any(isinstance(each.quantity, Frequency) for each in pilots.wanted):
-        found = search(pilots, model_of(pilots.scene, richer[-1]), finer, fixed_steps)
-        return found, [f"{richer[-1]} is the richest: effects on frequencies are not estimated"]
     # What a thick beam neglects is not estimated, so without cables the richest is taken.
     first = CABLE if CABLE in richer else richer[-1]
     found = search(pilots, model_of(pilots.scene, first), finer, fixed_steps)

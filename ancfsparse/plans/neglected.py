@@ -6,7 +6,6 @@ is kept it is, to first order, the relative change of the compliance or of the i
 
 from __future__ import annotations
 
-import itertools
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,11 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import ApproximateModes
-from ancfsparse.plans.quantities import Position, Quantity
+from ancfsparse.plans.frequency_effects import frequency_effects
+from ancfsparse.plans.quantities import Frequency, Position, Quantity
+from ancfsparse.plans.section_energies import (
+    cable_energies,
+    edges,
+    rotary_energy,
+    string_energies,
+    torsion_energy,
+)
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Beam, Body, ElasticBody, Scene
-from ancfsparse.scene.joints import Clamp
-from ancfsparse.scene.loads import PointMoment
+from ancfsparse.scene import ElasticBody, Scene
 from ancfsparse.solve.modes import modes
 
 Array = NDArray[np.float64]
@@ -70,8 +75,11 @@ def neglected_effects(
     strings ``EI kappa^2 : N phi^2`` with the curvature of the polygon and its angle phi to the
     chord.  Inertia: ``2 y'' / omega^2`` for a quantity y and the lowest frequency, and ``y' /
     omega`` for what sets in with a rate.  Beside richer models they are right within a factor of 2
-    where the effect is below 10 % (tests/plans/test_neglected.py).
+    where the effect is below 10 % (tests/plans/test_neglected.py).  Frequencies have estimates of
+    their own, `frequency_effects`.
     """
+    if isinstance(quantity, Frequency):
+        return frequency_effects(scene, run, quantity)
     beams = [b for b in scene.beams if isinstance(b, ElasticBody)]
     cables = [b for b in beams if b.kind.is_cable]
     strings = [b for b in beams if b.kind.is_string]
@@ -79,20 +87,23 @@ def neglected_effects(
     if cables:
         bending, shear, stretch = (np.zeros(len(run.t)) for _ in range(3))
         for body in cables:
-            one, two, three = _cable_energies(run, body)
+            one, two, three = cable_energies(run, body)
             bending, shear, stretch = bending + one, shear + two, stretch + three
         shares["shear"] = _ratio(shear, bending)
         if scene.dim == 3:
-            shares["torsion"] = _ratio(sum(_torsion(scene, run, b) for b in cables), bending)
+            shares["torsion"] = _ratio(sum(torsion_energy(scene, run, b) for b in cables), bending)
         shares["stretch"] = _ratio(stretch, bending)
     if strings:
         folded, held = (np.zeros(len(run.t)) for _ in range(2))
         for body in strings:
-            one, two = _string_energies(run, body)
+            one, two = string_energies(run, body)
             folded, held = folded + one, held + two
         shares["bending"] = _ratio(folded, held)
     still = "integrator" not in run.settings and not np.asarray(run.v).any()
-    heavy = 0.0 if still or not cables else _rotary(run, cables)
+    heavy = 0.0
+    if cables and not still:
+        turning = sum(rotary_energy(run, body) for body in cables)
+        heavy = _ratio(turning, np.asarray(run.energy.kinetic))
     soft, dense = _responses(scene, run, quantity, march)
     effects = {name: soft * share for name, share in shares.items()}
     if strings:  # tension resists, which material does not change
@@ -141,107 +152,6 @@ def _size(quantity: Quantity, run: Trajectory) -> float:
     return size
 
 
-def _cable_energies(run: Trajectory, body: ElasticBody) -> tuple[Array, Array, Array]:
-    """Return energies of bending and shear, and of bending times strain, each (k,) [J]."""
-    force, strain = run.section_force(body), run.strain(body)
-    k = len(run.t)
-    each = np.square(force.M).reshape(k, body.n_elements, -1).sum(axis=2)
-    across = np.square(force.Q).reshape(k, body.n_elements, -1).sum(axis=2)
-    given = body.stiffnesses()
-    bending = 0.5 * body.lengths * each / given["bending_stiffness_z"]
-    shear = 0.5 * body.lengths * across / given["shear_stiffness_y"]
-    return bending.sum(axis=1), shear.sum(axis=1), (2.0 * bending * np.abs(strain)).sum(axis=1)
-
-
-def _torsion(scene: Scene, run: Trajectory, body: ElasticBody) -> Array:
-    """Return the energy of twist that joints and moments would put into a cable, (k,) [J].
-
-    Without moments along it an isotropic rod has the same torsion everywhere.  It is that of a
-    moment at its ends along the axis, or of the angle between the section that a clamp holds at
-    the end and the one that is carried there from the other clamp without twist.
-    """
-    none = np.zeros(len(run.t))
-    if not isinstance(body, Beam):
-        return none
-    twisting = float(np.mean(body.stiffnesses()["torsion_stiffness"])) / body.length
-    lines = np.stack([run.position(body.node(i)) for i in range(body.n_nodes)], axis=1)
-    tangents = np.diff(lines, axis=1)
-    tangents /= np.linalg.norm(tangents, axis=2)[:, :, None]
-    energy = none
-    for load in scene.loads:
-        if isinstance(load, PointMoment) and load.node.beam is body:
-            moments = np.stack([load.at(t) for t in run.t])
-            own = tangents[:, min(load.node.index, body.n_elements - 1)]
-            energy = energy + np.einsum("kd,kd->k", moments, own) ** 2 / (2.0 * twisting)
-    clamps = {joint.node.index for joint in scene.joints
-              if isinstance(joint, Clamp) and joint.node.beam is body}  # fmt: skip
-    if {0, body.n_nodes - 1} <= clamps:
-        energy = energy + 0.5 * twisting * _carried_angle(tangents, body) ** 2
-    return cast(Array, energy)
-
-
-def _carried_angle(tangents: Array, body: Beam) -> Array:
-    """Return the angle from e_y, carried along the axis without twist, to the clamped one, (k,)."""
-    first, last = body.frames[0], body.frames[-1]
-    carried = np.broadcast_to(first[1], (len(tangents), 3))
-    ways = [np.broadcast_to(first[0], carried.shape), *np.moveaxis(tangents, 1, 0)]
-    ways.append(np.broadcast_to(last[0], carried.shape))
-    for a, b in itertools.pairwise(ways):
-        # The smallest rotation from a to b, applied to what is at right angles to a.
-        along = np.einsum("kd,kd->k", b, carried) / (1.0 + np.einsum("kd,kd->k", a, b))
-        carried = carried - along[:, None] * (a + b)
-    return np.asarray(np.arctan2(carried @ last[2], carried @ last[1]))
-
-
-def _rotary(run: Trajectory, cables: list[ElasticBody]) -> float:
-    """Return the kinetic energy of the rotation of sections over all of it."""
-    turning = np.zeros(len(run.t))
-    for body in cables:
-        rows = range(body.n_nodes)
-        r = np.stack([run.position(body.node(i)) for i in rows], axis=1)[:, _edges(body)]
-        v = np.stack([run.velocity(body.node(i)) for i in rows], axis=1)[:, _edges(body)]
-        along, faster = r[:, :, 1] - r[:, :, 0], v[:, :, 1] - v[:, :, 0]
-        square = np.einsum("ked,ked->ke", along, along)
-        stretching = np.einsum("ked,ked->ke", along, faster) ** 2 / square
-        rates = (np.einsum("ked,ked->ke", faster, faster) - stretching) / square
-        given = body.stiffnesses()
-        turning += (0.5 * body.lengths * given["inertia_y"] * rates).sum(axis=1)
-    return _ratio(turning, np.asarray(run.energy.kinetic))
-
-
-def _edges(body: Body) -> NDArray[np.int32]:
-    """Return the two nodes of every element, (n_elements, 2)."""
-    return np.asarray(body.row_nodes[body.ends])
-
-
-def _string_energies(run: Trajectory, body: ElasticBody) -> tuple[Array, Array]:
-    """Return what bending the polygons would take, and what their tension takes, each (k,) [J]."""
-    edges = _edges(body)
-    r = np.stack([run.position(body.node(i)) for i in range(body.n_nodes)], axis=1)
-    ways = r[:, edges[:, 1]] - r[:, edges[:, 0]]
-    ways /= np.linalg.norm(ways, axis=2)[:, :, None]
-    after = {int(row): e for e, row in enumerate(body.ends[:, 0])}
-    pairs = [(e, after[int(row)]) for e, row in enumerate(body.ends[:, 1]) if int(row) in after]
-    given = body.stiffnesses()
-    stiffness = np.broadcast_to(given["bending_stiffness_z"], body.n_elements)
-    folded = np.zeros(len(run.t))
-    if pairs:
-        one, other = np.array(pairs).T
-        angles = 2.0 * np.arcsin(np.minimum(1.0, 0.5 * np.linalg.norm(
-            ways[:, other] - ways[:, one], axis=2)))  # fmt: skip
-        lengths = 0.5 * (body.lengths[one] + body.lengths[other])
-        folded = (0.5 * stiffness[one] * angles**2 / lengths).sum(axis=1)
-    lines = body.parts[body.ends[:, 0]]
-    chords = np.zeros_like(ways)
-    for line in np.unique(lines):
-        own = lines == line
-        mean = np.einsum("ked,e->kd", ways[:, own], body.lengths[own])
-        chords[:, own] = (mean / np.linalg.norm(mean, axis=1)[:, None])[:, None]
-    square = 2.0 - 2.0 * np.einsum("ked,ked->ke", ways, chords)  # of small angles
-    pull = np.maximum(run.section_force(body).N, 0.0)
-    return folded, (0.5 * pull * square * body.lengths).sum(axis=1)
-
-
 def _inertia(scene: Scene, run: Trajectory, quantity: Quantity) -> float:
     """Return what inertia and the vibration that it starts change of a quasi-static motion."""
     dt = float(np.diff(run.t).min())
@@ -275,7 +185,7 @@ def flexibility(run: Trajectory, quantity: Position) -> float:
     body = quantity.point.beam
     r = np.stack([run.position(body.node(i)) for i in range(body.n_nodes)], axis=1)
     weights = np.zeros(body.n_nodes)
-    np.add.at(weights, _edges(body), 0.5 * body.lengths[:, None] / body.lengths.sum())
+    np.add.at(weights, edges(body), 0.5 * body.lengths[:, None] / body.lengths.sum())
     middle, here = weights @ body.positions, np.einsum("n,knd->kd", weights, r)
     rest, apart = body.positions - middle, r - here[:, None]
     # The rotation that brings the reference shape next to the nodes (Kabsch 1976).

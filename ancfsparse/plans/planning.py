@@ -92,7 +92,8 @@ def plan(
             f"dt={dt:g} and an error are both given, and no beam has n_elements='auto' or "
             "element='auto', so nothing is left to choose: leave dt or the error out"
         )
-    flat = planar(scene) if undecided(scene) else None
+    # Equilibria in a plane may give way to its sides, and vibrations may leave it.
+    flat = planar(scene) if undecided(scene) and t_end is not None else None
     own = scene if flat is None else flat.scene
     moved = [replace(each, quantity=each.quantity.on(own)) for each in asked]
     pilots = Pilots(own, t_end, moved, named or DEFAULT, steps or FEWEST)

@@ -224,7 +224,7 @@ def test_torsion_between_two_clamps_that_are_turned_against_each_other():
 
     The angle is the solid angle that the tangent goes round on the sphere.
     """
-    from ancfsparse.plans.neglected import _carried_angle
+    from ancfsparse.plans.section_energies import carried_angle
 
     scene = ancf.Scene(gravity=(0.0, 0.0, 0.0))
     beam = scene.add_beam(
@@ -232,14 +232,14 @@ def test_torsion_between_two_clamps_that_are_turned_against_each_other():
     )
     angle = np.linspace(0.0, 2.0 * np.pi, 2001)
     flat = np.stack([np.cos(0.3 * np.sin(angle)), np.sin(0.3 * np.sin(angle)), 0 * angle], axis=1)
-    np.testing.assert_allclose(_carried_angle(flat[None], beam), 0.0, atol=1e-12)
+    np.testing.assert_allclose(carried_angle(flat[None], beam), 0.0, atol=1e-12)
     # A circle on the sphere through e_x, with the half angle 0.3 about a tilted axis.
     axis = np.array([np.cos(0.3), np.sin(0.3), 0.0])
     other = np.array([-np.sin(0.3), np.cos(0.3), 0.0])
     around = np.cos(angle)[:, None] * -other + np.sin(angle)[:, None] * np.array([0.0, 0.0, 1.0])
     cone = np.cos(0.3) * axis + np.sin(0.3) * around
     solid = 2.0 * np.pi * (1.0 - np.cos(0.3))
-    assert abs(_carried_angle(cone[None], beam)[0]) == pytest.approx(solid, rel=1e-5)
+    assert abs(carried_angle(cone[None], beam)[0]) == pytest.approx(solid, rel=1e-5)
 
 
 def test_what_a_model_has_is_left_out_and_nothing_where_nothing_acts():

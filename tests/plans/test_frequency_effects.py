@@ -1,0 +1,111 @@
+"""What models neglect of natural frequencies, beside richer models and Timoshenko's theory."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.plans.neglected import neglected_effects
+from ancfsparse.plans.pilots import at_rest
+
+STEEL = ancf.Material(youngs_modulus=2e11, density=7800.0, poisson_ratio=0.3)
+SHEARED = {"curvature": "section", "section_strain": "nodal"}
+
+
+def beam_of(element, dim, length, ends, n_elements, section=None, **options):
+    scene = ancf.Scene(gravity=(0.0,) * dim)
+    section = section or (ancf.Circle(0.02) if dim == 3 else ancf.Rectangle(0.02, 0.02))
+    axis = np.eye(dim)[0] * length
+    rod = scene.add_beam(element, 0.0 * axis, axis, n_elements, section, STEEL, **options)
+    for hold, node in zip(ends, (rod.start, rod.end), strict=True):
+        if hold:
+            getattr(scene, hold)(node)
+    return scene, rod
+
+
+def converged(element, dim, length, ends, number, section=None, **options):
+    """Return a frequency without the error of the mesh, which is of order 2 [Hz]."""
+    f = []
+    for n in (30, 60):
+        scene, _ = beam_of(element, dim, length, ends, n, section, **options)
+        taut = ancf.solve_static(scene) if "tension" in options else None
+        f.append(ancf.modes(scene, number, at=taut).frequencies[-1])
+    return f[1] + (f[1] - f[0]) / 3.0
+
+
+def effects_on(scene, number):
+    quantity = ancf.frequency(number).on(scene)
+    return neglected_effects(scene, at_rest(ancf.solve_static(scene)), quantity)
+
+
+@pytest.mark.parametrize("number", [1, 3])
+@pytest.mark.parametrize("length", [0.4, 1.0])
+@pytest.mark.parametrize("ends", [("clamp", ""), ("clamp", "clamp"), ("pin", "pin")])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_shear_and_rotary_inertia_of_cables(dim, ends, length, number):
+    scene, _ = beam_of("thin", dim, length, ends, 24)
+    cable = ancf.modes(scene, number).frequencies[-1]
+    spin = int(dim == 3 and ends == ("pin", "pin"))  # a beam also turns about its own axis
+    true = cable - converged("thick", dim, length, ends, number + spin, **SHEARED)
+    found = effects_on(scene, number)
+    assert sum(found.values()) == pytest.approx(true, rel=0.2)
+    assert found.get("torsion", 0.0) == pytest.approx(0.0, abs=1e-9 * cable)
+
+
+def test_a_pinned_cable_beside_timoshenko():
+    """First order of his theory: f lower by (n pi r / L)^2 / 2 (1 + E / k G), r^2 = I / A."""
+    scene, rod = beam_of("thin", 2, 1.0, ("pin", "pin"), 16)
+    given = rod.stiffnesses()
+    slender = (np.pi**2 / 2.0) * 0.02**2 / 12.0
+    stiff = given["bending_stiffness"] / (0.02**2 / 12.0) / given["shear_stiffness_y"]
+    found, frequency = effects_on(scene, 1), ancf.modes(scene, 1).frequencies[0]
+    assert found["rotary inertia"] == pytest.approx(slender * frequency, rel=0.01)
+    assert found["shear"] == pytest.approx(slender * stiff * frequency, rel=0.03)
+
+
+def test_places_that_change():
+    """Shear brings the third bending mode below the first stretching one."""
+    scene, _ = beam_of("thin", 2, 0.2, ("clamp", "clamp"), 24)
+    rich, _ = beam_of("thick", 2, 0.2, ("clamp", "clamp"), 60, **SHEARED)
+    f, true = ancf.modes(scene, 4).frequencies, ancf.modes(rich, 3).frequencies
+    assert f[2] == pytest.approx(np.sqrt(2e11 / 7800.0) / 0.4, rel=1e-3)  # stretching
+    assert f[2] - true[2] < 0.6 * (f[3] - true[2])
+    assert f[2] - true[2] <= sum(effects_on(scene, 3).values()) < 2.0 * (f[2] - true[2])
+
+
+def test_cables_do_not_show_vibrations_of_twist():
+    scene, _ = beam_of("thin", 3, 0.2, ("pin", "pin"), 24)
+    assert "torsion" not in {k for k, x in effects_on(scene, 1).items() if x > 1e-9}
+    found = effects_on(scene, 3)  # 3977 Hz, and the first of twist 8100 Hz, clamped-free 4050 Hz
+    assert found["torsion"] == pytest.approx(ancf.modes(scene, 3).frequencies[-1])
+
+
+@pytest.mark.parametrize("number", [1, 3])
+@pytest.mark.parametrize("tension", [1e3, 1e4])
+def test_bending_of_strings(tension, number):
+    given = (2, 2.0, ("pin", "pin"), number, ancf.Rectangle(0.005, 0.005))
+    f = [converged(each, *given, tension=tension) for each in ("string", "thin")]
+    scene, _ = beam_of("string", 2, 2.0, ("pin", "pin"), 40, given[4], tension=tension)
+    assert effects_on(scene, number)["bending"] == pytest.approx(f[1] - f[0], rel=0.25)
+
+
+def test_a_slender_beam_is_given_cables_and_a_short_one_is_not():
+    for length, element in ((1.0, "thin"), (0.15, "thick")):
+        scene, _ = beam_of("auto", 2, length, ("clamp", "clamp"), "auto")
+        plan = ancf.plan(scene, quantity=ancf.frequency(1), error="1 %")
+        run = plan.run()
+        assert run.system.scene.beams[0].element == element
+        found = plan.predictions[0].wanted.quantity.value(run)[0, 0]
+        rich, _ = beam_of("thick", 2, length, ("clamp", "clamp"), 100, **SHEARED)
+        assert found == pytest.approx(ancf.modes(rich, 1).frequencies[0], rel=0.01)
+
+
+def test_vibrations_out_of_the_plane_count():
+    """The second frequency of a bar with sides 1 and 2 is that of bending the other way."""
+    scene, _ = beam_of("auto", 3, 1.0, ("clamp", "clamp"), "auto", ancf.Rectangle(0.02, 0.04))
+    plan = ancf.plan(scene, quantity=ancf.frequency(2), error="1 %")
+    found = plan.predictions[0].wanted.quantity.value(plan.run())[0, 0]
+    rich, _ = beam_of(
+        "thick", 3, 1.0, ("clamp", "clamp"), 60, ancf.Rectangle(0.02, 0.04), **SHEARED
+    )
+    assert found == pytest.approx(ancf.modes(rich, 2).frequencies[1], rel=0.01)
+    assert ancf.modes(rich, 2).frequencies[1] < 2.1 * ancf.modes(rich, 2).frequencies[0]
