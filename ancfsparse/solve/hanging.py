@@ -47,23 +47,18 @@ def find_hanging(balance: Balance, q: Vector, tolerance: float, free: list[str])
         raise not_held(free, "no load restrains them")
     if not balance.conservative:
         raise not_held(free, "some loads have no potential that could restrain them")
-    system, state = balance.system, balance.state(q, balance.start.lam, 1.0)
+    state = balance.state(q, balance.start.lam, 1.0)
     if _falls(balance, state):
         raise not_held(free, "loads move the scene as a whole")
     balance.stats.steps += 1
-    spread = float(
-        np.max(np.ptp(np.concatenate([q[each] for each in system.vectors("r")]), axis=0))
-    )
-    size = max(spread, *(part.size for part in parts_of(system)))
-    farthest = LARGEST_MOVE * size
+    farthest = LARGEST_MOVE * _size(balance, q)
     try:
         return settle(balance, state, 1.0, tolerance, farthest=farthest)
     except NotFoundError as lost:
         last = balance.state(lost.state.q, lost.state.lam, 1.0)
     try:
         if balance.size_of_forces(last.r) < IN_BALANCE * balance.loads:
-            last = _moved_out(balance, last, OUT_OF_BALANCE * size)
-            return settle(balance, last, 1.0, tolerance, farthest=farthest)
+            return settle(balance, out_of_balance(balance, last), 1.0, tolerance, farthest=farthest)
     except NotFoundError:
         pass
     raise not_held(free, "the scene does not come to rest under its loads")
@@ -85,8 +80,29 @@ def _falls(balance: Balance, state: State) -> bool:
     return False
 
 
-def _moved_out(balance: Balance, state: State, way: float) -> State:
-    """Return a state beside one [m], along the motions that its stiffness resists least."""
+def _size(balance: Balance, q: Vector) -> float:
+    """Return the size of the scene [m]."""
+    places = np.concatenate([q[each] for each in balance.system.vectors("r")])
+    sizes = [part.size for part in parts_of(balance.system)]
+    return max(float(np.ptp(places, axis=0).max()), *sizes)
+
+
+def out_of_balance(balance: Balance, state: State) -> State:
+    """Return a state beside an unstable one, along the motions that its stiffness resists least.
+
+    Parameters
+    ----------
+    balance : Balance
+        The equations.
+    state : State
+        An equilibrium, or nearly one.
+
+    Raises
+    ------
+    NotFoundError
+        If no mass on the diagonal makes the stiffness definite.
+    """
+    way = OUT_OF_BALANCE * _size(balance, state.q)
     values, shift = balance.stiffness(state, 1.0), balance.acceleration / way
     while balance.factor(state, values, 1.0, shift) != 0:
         shift *= 4.0

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
+import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice, check_flag, check_positive
-from ancfsparse.errors import AncfError, InputError
+from ancfsparse.errors import AncfError, InputError, UnstableEquilibrium
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats, Trajectory
 from ancfsparse.scene import Scene, check_scene
@@ -50,8 +51,9 @@ def quasi_static(
     Without inertia and damping.  What that neglects is about the square of the frequency of the
     loads over the lowest natural frequency, a share of the motion.  Each state is an equilibrium,
     so there is no error of the time step.  Where an equilibrium is lost from one saved state to the
-    next, the way is divided, up to 64 times; where it ceases to exist, as in snap-through, the
-    scene settles in another, and ``stats.recoveries`` counts that.
+    next, the way is divided, up to 64 times; where it ceases to exist, as in snap-through, or is no
+    longer stable, as in buckling, the scene settles in another, and ``stats.recoveries`` counts
+    that.
 
     Parameters
     ----------
@@ -89,6 +91,11 @@ def quasi_static(
         If a load that is a function of time raises an error or returns no load.
 
     Errors on the way have the equilibria before in their attribute ``trajectory``.
+
+    Warns
+    -----
+    UnstableEquilibrium
+        If no stable equilibrium was found at some time.
     """
     from ancfsparse.solve.balance import Balance  # what motions do not need
     from ancfsparse.solve.rigid_body_modes import free_motions
@@ -127,6 +134,9 @@ def quasi_static(
             bar.update()
     stats.steps = n
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
+    worst = max(each.negative for each in found)
+    if worst and balance.conservative:
+        warnings.warn(UnstableEquilibrium(worst), stacklevel=2)
     return _path(system, times, found, stats, settings)
 
 
@@ -234,13 +244,22 @@ class _March:
         return found if found.negative == 0 or not balance.conservative else None
 
     def _another(self) -> Found:
-        """Return an equilibrium that is not next to the last one."""
+        """Return an equilibrium that is not next to the last one, stable if one is found."""
+        from ancfsparse.solve.hanging import out_of_balance
         from ancfsparse.solve.load_steps import find_from
+        from ancfsparse.solve.relax import NotFoundError, settle
 
-        self._balance.stats.recoveries += 1
+        balance = self._balance
+        balance.stats.recoveries += 1
         if self._free:
             return self._hanging(self.here.state.q)
-        return find_from(self._balance, self.here.state.q, 1, self._tolerance)
+        found = find_from(balance, self.here.state.q, 1, self._tolerance)
+        if found.negative == 0 or not balance.conservative:
+            return found
+        try:
+            return settle(balance, out_of_balance(balance, found.state), 1.0, self._tolerance)
+        except NotFoundError:
+            return found
 
     def _hanging(self, q: Vector) -> Found:
         from ancfsparse.solve.hanging import find_hanging
