@@ -1,18 +1,33 @@
-"""The first example of README.md runs as it stands and moves as the equations say."""
+"""The examples of README.md run as they stand, to the numbers that the equations give."""
 
 import re
 from pathlib import Path
 
 import numpy as np
 
+import ancfsparse as ancf
+
 README = Path(__file__).parents[1] / "README.md"
+BLOCKS = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+FIRST = BLOCKS[0]
+
+
+def run(*sources):
+    """Run examples of the page one after the other; return their names."""
+    names = {}
+    exec(compile("".join(sources), "README.md", "exec"), names)
+    return names
+
+
+def block_with(word):
+    """Return the example in which a word stands."""
+    (found,) = (block for block in BLOCKS if word in block)
+    return found
 
 
 def test_first_example_swings_to_the_reference_positions():
-    source = re.search(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)[1]
-    names = {}
-    exec(compile(source, "README.md", "exec"), names)
-    run, rod = names["run"], names["rod"]
+    names = run(FIRST)
+    path, rod = names["run"], names["rod"]
 
     # Tip of the planar thin pendulum, 10 elements, exact in time (an 8th-order integrator run at
     # two tolerances, which agree to 1e-12 m); the bound is for the trapezoidal rule at this step.
@@ -20,18 +35,26 @@ def test_first_example_swings_to_the_reference_positions():
         0.5: (1.311527427649, -1.202929975106),
         1.0: (-1.741823228420, -0.966187601349),
     }.items():
-        k = np.abs(run.t - t).argmin()
-        assert abs(run.t[k] - t) < 1e-9
-        np.testing.assert_allclose(run.position(rod.end)[k], tip, rtol=0, atol=5e-5)
-    np.testing.assert_allclose(run.position(rod.start), 0.0, rtol=0, atol=1e-12)
+        k = np.abs(path.t - t).argmin()
+        assert abs(path.t[k] - t) < 1e-9
+        np.testing.assert_allclose(path.position(rod.end)[k], tip, rtol=0, atol=5e-5)
+    np.testing.assert_allclose(path.position(rod.start), 0.0, rtol=0, atol=1e-12)
+
+
+def test_the_planned_run_is_as_exact_as_it_is_asked_to_be():
+    names = run(FIRST, block_with("ancf.plan"))
+    rod = names["rod"]
+    scene = ancf.Scene(gravity=(0.0, -9.81))
+    fine = scene.add_beam("thin", (0, 0), (2, 0), 60, rod.section, rod.material)
+    scene.pin(fine.start)
+    exact = ancf.simulate(scene, 2.0, accuracy=1e-5).position(fine.end)
+    np.testing.assert_allclose(names["planned"][-1], exact[-1], rtol=0, atol=1e-3)
 
 
 def test_copies_of_the_scene_are_what_the_page_says(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
-    names = {}
-    exec(compile(blocks[0] + blocks[1], "README.md", "exec"), names)
-    scene, ancf = names["scene"], names["ancf"]
+    names = run(FIRST, block_with("refined"))
+    scene = names["scene"]
     assert names["fine"].beams[0].n_elements == 20
     assert names["stiff"].beams[0].material.youngs_modulus == 2e8
     assert ancf.Scene.load("pendulum.json") == scene
@@ -42,10 +65,7 @@ def test_copies_of_the_scene_are_what_the_page_says(tmp_path, monkeypatch):
 
 def test_the_short_tasks_run_as_they_stand(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
-    (source,) = (block for block in blocks if "add_frame" in block)
-    names = {}
-    exec(compile("import ancfsparse as ancf\n" + source, "README.md", "exec"), names)
+    names = run("import ancfsparse as ancf\n", block_with("add_frame"))
     rest, rope = names["rest"], names["rope"]
     assert rest.stable
     # A catenary of 1.2 m over 1 m sags by 0.29234 m; bending makes it a little more pointed.
