@@ -25,7 +25,7 @@ class Energy:
     elastic : ndarray, shape (k,)
         Strain energy [J].
     potential : ndarray, shape (k,)
-        Potential of gravity [J].
+        Potential of gravity, and of the centrifugal forces of a rotating frame [J].
     work : ndarray, shape (k,)
         Work of drives and of all applied forces but gravity since the first saved state [J]: their
         power, summed by the trapezoidal rule over the saved states, so save often where loads

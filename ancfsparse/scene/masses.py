@@ -1,4 +1,4 @@
-"""Point masses and rotary inertias."""
+"""Point masses, rotary inertias, and the rotation of the frame a scene is described in."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite, check_reals
+from ancfsparse.checks import check_finite, check_reals, check_vector
 from ancfsparse.errors import InputError, with_unit
 from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.bodies import Node
@@ -64,8 +64,45 @@ class PointMass(Attached):
         return f"the mass at {self.node!r}"
 
 
+@dataclass(frozen=True, eq=False)
+class RotatingFrameSpec(Spec):
+    """The record of `Scene.rotating_frame`."""
+
+    angular_velocity: float | tuple[float, ...]
+    point: tuple[float, ...] | None = None
+    method = "rotating_frame"
+    units: ClassVar = {"angular_velocity": "rad/s", "point": "m"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe the rotation."""
+        return f"rotating frame: {numbers([*made.spin.flat, *made.point])}"
+
+
+@dataclass(frozen=True, eq=False)
+class RotatingFrame(Attached):
+    """A steady rotation of the frame that a scene is described in.
+
+    Attributes
+    ----------
+    spin : ndarray, shape (dim, dim)
+        Skew matrix W of the angular velocity: a point that is fixed in the frame has the velocity
+        ``W (r - point)`` in space [rad/s].
+    point : ndarray, shape (dim,)
+        A point of the axis [m].
+    """
+
+    spin: Matrix
+    point: Matrix
+    contribution = "rotating"
+
+    @property
+    def what(self) -> str:
+        """Name in messages."""
+        return "the rotating frame"
+
+
 class Masses(Records):
-    """Point masses of a scene."""
+    """Masses of a scene."""
 
     def add_mass(self, node: Node, mass: float, *, inertia: ArrayLike | None = None) -> PointMass:
         """Attach a point mass to a beam; gravity acts on it.
@@ -111,6 +148,59 @@ class Masses(Records):
         given = None if inertia is None else matrix.item() if self.dim == 2 else matrix
         record = MassSpec(point.reference, value, given)
         return self._attach(PointMass(point, value, matrix), record)
+
+    def rotating_frame(
+        self, angular_velocity: ArrayLike, *, point: ArrayLike | None = None
+    ) -> RotatingFrame:
+        """Describe the scene in a frame that rotates steadily: centrifugal and Coriolis forces.
+
+        All masses have them.  What rotates steadily in space is at rest in the frame, so
+        `solve_static` finds the shape of a rotating blade, rotor or rope, `complex_modes` its
+        vibrations, and `simulate` its motion.  Joints to the ground are joints to the frame;
+        positions, velocities, drives and gravity are those in the frame, so gravity is that along
+        the axis, or else turns with the frame.
+
+        Parameters
+        ----------
+        angular_velocity : float or array_like of shape (3,)
+            Of the frame [rad/s]; in a planar scene one number, counterclockwise.
+        point : array_like, shape (dim,), optional
+            A point of the axis [m], by default the origin.
+
+        Returns
+        -------
+        RotatingFrame
+            The frame.
+
+        Raises
+        ------
+        InputError
+            If an argument is invalid, or the scene has a rotating frame.
+
+        Notes
+        -----
+        The theory is in docs/theory.md.
+        """
+        if any(isinstance(each, RotatingFrame) for each in self.attached):
+            raise InputError(
+                "the scene is described in a rotating frame already: add up both angular velocities"
+            )
+        what = "angular velocity of the rotating frame"
+        given: float | tuple[float, ...]
+        if self.dim == 2:
+            given = check_finite(what, angular_velocity, "rad/s")
+            spin = given * np.array([[0.0, -1.0], [1.0, 0.0]])
+        else:
+            x, y, z = check_vector(what, angular_velocity, 3, "rad/s").tolist()
+            given = (x, y, z)
+            spin = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        place = np.zeros(self.dim)
+        if point is not None:
+            place = check_vector("point of the rotating frame", point, self.dim, "m")
+        for array in (spin, place):
+            array.flags.writeable = False
+        record = RotatingFrameSpec(given, None if point is None else tuple(place.tolist()))
+        return self._attach(RotatingFrame(spin, place), record)
 
     def _check_frame(self, node: Node) -> None:
         kind = check_turns("a rotary inertia", node).beam.kind

@@ -28,9 +28,10 @@ def complex_modes(
     """Find the n slowest motions ``x exp(w t)`` of a scene with damping, with complex w and x.
 
     The equations of motion are linearised about the state, which is taken to be at rest, with all
-    of their damping and with forces that have no potential, such as those that follow a section.
-    So damping ratios are exact, also of dashpots and of motions without oscillation, and flutter
-    is detected.
+    of their damping, with forces that have no potential, such as those that follow a section, and
+    with the Coriolis forces of a rotating frame.  So damping ratios are exact, also of dashpots and
+    of motions without oscillation, flutter is detected, and frequencies about a steady rotation
+    (`Scene.rotating_frame`) are those in the frame.
 
     Parameters
     ----------

@@ -51,7 +51,8 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     Raises
     ------
     InputError
-        If an argument is invalid, there are fewer modes, or the factor cannot fit in memory.
+        If an argument is invalid, there are fewer modes, the scene has a rotating frame, or the
+        factor cannot fit in memory.
     ModesFailure
         If the modes cannot be found to working accuracy.
 
@@ -75,6 +76,11 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     needed = estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)
     with memory_for(needed):
         pencil = linearised(of, at)
+        if pencil.system.gyroscopic is not None:
+            raise InputError(
+                "vibrations in a rotating frame are not modes with one phase, because of Coriolis "
+                "forces: take complex_modes"
+            )
         vectors = 8.0 * VECTORS * (n + BEYOND) * pencil.seed.n
         check_factor(replace(NOTHING, vectors=vectors), pencil.seed)
         motions = all_motions(pencil)

@@ -70,6 +70,19 @@ class Pencil:
         """Size of the squares of the highest frequencies [1/s2]; 0 where nothing is stiff."""
         return float(np.max(np.abs(self.stiffness.diagonal()) / self.diagonal))
 
+    @property
+    def stiffest(self) -> Vector:
+        """Largest stiffness of each vector along any axis, of its coordinates, (n_free,) [N/m]."""
+        n = self.system.n_free
+        own = np.zeros(self.system.n_all)
+        own[:n] = np.abs(self.stiffness.diagonal())
+        largest = own.copy()
+        for kind, table in zip(self.system.kinds, self.system.places, strict=True):
+            for name in kind.vectors:
+                places = table[:, kind.columns(name)]
+                np.maximum.at(largest, places, own[places].max(axis=1, keepdims=True))
+        return largest[:n]
+
     def _matrix(self, mass: float, stiffness: float, damping: float = 0.0) -> Vector:
         state, matrix = self.state, self.system.assembly.matrix
         args, rest = (state.q, state.lam, self._amplitudes), np.zeros_like(state.q)
@@ -185,6 +198,11 @@ def linearised(of: Scene | Equilibrium, at: State | Equilibrium | None) -> Penci
     system = System(of, state)
     lam = np.zeros(system.n_multipliers)
     if state is None:
+        if system.gyroscopic is not None:
+            raise InputError(
+                "the stress-free shape is no equilibrium in a rotating frame: give the "
+                "equilibrium, solve_static(scene)"
+            )
         rest = np.zeros(system.n_all)
         here = system.state(system.t0, system.q_ref, rest, rest, lam)
         return Pencil(system, here, np.zeros(system.loads.n_amplitudes))

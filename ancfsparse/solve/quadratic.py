@@ -48,7 +48,8 @@ class Damped:
 
     With displacements x and velocities v scaled by the masses, the eigenvalues 1 / (w - rate) of
     the inverse are largest for the eigenvalues w next to the rate.  The factor has the symmetric
-    parts alone; what forces without a potential add is solved for by GMRES on top of it.
+    parts alone; what Coriolis forces and forces without a potential add is
+    solved for by GMRES on top of it.
 
     Parameters
     ----------
@@ -66,6 +67,8 @@ class Damped:
         missing = Unsymmetric(system)
         stiffness = missing.stiffness(pencil.state.q, amplitudes)
         damping = missing.damping(pencil.state.q, amplitudes, rate)
+        if system.gyroscopic is not None:
+            damping = damping + system.gyroscopic
         self._beside = stiffness + rate * damping
         self.stiffness = pencil.stiffness + stiffness
         self.damping = pencil.damping() + damping
@@ -81,7 +84,9 @@ class Damped:
 
         x = solve_beside(solve, self._beside, force, self.unit)
         if x is None:
-            raise ModesFailure("forces without a potential are too strong for the factor")
+            raise ModesFailure(
+                "forces without a potential or Coriolis forces are too strong for the factor"
+            )
         return x
 
     def inverse(self, z: Vector) -> Vector:
@@ -189,6 +194,12 @@ def _sorted(damped: Damped, values: Complex, vectors: Complex) -> Roots:
     pencil, size = damped.pencil, np.abs(x)
     square = ROUNDING * EPSILON * np.sum(size * (abs(damped.stiffness) @ size), axis=0)
     square += np.sum(size * (damped.doubt @ size), axis=0) + (MOTION * EPSILON) ** 2 * pencil.size
+    # In a steady rotation stress cancels centrifugal forces: both round.
+    if pencil.system.gyroscopic is not None:
+        entries = pencil.system.gyroscopic.tocoo()
+        rates = np.abs(entries.data) / (damped.unit[entries.row] * damped.unit[entries.col])
+        square += ROUNDING * EPSILON * np.max(rates, initial=0.0) ** 2
+        square += ROUNDING * EPSILON * pencil.stiffest @ size**2
     still = np.abs(values) <= np.sqrt(square)
     if still.any():
         values, x, square = _once(damped, values, x, square, still)
@@ -200,6 +211,8 @@ def _sorted(damped: Damped, values: Complex, vectors: Complex) -> Roots:
     rounding = np.where(
         np.abs(values) > root, square / (2.0 * np.maximum(np.abs(values), root)), root
     )
+    if pencil.system.gyroscopic is not None:  # of the inverse, which has no symmetry
+        rounding += ROUNDING**2 * EPSILON * np.abs(values) ** 2 / damped.rate
     return Roots(values, x.T.copy(), rounding)
 
 

@@ -100,8 +100,9 @@ def all_motions(pencil: Pencil) -> Vector | None:
         return np.diag(1.0 / unit)
     if n - m > DENSE:
         return None
-    # At a shift as large as the squares of the highest frequencies no motion is preferred.
-    _factor_below(pencil, -pencil.size)
+    # At a shift beyond the squares of the highest frequencies no motion is preferred, and none that
+    # a rotating frame throws outward is singular.
+    _factor_below(pencil, -2.0 * pencil.size)
     random = np.random.default_rng(0)
     size = max(n - m, 0) + BEYOND
     while size <= 2 * DENSE:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.system import System
+from ancfsparse.system.colours import colours
 from ancfsparse.system.pattern import Unknowns
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ class Unsymmetric:
             [made for _, made in chosen],
         )
         self._entries = _entries([table for each, _ in chosen for table in each.cliques()], n)
-        self._group = _groups(self._entries)
+        self._group = colours(self._entries)
         self._column = np.repeat(np.arange(n), np.diff(self._entries.indptr))
         self._small = SHARE * _sizes(system)
 
@@ -158,19 +159,6 @@ def _entries(tables: list[Unknowns], n: int) -> sp.csc_array:
     out = sp.coo_array((ones, (row[kept], column[kept])), shape=(n, n)).tocsc()
     out.sort_indices()
     return out
-
-
-def _groups(entries: sp.csc_array) -> NDArray[np.int64]:
-    """Give columns the same number only if they have no row in common; empty ones -1."""
-    n = entries.shape[0]
-    starts, rows = entries.indptr, entries.indices
-    group = np.full(n, -1)
-    for column in np.flatnonzero(np.diff(starts)):
-        taken = set()
-        for row in rows[starts[column] : starts[column + 1]]:
-            taken.update(group[rows[starts[row] : starts[row + 1]]].tolist())
-        group[column] = next(k for k in range(len(taken) + 1) if k not in taken)
-    return group
 
 
 def _sizes(system: System) -> Vector:

@@ -31,6 +31,16 @@ class Clock:
         return times[:, None], None
 
 
+class Steady:
+    """One, at all times: the amplitude of a constant load, by which statics lets it grow."""
+
+    width = 1
+
+    def tabulate(self, times: Vector) -> tuple[Vector, None]:
+        """Return ones as a column, (k, 1), and that nothing fails."""
+        return np.ones((len(times), 1)), None
+
+
 class Source:
     """A load and the amplitudes it gives.
 

@@ -155,12 +155,21 @@ class System(Coordinates):
         return all(each.conservative for each in self.contributions)
 
     @property
+    def gyroscopic(self) -> Any:
+        """The matrix of Coriolis forces over the free coordinates, sparse [kg/s], or None."""
+        return next(
+            (each.gyroscopic for each in self.contributions if each.gyroscopic is not None), None
+        )
+
+    @property
     def dead_load(self) -> Vector:
         """Gravity and all constant loads together, (n_all,) [N, N m], added up when asked for."""
         return self.gravity_load + self.loads.constant
 
     def energies(self, q: Vector, v: Vector) -> tuple[Vector, Vector, Vector]:
-        """Return kinetic, elastic and gravity potential energies [J], each of shape (k,).
+        """Return kinetic, elastic and potential energies [J], each of shape (k,).
+
+        The last one is that of gravity and, in a rotating frame, of centrifugal forces.
 
         Parameters
         ----------
@@ -169,7 +178,8 @@ class System(Coordinates):
         """
         kinetic = np.array([0.5 * row @ self.assembly.inertia(row) for row in v])
         elastic = np.array([self.assembly.strain_energy(row) for row in q])
-        return kinetic, elastic, -(q @ self.gravity_load)
+        other = sum((each.potential(q) for each in self.contributions), np.zeros(len(q)))
+        return kinetic, elastic - other, other - q @ self.gravity_load
 
     def inputs(self, times: Vector, rates: bool = False) -> tuple[Vector, LoadFailure | None]:
         """Return all that changes with time, up to the first time at which a function fails.

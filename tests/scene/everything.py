@@ -88,6 +88,7 @@ def everything(fine=1):
     scene.changing_gravity(ancf.Sine(amplitude=(0.1,) * scene.dim, frequency=0.5))
     scene.add_mass(rod.node(3 * fine), 0.5, inertia=(1e-3, 2e-3, 2.5e-3))
     scene.add_mass(rope.at(0.1), 0.25)
+    scene.rotating_frame((0.0, 0.1, 0.0), point=(1.0, 0.0, 0.0))
     scene.spring(rod.node(fine), (0.0, -1.0, 0.0), stiffness=100.0, damping=0.5)
     scene.spring(rope.node(fine), net.node(0), stiffness=law, length=0.9)
     scene.force([rope.node(2 * fine), net.node(3)], drag, coupled=True)

@@ -103,6 +103,12 @@ def changing_gravity(value):
     return machine.run()
 
 
+def rotating_frame(angular_velocity, point):
+    machine = Machine()
+    machine.scene.rotating_frame(angular_velocity, point=point)
+    return machine.run()
+
+
 def joint_force(joint, frame):
     machine = Machine()
     return machine.run().joint_force(machine[joint], frame)
@@ -136,5 +142,7 @@ def coupling_calls():
         Call("slide", slide, {"point": None, "along": "rod", "lateral": None}),
         Call("weld to a beam", weld, {"a": None, "b": None, "stretch": "free"}),
         Call("changing_gravity", changing_gravity, {"value": (0, 1, 0)}),
+        Call("rotating_frame", rotating_frame,
+             {"angular_velocity": (0, 0, 1), "point": None}),
         Call("Trajectory.joint_force", joint_force, {"joint": "hinge", "frame": "space"}),
     ]  # fmt: skip

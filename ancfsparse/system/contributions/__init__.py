@@ -32,6 +32,9 @@ def contributions_of(system: System) -> list[Contribution]:
     own = [name for name, is_needed in NAMES.items() if is_needed(system)]
     names = dict.fromkeys([*own, *(each.contribution for each in system.scene.attached)])
     if system.loads.gravity_column:
-        names["changing_gravity"] = None  # acts on the masses of all others
+        names["changing_gravity"] = None
+    for name in ("changing_gravity", "rotating"):  # act on the masses of all others
+        if name in names:
+            names[name] = names.pop(name)
     modules = (import_module(f"{__name__}.{name}") for name in names)
     return [part for module in modules for part in module.of(system)]

@@ -53,6 +53,18 @@ class Contribution(ABC):
     def compile(self, pattern: Pattern) -> Compiled:
         """Return an object with a ``capsule`` "ancf_contribution", once the pattern is known."""
 
+    @property
+    def gyroscopic(self) -> Any:
+        """The skew-symmetric matrix of its forces by velocities, sparse (n_free, n_free) [kg/s].
+
+        None where there is none.
+        """
+        return None
+
+    def potential(self, q: Vector) -> Vector | float:
+        """Return what the energy of its compiled part is but strain energy, (k,) [J], q (k, n)."""
+        return 0.0
+
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector | float:
         """Return the power of its loads, shape (k,) [W].
 
