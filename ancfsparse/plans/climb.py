@@ -12,6 +12,7 @@ from ancfsparse.plans.rungs import (
     FLOOR,
     NEGLIGIBLE,
     STRING,
+    bending_of,
     candidates,
     effects_of,
     left_out,
@@ -22,7 +23,7 @@ from ancfsparse.plans.rungs import (
 from ancfsparse.plans.search import Found, search
 from ancfsparse.scene import Scene
 
-# A coarse run of strings may show so many times the bending of a fine one.
+# The bending of coarse cables may be so many times that of fine strings.
 ROUGH = 10.0
 
 
@@ -73,13 +74,10 @@ def _string(
     pilots: Pilots, cables: Found, finer: Scene | None, fixed_steps: int | None
 ) -> Found | None:
     """Return what pilots of strings have shown, if they do; None if bending matters."""
-    model = model_of(pilots.scene, STRING)
-    first = cables.time.runs[0]
-    run = pilots.run(model.with_counts(first.model.counts), first.steps)
-    if run is None or not _limp(effects_of(pilots, run, response=False), cables.asked, ROUGH):
+    if not _limp(bending_of(pilots, cables.judge), cables.asked, ROUGH):
         return None
     try:
-        found = search(pilots, model, finer, fixed_steps)
+        found = search(pilots, model_of(pilots.scene, STRING), finer, fixed_steps)
     except (StepFailure, PlanFailure, InputError):
         return None  # cables have been found to do
     effects = effects_of(pilots, found.judge, response=False)

@@ -31,12 +31,21 @@ from ancfsparse.solve.modes import modes
 Array = NDArray[np.float64]
 March = Callable[[Scene], Trajectory]
 
-# Relative change of stiffness or density with which the response of a quantity is measured.
-PROBE = 0.01
+# Relative change of stiffness or density with which the response of a quantity is measured, and by
+# how many times its size it may respond at most.
+PROBE, UNLIKELY = 0.01, 10.0
+# Of what no element includes, it is only stated whether it is larger than what was asked for.
+FLOOR_SHARE = 0.4
+# States of which energies in sections are looked at.
+MOST_STATES = 200
 
 
 def neglected_effects(
-    scene: Scene, run: Trajectory, quantity: Quantity, march: March | None = None
+    scene: Scene,
+    run: Trajectory,
+    quantity: Quantity,
+    march: March | None = None,
+    enough: float = 0.0,
 ) -> dict[str, float]:
     """Estimate by how much a quantity would change with what the model of a run neglects.
 
@@ -52,6 +61,9 @@ def neglected_effects(
         Runs a changed scene as `run` was run.  With it, two runs with slightly softer and slightly
         denser material show how the quantity responds; without, it is taken to respond as much as
         it is large, which is pessimistic for beams that turn more than they bend.
+    enough : float, optional
+        Effects that are surely smaller than this [unit of the quantity] need no such runs: those
+        are made if a tenth of it may be exceeded.
 
     Returns
     -------
@@ -80,6 +92,7 @@ def neglected_effects(
     """
     if isinstance(quantity, Frequency):
         return frequency_effects(scene, run, quantity)
+    whole, run = run, _thinned(run, MOST_STATES)
     beams = [b for b in scene.beams if isinstance(b, ElasticBody)]
     cables = [b for b in beams if b.kind.is_cable]
     strings = [b for b in beams if b.kind.is_string]
@@ -104,15 +117,52 @@ def neglected_effects(
     if cables and not still:
         turning = sum(rotary_energy(run, body) for body in cables)
         heavy = _ratio(turning, np.asarray(run.energy.kinetic))
-    soft, dense = _responses(scene, run, quantity, march)
+    soft = dense = _size(quantity, whole)
+    share = heavy + sum(each for name, each in shares.items() if name != "stretch")
+    share = max(UNLIKELY * share, FLOOR_SHARE * shares.get("stretch", 0.0))
+    if march is not None and soft * share > enough:
+        soft, dense = _responses(scene, whole, quantity, march)
     effects = {name: soft * share for name, share in shares.items()}
     if strings:  # tension resists, which material does not change
-        effects["bending"] = shares["bending"] * _size(quantity, run)
+        effects["bending"] = shares["bending"] * _size(quantity, whole)
     if cables and not still:
         effects["rotary inertia"] = dense * heavy
     if still and len(run.t) > 2:
-        effects["inertia"] = _inertia(scene, run, quantity)
+        effects["inertia"] = _inertia(scene, whole, quantity)
     return effects
+
+
+def bending_effect(run: Trajectory, bodies: list[ElasticBody], quantity: Quantity) -> float:
+    """Estimate by how much a quantity would change without the bending of some bodies.
+
+    Parameters
+    ----------
+    run : Trajectory
+        Their motion, with bending.
+    bodies : list of ElasticBody
+        Cables or beams.
+    quantity : Quantity
+        What is asked for, of their scene.
+
+    Returns
+    -------
+    float
+        Its size times the energy that bends the polygons of the nodes over that of their tension,
+        both largest over time [unit of the quantity].
+    """
+    few = _thinned(run, MOST_STATES)
+    folded, held = (sum(each) for each in zip(*(string_energies(few, b) for b in bodies),
+                                              strict=True))  # fmt: skip
+    return _ratio(folded, np.asarray(held)) * _size(quantity, run)
+
+
+def _thinned(run: Trajectory, most: int) -> Trajectory:
+    """Return a motion with about as many states as are enough for energies."""
+    every = -(-(len(run.t) - 1) // most)
+    if every <= 1:
+        return run
+    t, q, v, a, lam = (np.asarray(x)[::every] for x in (run.t, run.q, run.v, run.a, run.lam))
+    return replace(run, t=t, q=q, v=v, a=a, lam=lam)
 
 
 def _ratio(neglected: Any, kept: Array) -> float:
@@ -124,11 +174,9 @@ def _ratio(neglected: Any, kept: Array) -> float:
 
 
 def _responses(
-    scene: Scene, run: Trajectory, quantity: Quantity, march: March | None
+    scene: Scene, run: Trajectory, quantity: Quantity, march: March
 ) -> tuple[float, float]:
     """Return the change of the quantity over the relative change of compliance, and of density."""
-    if march is None:
-        return (_size(quantity, run),) * 2
     found = []
     for name, factor in (("youngs_modulus", 1.0 - PROBE), ("density", 1.0 + PROBE)):
         changed = scene

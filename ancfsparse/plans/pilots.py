@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,17 +20,23 @@ from ancfsparse.plans.wanted import Wanted
 from ancfsparse.plans.ways import Way
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Scene
-from ancfsparse.solve import simulate, solve_static
+from ancfsparse.solve import solve_static
+from ancfsparse.solve.request import check_request
+from ancfsparse.solve.simulate import marched, system_at_start
+from ancfsparse.system import System
 
 Array = NDArray[np.float64]
 
 # Steps of the first pilot.
-FEWEST = 50
+FEWEST = 100
 # Work that pilots may cost in any case, about a tenth of a second; it is counted, so that plans do
 # not depend on what else a machine does.
 FREE = 1.5e7
-# States of a pilot at which motions are compared; vibrations between them would be missed.
-MOST_STATES = 1024
+# Intervals between saved states at most: those of a planned run, which a pilot may become.
+MOST_STATES = 2000
+# Numbers of steps that were chosen are multiples of half the fewest, and have so many units of a
+# power of two times that: motions are compared at the times that both have.
+UNITS = 8
 # The same for a quantity that is slow to evaluate.
 MOST_SLOW = 128
 
@@ -73,7 +81,7 @@ class Pilots:
     integrator : Implicit, Explicit or Way
         Of the runs.
     base : int
-        Steps of the longest kind; all runs have a power of two times as many.
+        Steps of the longest kind.
     """
 
     scene: Scene
@@ -84,6 +92,7 @@ class Pilots:
     done: dict[tuple[object, ...], Pilot | None] = field(default_factory=dict)
     seconds: float = 0.0
     failure: StepFailure | None = None
+    systems: dict[tuple[object, ...], System] = field(default_factory=dict)
 
     def with_integrator(self, integrator: Implicit | Explicit | Way) -> Pilots:
         """Return runs of the same scene by another integrator or way."""
@@ -97,8 +106,7 @@ class Pilots:
         InputError
             If the scene does not take the model.
         """
-        key = (*sorted((name, str(rung)) for name, rung in model.rungs.items()),
-               *sorted(model.counts.items()), steps)  # fmt: skip
+        key = (*_key(model), steps)
         if key not in self.done:
             begin = time.perf_counter()
             self.done[key] = self._run(model, steps)
@@ -106,38 +114,62 @@ class Pilots:
         return self.done[key]
 
     def _run(self, model: Model, steps: int) -> Pilot | None:
-        scene = built(self.scene, model)
+        system = self.systems.get(_key(model))
+        scene = built(self.scene, model) if system is None else system.scene
         try:
-            run = self.march(scene, steps)
+            run = self.march(scene, steps, system)
         except StepFailure as failure:
             failure.trajectory = None
             self.failure = failure
             return None
+        if self.t_end is not None and not isinstance(self.integrator, Way):
+            own = cast(System, run.system)
+            if not own.prescribed:  # what prescribes a motion is made for a step
+                self.systems[_key(model)] = own
         histories = tuple(_history(each.quantity.on(scene), run) for each in self.wanted)
         cost = counted(run.stats, steps, run.q.shape[1])
         return Pilot(model, steps, histories, cost, run)
 
-    def march(self, scene: Scene, steps: int) -> Trajectory:
-        """Run a scene that was built, in so many steps; or find its equilibrium."""
+    def march(self, scene: Scene, steps: int, system: System | None = None) -> Trajectory:
+        """Run a scene that was built, in so many steps; or find its equilibrium.
+
+        A `system` of the scene that was marched before is not made again.
+        """
         if self.t_end is None:
             return at_rest(solve_static(scene))
         if isinstance(self.integrator, Way):
             return self.integrator.march(scene, self.t_end, steps)
-        return simulate(
+        request = check_request(
             scene,
             self.t_end,
             self.t_end / steps,
+            accuracy=None,
             integrator=self.integrator,
+            solver="auto",
+            seed="auto",
+            tolerance="default",
+            max_energy_gain=0.01,
+            max_halvings=0,
+            threads=1,
             save_every=self._save_every(steps),
+            save_nodes=None,
+            output=None,
+            progress=False,
+            start=None,
         )
+        return marched(request, system_at_start(request) if system is None else system)
+
+    def find(self, model: Model, steps: int) -> Pilot | None:
+        """Return a run that was made, None if there is none."""
+        return self.done.get((*_key(model), steps))
 
     def _save_every(self, steps: int) -> int:
-        """Return a divisor of the steps, such that runs with more of them save the same times."""
-        coarse = max(1, self.base // MOST_STATES)
-        every = next(each for each in range(coarse, 0, -1) if self.base % each == 0)
-        while steps // every > MOST_STATES and steps // every > self.base:
-            every *= 2
-        return every
+        """Return a divisor of the steps by which runs with other steps save the same times."""
+        coarse = max(1, 2 * self.base // MOST_STATES)
+        grid = self.base // next(each for each in range(coarse, 0, -1) if self.base % each == 0)
+        intervals = steps // math.gcd(steps, grid)
+        most = max(1, 2 * steps // MOST_STATES)
+        return next(each for each in range(most, 0, -1) if intervals % each == 0)
 
     @property
     def spent(self) -> float:
@@ -148,6 +180,21 @@ class Pilots:
     def costs(self) -> list[Counted]:
         """Counts of all runs that came to their end."""
         return [each.cost for each in self.done.values() if each is not None]
+
+
+def rounded(steps: float, base: int) -> int:
+    """Return the next number of steps whose run can be compared with those of `base` times 2^k."""
+    unit = least = base // 2 if base % 2 == 0 else base
+    while unit * UNITS < steps:
+        unit *= 2
+    unit = max(least, unit // UNITS)
+    return unit * math.ceil(steps / unit - 1e-9)
+
+
+def _key(model: Model) -> tuple[object, ...]:
+    """Return what a model is known by."""
+    rungs = sorted((name, str(rung)) for name, rung in model.rungs.items())
+    return (*rungs, *sorted(model.counts.items()))
 
 
 def at_rest(equilibrium: Equilibrium) -> Trajectory:
@@ -208,7 +255,8 @@ def farthest(wanted: Sequence[Wanted], one: Pilot, other: Pilot) -> list[float]:
 
 
 def _common(one: Array, other: Array) -> tuple[Array, Array]:
-    """Return two histories at the times that both have: those of the one with fewer."""
-    fewer = max(1, min(len(one), len(other)) - 1)
-    strides = [max(1, (len(each) - 1) // fewer) for each in (one, other)]
+    """Return two histories at the times that both have."""
+    intervals = [len(each) - 1 for each in (one, other)]
+    both = max(1, math.gcd(*intervals))
+    strides = [max(1, each // both) for each in intervals]
     return one[:: strides[0]], other[:: strides[1]]

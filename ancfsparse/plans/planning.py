@@ -11,6 +11,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.asking import checked
 from ancfsparse.plans.choice import Chosen, choose
+from ancfsparse.plans.confirm import confirmed
 from ancfsparse.plans.models import built, refined, spread, undecided
 from ancfsparse.plans.pilots import FEWEST, Pilots
 from ancfsparse.plans.planar import planar
@@ -99,6 +100,7 @@ def plan(
     pilots = Pilots(own, t_end, moved, named or DEFAULT, steps or FEWEST)
     finer = refined(own)
     chosen = choose(pilots, finer, steps, named is None and steps is None)
+    chosen = replace(chosen, found=confirmed(chosen.pilots, chosen.found))
     why = ["the scene moves in a plane, and is solved there"] if flat is not None else []
     chosen = replace(chosen, why=(*why, *chosen.why))
     made = _record(own, t_end, moved, chosen, begin, named is not None)
@@ -131,6 +133,7 @@ def _record(
     pilots, found = chosen.pilots, chosen.found
     finest, steps = found.choice()
     model = found.model.with_counts(spread(scene, finest))
+    answer = pilots.find(model, steps)
     errors = found.errors(finest, steps)
     predictions = tuple(
         Prediction(each, most, sources)
@@ -160,6 +163,7 @@ def _record(
             "runs": float(len(pilots.done)),
             "work": work,
         },
+        answer=None if answer is None else answer.run,
     )
 
 

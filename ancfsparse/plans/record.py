@@ -127,6 +127,8 @@ class Plan:
         counted work in that of the planned run.
     flat : InPlane or None
         The planar scene that is solved where one in space moves in a plane.
+    answer : Trajectory or None
+        The run that was planned, if it was made as a pilot: `run` returns it.
     """
 
     scene: Scene
@@ -143,6 +145,7 @@ class Plan:
     reasons: tuple[str, ...]
     cost: Mapping[str, float] = field(default_factory=dict)
     flat: InPlane | None = None
+    answer: Trajectory | None = None
 
     @property
     def dt(self) -> float | None:
@@ -219,7 +222,7 @@ class Plan:
         plan = self
         for _ in range(MOST_REPLANS):
             try:
-                run = plan._march(plan.build(), **options)
+                run = plan._made(options) or plan._march(plan.build(), **options)
                 break
             except StepFailure as failure:
                 warnings.warn(
@@ -229,20 +232,30 @@ class Plan:
                     ),
                     stacklevel=2,
                 )
-                plan = replace(plan, steps=2 * plan.steps)
+                plan = replace(plan, steps=2 * plan.steps, answer=None)
         else:
             run = plan._march(plan.build(), **options)
         measured = plan._measured(run) if verify else ()
         return PlannedRun(**{name: getattr(run, name) for name in Trajectory.__dataclass_fields__},
                           plan=plan, measured=measured)  # fmt: skip
 
+    def _made(self, options: Mapping[str, Any]) -> Trajectory | None:
+        """Return the run if it was made as a pilot, with as many states as would be saved."""
+        if self.answer is None or options:
+            return None
+        saved = self.answer.settings.get("save_every", 1)
+        return self.answer if saved <= self._save_every else None
+
+    @property
+    def _save_every(self) -> int:
+        return max(1, self.steps // SAVED)
+
     def _march(self, scene: Scene, **options: Any) -> Trajectory:
         if self.t_end is None or self.dt is None:
             return at_rest(solve_static(scene, **options))
         if isinstance(self.integrator, Way):
             return self.integrator.march(scene, self.t_end, self.steps, **options)
-        every = max(1, self.steps // SAVED)
-        given = {"integrator": self.integrator, "save_every": every, **options}
+        given = {"integrator": self.integrator, "save_every": self._save_every, **options}
         return simulate(scene, self.t_end, self.dt, **given)
 
     def _measured(self, run: Trajectory) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 # Orders below are not believed to hold on: a series that hardly converges has no estimate.
 LEAST_ORDER = 0.5
@@ -31,12 +31,15 @@ class Estimate:
         Its power.
     settled : bool
         Whether the order was observed, and is about that of the method.
+    ratio : float
+        Ratio of the two resolutions whose solutions it was estimated from.
     """
 
     resolution: float
     error: float
     order: float
     settled: bool
+    ratio: float = 2.0
 
     def at(self, resolution: float) -> float:
         """Return the error at another resolution."""
@@ -47,6 +50,11 @@ class Estimate:
         if self.error == 0.0:
             return 0.0
         return float(self.resolution * (self.error / error) ** (1.0 / self.order))
+
+    def with_order(self, order: float) -> Estimate:
+        """Return the estimate from the same two solutions with another order."""
+        more = (self.ratio**self.order - 1.0) / (self.ratio**order - 1.0)
+        return replace(self, order=order, error=more * self.error)
 
 
 def estimate(
@@ -74,13 +82,14 @@ def estimate(
     ratio = resolutions[-1] / resolutions[-2]
     known = last / (ratio**order - 1.0)
     if last <= noise:
-        return Estimate(resolutions[-1], known, order, settled=True)
+        return Estimate(resolutions[-1], known, order, True, ratio)
     if len(differences) < 2 or differences[-2] <= noise:
-        return Estimate(resolutions[-1], known, order, settled=False)
+        return Estimate(resolutions[-1], known, order, False, ratio)
     seen = observed(resolutions[-3:], differences[-2], last)
     believed = min(order, max(seen, LEAST_ORDER))
     settled = SETTLED[0] * order <= seen <= SETTLED[1] * order
-    return Estimate(resolutions[-1], last / (ratio**believed - 1.0), believed, settled)
+    error = last / (ratio**believed - 1.0)
+    return Estimate(resolutions[-1], error, believed, settled, ratio)
 
 
 def observed(resolutions: Sequence[float], first: float, second: float) -> float:

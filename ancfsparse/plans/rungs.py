@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 
 from ancfsparse.errors import InputError
 from ancfsparse.plans.models import Model, Rung, built, spread, undecided
-from ancfsparse.plans.neglected import neglected_effects
-from ancfsparse.plans.pilots import Pilot, Pilots
+from ancfsparse.plans.neglected import bending_effect, neglected_effects
+from ancfsparse.plans.pilots import Pilot, Pilots, tolerances
 from ancfsparse.plans.ways import Way
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Scene
+from ancfsparse.scene import ElasticBody, Scene
 
 STRING = Rung("string", {}, 2)
 CABLE = Rung("thin", {}, 4)
@@ -78,7 +78,8 @@ def effects_of(pilots: Pilots, pilot: Pilot, response: bool) -> list[dict[str, f
     pilot : Pilot
         One of them.
     response : bool
-        Whether two more runs measure how quantities respond to compliance and density.
+        Whether two more runs measure how quantities respond to compliance and density, where that
+        may matter.
     """
     scene = pilot.run.system.scene
 
@@ -86,13 +87,22 @@ def effects_of(pilots: Pilots, pilot: Pilot, response: bool) -> list[dict[str, f
         return pilots.march(changed, pilot.steps)
 
     out = []
-    for each in pilots.wanted:
+    own = march if response else None
+    for each, most in zip(pilots.wanted, tolerances(pilots.wanted, pilot), strict=True):
         quantity = each.quantity.on(scene)
-        own = neglected_effects(scene, pilot.run, quantity, march if response else None)
+        neglected = neglected_effects(scene, pilot.run, quantity, own, NEGLIGIBLE * most)
         if isinstance(pilots.integrator, Way):
-            own |= pilots.integrator.neglected(pilot.run, quantity)
-        out.append(own)
+            neglected |= pilots.integrator.neglected(pilot.run, quantity)
+        out.append(neglected)
     return out
+
+
+def bending_of(pilots: Pilots, pilot: Pilot) -> list[dict[str, float]]:
+    """Estimate what strings would neglect, from a run with bending, for every quantity."""
+    scene, own = pilot.run.system.scene, pilot.model.rungs
+    bodies = [b for b in scene.beams if b.name in own and isinstance(b, ElasticBody)]
+    wanted = (each.quantity.on(scene) for each in pilots.wanted)
+    return [{"bending": bending_effect(pilot.run, bodies, each)} for each in wanted]
 
 
 def needed(

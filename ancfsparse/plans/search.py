@@ -12,7 +12,7 @@ from ancfsparse.errors import PlanFailure
 from ancfsparse.plans import costs
 from ancfsparse.plans.mesh_error import COARSEST, MeshError, elements_of, given_error, mesh_error
 from ancfsparse.plans.models import Model, order_of, spread, undecided
-from ancfsparse.plans.pilots import FREE, Pilot, Pilots, distances, tolerances
+from ancfsparse.plans.pilots import FREE, Pilot, Pilots, rounded, tolerances
 from ancfsparse.plans.sampling import between
 from ancfsparse.plans.time_error import TimeError, no_time_error, time_error
 from ancfsparse.plans.ways import Way
@@ -58,6 +58,12 @@ class Found:
         Number of steps if the step was given.
     effects : tuple of mapping of str to float
         What the chosen elements neglect, for every quantity [its unit].
+    sure : float or None
+        Share of the errors asked for that predictions may add up to; None: by the estimates.
+    chosen : tuple of float and int, or None
+        Elements on the longest beam and steps of a run that was made and is exact enough.
+    base : int
+        Steps of the longest kind, see `rounded`.
     """
 
     model: Model
@@ -68,6 +74,9 @@ class Found:
     cost: costs.CostModel
     fixed_steps: int | None
     effects: tuple[Mapping[str, float], ...] = ()
+    sure: float | None = None
+    chosen: tuple[float, int] | None = None
+    base: int = 1
 
     def with_effects(self, effects: Sequence[Mapping[str, float]]) -> Found:
         """Return the same with what the elements neglect."""
@@ -113,6 +122,8 @@ class Found:
     @property
     def share(self) -> float:
         """Share of the error asked for that predictions may add up to."""
+        if self.sure is not None:
+            return self.sure
         every = [*self.time.estimates, *(self.mesh.estimates if self.mesh else ())]
         return SURE if all(each.settled for each in every) else UNSURE
 
@@ -131,20 +142,29 @@ class Found:
         """Predict what a run takes [s]."""
         return self.cost.seconds(steps, self.coordinates(finest))
 
+    def work(self, finest: float, steps: float) -> float:
+        """Return the work of a run, in that of a residual of one coordinate."""
+        return self.cost.amount(steps, self.coordinates(finest))
+
     def choice(self) -> tuple[float, int]:
         """Return elements on the longest beam and number of steps, at least cost.
 
         Parts of the error that nothing open can change are taken as they are: what is left of the
         error asked for is divided between mesh and steps, so that the work is least.
         """
+        if self.chosen is not None:
+            return self.chosen
         return min((self._for(share) for share in SHARES), key=self._price)
+
+    def missed(self, finest: float, steps: float) -> float:
+        """Return the largest predicted error over the one asked for."""
+        errors = zip(self.errors(finest, steps), self.asked, strict=True)
+        return max(sum(each.values()) / most for each, most in errors)
 
     def _price(self, choice: tuple[float, int]) -> tuple[float, float]:
         """Return by how much a choice misses what was asked for, and its work."""
         finest, steps = choice
-        errors = zip(self.errors(finest, steps), self.asked, strict=True)
-        missed = max(sum(each.values()) / most for each, most in errors)
-        return max(1.0, missed), self.cost.amount(steps, self.coordinates(finest))
+        return max(1.0, self.missed(finest, steps)), self.work(finest, steps)
 
     def _for(self, share: float) -> tuple[float, int]:
         finest, steps = 1.0, 1.0
@@ -165,7 +185,7 @@ class Found:
         if self.fixed_steps is not None:
             return finest, self.fixed_steps
         steps = min(steps, REACH_STEPS * self.time.runs[-1].steps)
-        return finest, max(self.time.runs[0].steps, math.ceil(steps))
+        return finest, max(self.time.runs[0].steps, rounded(steps, self.base))
 
     @property
     def nearest(self) -> float:
@@ -211,16 +231,14 @@ def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int |
         return pilots.spent < max(FREE, SHARE * last.cost.amount * time.runs[-1].steps / steps)
 
     mesh = mesh_error(pilots, coarse, finest, steps, order, affordable) if is_open else None
-    marched = pilots.t_end is not None and not isinstance(pilots.integrator, Way)
-    if mesh is not None and marched and pilots.spent < FREE:
-        time = _on_fine_mesh(pilots, time, mesh, steps)
     given = (0.0,) * len(pilots.wanted)
     if finer is not None:
         given = tuple(given_error(pilots, finer, coarse, steps, order))
     last = mesh.runs[-1] if mesh else time.runs[-1]
     asked = tuple(tolerances(pilots.wanted, last))
     cost = costs.model(pilots.costs)
-    return Found(model, time, mesh, given, asked, cost, fixed_steps)
+    base = pilots.base if pilots.t_end is not None else 1
+    return Found(model, time, mesh, given, asked, cost, fixed_steps, base=base)
 
 
 def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:
@@ -240,24 +258,6 @@ def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:
             if not coarse.counts or finest >= COARSEST * MOST_COARSE:
                 raise
         finest *= 2.0
-
-
-def _on_fine_mesh(pilots: Pilots, time: TimeError, mesh: MeshError, steps: int) -> TimeError:
-    """Enlarge errors of steps that the finest pilot mesh shows to be larger than on the coarse one.
-
-    It has faster vibrations.
-    """
-    coarse = [run for run in time.runs if run.steps in (steps, 2 * steps)]
-    shorter = pilots.run(mesh.runs[-1].model, 2 * steps)
-    if shorter is None or len(coarse) < 2:
-        return time
-    mine = distances(pilots.wanted, mesh.runs[-1], shorter)
-    its = distances(pilots.wanted, *coarse)
-    more = [max(1.0, d / e) if e > 0.0 else 1.0 for d, e in zip(mine, its, strict=True)]
-    larger = (
-        replace(e, error=e.error * factor) for e, factor in zip(time.estimates, more, strict=True)
-    )
-    return replace(time, estimates=tuple(larger))
 
 
 def _steady(pilots: Pilots, time: TimeError) -> int:
@@ -290,7 +290,7 @@ def scaled(found: Found, finest: float, steps: int, factor: float) -> tuple[floa
     if found.mesh is not None:
         finer = factor ** -(1.0 / min(each.order for each in found.mesh.estimates))
     chosen = found.time.runs[0].steps
-    return max(1.0, float(round(finest * finer))), max(chosen, math.ceil(steps * more))
+    return max(1.0, float(round(finest * finer))), max(chosen, rounded(steps * more, found.base))
 
 
 def neighbours(found: Found, finest: float, steps: int) -> Sequence[tuple[float, int]]:

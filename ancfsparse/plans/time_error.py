@@ -18,8 +18,9 @@ MOST_HALVINGS = 14
 # as pilots cost next to nothing, and later.  Shorter steps follow further vibrations, so the
 # order of a motion that began with a shock falls.
 NEARER, FAR = 2.0, 16.0
-# One of this share is small enough without having shown its order.
-NEAR = 0.3
+# One of this share is small enough where two runs cannot show the order, and where another has
+# shown, which `confirmed` looks at again.
+SMALL, NEAR = 0.3, 1.0
 # Where the differences do not halve in so many halvings, the motion is too rough for an estimate.
 # Before that, steps may still be too long for the slowest vibration: this share of what pilots may
 # cost in any case is spent first.
@@ -123,14 +124,14 @@ def _estimates(pilots: Pilots, runs: Sequence[Pilot], order: int) -> tuple[Estim
 def _enough(pilots: Pilots, runs: Sequence[Pilot], estimates: Sequence[Estimate]) -> bool:
     """Whether errors are known well enough, and whole histories approach each other."""
     asked = tolerances(pilots.wanted, runs[-1])
-    reach = NEARER if pilots.spent < FREE else FAR
+    settled = NEARER if pilots.spent < FREE else FAR
+    unsettled = SMALL if len(runs) == 2 else NEAR
     last = farthest(pilots.wanted, runs[-2], runs[-1])
     before = farthest(pilots.wanted, runs[-3], runs[-2]) if len(runs) > 2 else None
     for i, (each, most) in enumerate(zip(estimates, asked, strict=True)):
-        if each.error > (reach if each.settled else NEAR) * most:
+        if each.error > (settled if each.settled else unsettled) * most:
             return False
-        approaches = before is not None and last[i] <= 0.5 * before[i]
-        if last[i] > most and not approaches:
+        if before is not None and last[i] > max(most, 0.5 * before[i]):
             return False
     return True
 

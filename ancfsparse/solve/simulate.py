@@ -210,11 +210,22 @@ def simulate(
         start=start,
     )
     check_fits(request.memory())
-    system = system_at_start(request)
+    return marched(request, system_at_start(request))
+
+
+def marched(request: Request, system: System) -> Trajectory:
+    """March a system from its start; one that was marched before goes from its start again.
+
+    Raises
+    ------
+    AncfError
+        As `simulate`.
+    """
     request = suited(request, system)
     needed = request.memory()
     check_fits(needed)
-    record = Record(system, request.rows, save_nodes, output, request.settings)
+    settings = request.settings
+    record = Record(system, request.rows, request.save_nodes, request.output, settings)
     run = build_run(request, system, needed)
     with record.open() as recorder:
         outcome = run.march(recorder)

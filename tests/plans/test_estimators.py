@@ -19,7 +19,7 @@ T_END, STEPS, MESH = 1.0, 400, 8
 def pilots():
     scene, rod = pendulum("thin", "auto")
     asked = wanted(checked(ancf.position(rod.end), scene), 1e-3)
-    return Pilots(scene, T_END, asked, ancf.GeneralizedAlpha(0.9))
+    return Pilots(scene, T_END, asked, ancf.GeneralizedAlpha(0.9), base=50)
 
 
 def model(count):

@@ -1,0 +1,74 @@
+"""The last pilot is the answer, and corrects estimates that were too good."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.plans.asking import checked
+from ancfsparse.plans.confirm import confirmed
+from ancfsparse.plans.models import Model, built
+from ancfsparse.plans.pilots import Pilots, distances, rounded
+from ancfsparse.plans.search import search
+from ancfsparse.plans.wanted import wanted
+from ancfsparse.problems import pendulum
+
+T_END = 1.0
+
+
+def pilots_of(error):
+    scene, rod = pendulum("thin", "auto")
+    asked = wanted(checked(ancf.position(rod.end), scene), error)
+    return Pilots(scene, T_END, asked, ancf.GeneralizedAlpha(0.9))
+
+
+def test_a_system_that_was_marched_before_gives_the_same_numbers():
+    pilots, model = pilots_of(1e-3), Model(counts={"beam 0": 8})
+    first = pilots.run(model, 100)
+    again = pilots.run(model, 200)
+    assert again.run.system is first.run.system
+    fresh = ancf.simulate(
+        built(pilots.scene, model), T_END, T_END / 200, integrator=ancf.GeneralizedAlpha(0.9)
+    )
+    for name in ("t", "q", "v", "a", "lam"):
+        assert np.array_equal(getattr(again.run, name), getattr(fresh, name))
+
+
+def test_the_answer_is_not_marched_again_and_is_the_run_of_the_plan():
+    scene, rod = pendulum("thin", "auto")
+    plan = ancf.plan(scene, T_END, ancf.position(rod.end), "1 %")
+    assert plan.answer is not None
+    run = plan.run()
+    assert run.q is plan.answer.q
+    again = plan.run(save_every=1)
+    assert again.q is not run.q
+    assert np.array_equal(again.position(rod.end), run.position(rod.end))
+    # Longer runs are not made before they are asked for.
+    assert ancf.plan(scene, 3.0, ancf.position(rod.end), 5e-5).answer is None
+
+
+def test_an_estimate_that_is_too_good_is_corrected():
+    pilots = pilots_of(2e-4)
+    found = search(pilots, Model(), None, None)
+    exact = pilots.run(Model(counts={"beam 0": 64}), 12800)
+    (mesh,) = found.mesh.estimates
+    blind = replace(
+        found, mesh=replace(found.mesh, estimates=(replace(mesh, error=mesh.error / 50),))
+    )
+    finest, steps = replace(blind, sure=0.85).choice()
+    wrong = pilots.run(Model(counts={"beam 0": int(finest)}), steps)
+    assert distances(pilots.wanted, wrong, exact)[0] > 2e-4
+    seen = confirmed(pilots, blind)
+    assert seen.missed(finest, steps) > 1.0
+    finest, steps = seen.choice()
+    run = pilots.run(Model(counts={"beam 0": int(finest)}), steps)
+    assert distances(pilots.wanted, run, exact)[0] <= 2e-4
+
+
+@pytest.mark.parametrize("base", [1, 50, 100, 333])
+def test_numbers_of_steps_share_times(base):
+    for steps in (base, 1.01 * base, 7.3 * base, 129.7 * base):
+        found = rounded(steps, base)
+        assert steps <= found <= max(1.13 * steps, steps + base)
+        assert np.gcd(found, base << 10) >= base // 2
