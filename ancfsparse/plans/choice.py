@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from ancfsparse.errors import AncfError
+from ancfsparse.errors import AncfError, InputError, PlanFailure, StepFailure
 from ancfsparse.plans.climb import climb
 from ancfsparse.plans.mesh_error import COARSEST
 from ancfsparse.plans.models import Model, built, spread, undecided
 from ancfsparse.plans.pilots import Pilots
-from ancfsparse.plans.rungs import candidates, effects_of, model_of, of_way, open_beams
-from ancfsparse.plans.sampling import FEWEST
+from ancfsparse.plans.rungs import CABLE, NAMES, SHEARED, effects_of, model_of, of_way, open_beams
 from ancfsparse.plans.search import Found, search
-from ancfsparse.plans.ways import Statics, Way
+from ancfsparse.plans.ways import ModalSum, Statics, Way
 from ancfsparse.scene import Scene
 
-WAYS: tuple[Way, ...] = (Statics(),)
+WAYS: tuple[type[Way], ...] = (Statics, ModalSum)
 # Pilots of a motion take this many runs of the longest steps at least: those steps, half of them
 # by two integrators, and one more mesh (see `time_error`).
 LEAST_PILOTS = 6.0
@@ -55,9 +55,10 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
     free : bool
         Whether the motion may be found without that integrator.
     """
-    why, beside = [], 0.0
-    for way in _suiting(pilots) if free and pilots.t_end is not None else []:
-        mine = replace(pilots.with_integrator(way), base=FEWEST)
+    why: list[str] = []
+    beside, other = 0.0, None
+    for way in _suiting(pilots) if free else ():
+        mine = replace(pilots.with_integrator(way), base=way.fewest)
         try:
             found, reasons = elements(mine, finer, None)
         except AncfError as failure:
@@ -65,11 +66,21 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
             beside += mine.spent
             continue
         excess = _excess(found)
-        if excess <= 1.0 and _amount(found) <= _least(pilots, found):
-            return Chosen(mine, found, (way.reason, *reasons), beside)
+        if excess > 1.0:
+            why.append(_missed(way, found, excess))
+        else:
+            other = Chosen(mine, found, (way.reason, *reasons), beside)
+            if _amount(found) <= _least(pilots, found):
+                return other
         beside += mine.spent
-        why += [way.refused(excess)] if excess > 1.0 else []
-    found, reasons = elements(pilots, finer, fixed_steps)
+    try:
+        found, reasons = elements(pilots, finer, fixed_steps)
+    except (StepFailure, PlanFailure):
+        if other is None:
+            raise
+        return other
+    if other is not None and (_excess(found) > 1.0 or _amount(other.found) < _amount(found)):
+        return other
     return Chosen(pilots, found, (*why, *reasons), beside)
 
 
@@ -86,23 +97,44 @@ def elements(
     return found.with_effects([of_way(each) for each in effects]), _given(pilots, effects)
 
 
-def _suiting(pilots: Pilots) -> list[Way]:
-    """Return the ways that may do."""
-    rungs, _ = candidates(pilots.scene)
-    model = model_of(pilots.scene, rungs[-1]) if rungs else Model()
-    try:
-        scene = built(pilots.scene, model.with_counts(spread(pilots.scene, COARSEST)))
-        quantities = [each.quantity for each in pilots.wanted]
-        assert pilots.t_end is not None
-        return [way for way in WAYS if way.suits(scene, pilots.t_end, quantities)]
-    except AncfError:  # what is wrong is stated where motions are tried
-        return []
+def _suiting(pilots: Pilots) -> Iterator[Way]:
+    """Give the ways that may do."""
+    scene = _coarse(pilots)
+    if scene is None or pilots.t_end is None:
+        return
+    moved = [replace(each, quantity=each.quantity.on(scene)) for each in pilots.wanted]
+    for kind in WAYS:
+        try:
+            way = kind.fit(scene, pilots.t_end, moved)
+        except AncfError:  # what is wrong is stated where motions are tried
+            continue
+        if way is not None:
+            yield way
 
 
 def _excess(found: Found) -> float:
     """Return the predicted error of the best choice over the one asked for, the largest."""
     errors = found.errors(*found.choice())
     return max(sum(each.values()) / most for each, most in zip(errors, found.asked, strict=True))
+
+
+def _coarse(pilots: Pilots) -> Scene | None:
+    """Return the scene with cables, or thick beams, on the coarsest mesh."""
+    for rung in (CABLE, SHEARED):
+        model = model_of(pilots.scene, rung).with_counts(spread(pilots.scene, COARSEST))
+        try:
+            return built(pilots.scene, model)
+        except InputError:
+            continue
+    return None
+
+
+def _missed(way: Way, found: Found, excess: float) -> str:
+    """Explain by what a way misses the error."""
+    errors = found.errors(*found.choice())
+    worst = max(zip(errors, found.asked, strict=True), key=lambda x: sum(x[0].values()) / x[1])[0]
+    largest = max(worst, key=lambda name: worst[name])
+    return f"{way} would miss the error by {excess:.2g} times, mostly by {NAMES[largest]}"
 
 
 def _amount(found: Found) -> float:

@@ -128,6 +128,9 @@ class Pilots:
                 self.systems[_key(model)] = own
         histories = tuple(_history(each.quantity.on(scene), run) for each in self.wanted)
         cost = counted(run.stats, steps, run.q.shape[1])
+        if isinstance(self.integrator, Way):
+            more = self.integrator.calls(run.stats, cost.coordinates)
+            cost = replace(cost, work=cost.work * (1.0 + more / cost.amount))
         return Pilot(model, steps, histories, cost, run)
 
     def march(self, scene: Scene, steps: int, system: System | None = None) -> Trajectory:

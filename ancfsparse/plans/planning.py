@@ -17,6 +17,7 @@ from ancfsparse.plans.pilots import FEWEST, Pilots
 from ancfsparse.plans.planar import planar
 from ancfsparse.plans.quantities import Quantity
 from ancfsparse.plans.record import SAVED, Alternative, Plan, Prediction, described
+from ancfsparse.plans.rungs import NAMES
 from ancfsparse.plans.search import Found, neighbours
 from ancfsparse.plans.wanted import Wanted, wanted
 from ancfsparse.scene import Scene, check_scene
@@ -212,15 +213,3 @@ def _reasons(
             + f", is that of the {NAMES[largest]}, and what is open cannot reduce it further"
         )
     return out
-
-
-NAMES = {
-    "mesh": "mesh",
-    "time": "steps",
-    "solver": "solver",
-    "shear": "neglected shear",
-    "torsion": "neglected torsion",
-    "rotary inertia": "neglected rotary inertia",
-    "bending": "neglected bending",
-    "inertia": "neglected inertia",
-}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import PlanChanged, StepFailure
+from ancfsparse.errors import InputError, PlanChanged, StepFailure
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.models import Model, built, refined
 from ancfsparse.plans.pilots import at_rest, distance
@@ -254,6 +255,11 @@ class Plan:
         if self.t_end is None or self.dt is None:
             return at_rest(solve_static(scene, **options))
         if isinstance(self.integrator, Way):
+            for name in options.keys() - self.integrator.options:
+                raise InputError(
+                    f"{name} belongs to motions that are marched, and this plan has "
+                    f"{self.integrator!r}: leave it out, or plan with integrator=GeneralizedAlpha()"
+                )
             return self.integrator.march(scene, self.t_end, self.steps, **options)
         given = {"integrator": self.integrator, "save_every": self._save_every, **options}
         return simulate(scene, self.t_end, self.dt, **given)
@@ -278,7 +284,13 @@ class Plan:
         if self.dt is None or self.t_end is None:
             return self._march(finer)
         if isinstance(self.integrator, Way):
-            more = self.integrator.steps_to_verify(run, self.steps)
+            share = min(
+                each.asked
+                / each.wanted.quantity.size(each.wanted.quantity.on(run.system.scene).history(run))
+                for each in self.predictions
+            )
+            needed = self.integrator.steps_to_verify(run, share)
+            more = max(1, math.ceil(needed / self.steps))
             dt = self.t_end / (more * self.steps)
             return simulate(finer, self.t_end, dt, integrator=DEFAULT, save_every=more)
         every = FINER_STEPS * run.settings["save_every"]

@@ -22,7 +22,20 @@ LADDER = (STRING, CABLE, TWISTED, SHEARED)
 # What no richer element includes: converged elements differ by how their bending depends on it.
 FLOOR = "stretch"
 # What every element leaves out where the motion is not marched.
-OF_WAYS = frozenset({"inertia"})
+OF_WAYS = frozenset({"inertia", "nonlinearity", "modes"})
+NAMES = {
+    "mesh": "mesh",
+    "time": "steps",
+    "solver": "solver",
+    "shear": "neglected shear",
+    "torsion": "neglected torsion",
+    "rotary inertia": "neglected rotary inertia",
+    "bending": "neglected bending",
+    "inertia": "neglected inertia",
+    "nonlinearity": "forces that are not linear",
+    "modes": "modes that are left out",
+}
+"""Sources of errors, as sentences name them."""
 # Share of the error asked for that an effect may have and still be neglected.
 NEGLIGIBLE = 0.4
 

@@ -8,23 +8,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.plans.models import Model
-from ancfsparse.plans.pilots import Pilot, Pilots, tolerances
+from ancfsparse.plans.pilots import Pilot, Pilots, distances, tolerances
 from ancfsparse.plans.richardson import Estimate
 from ancfsparse.plans.time_error import TimeError
 from ancfsparse.plans.wanted import Wanted
+from ancfsparse.plans.ways import Way
 
 Array = NDArray[np.float64]
 
-# Intervals between the saved states of the first pilot, and how often they may be halved.
-FEWEST, MOST_HALVINGS = 16, 10
+# How often the intervals between the saved states of the first pilot may be halved.
+MOST_HALVINGS = 10
 # What is lost between states may be so many times the error asked for, to be continued from.
 FAR = 4.0
+# Loads, and what is between equilibria, are lines from one saved state to the next.
+ORDER_OF_LOADS = 2
 
 
 def between(pilots: Pilots, model: Model) -> TimeError:
-    """Halve the time between saved states until a straight line between them is known to do.
+    """Halve the time between saved states until what is between them is known well enough.
 
-    Quantities that are asked for at the end alone need no other states.
+    It is a straight line between equilibria, a cubic between states of vibrations.  Loads may be
+    taken as linear between them too, which the last two runs show.  Quantities that are asked for
+    at the end alone need no other states.
 
     Parameters
     ----------
@@ -38,33 +43,47 @@ def between(pilots: Pilots, model: Model) -> TimeError:
     StepFailure
         If a run fails.
     """
+    way = pilots.integrator
+    assert isinstance(way, Way)
     runs: list[Pilot] = []
     for _ in range(MOST_HALVINGS + 1):
-        run = pilots.run(model, FEWEST << len(runs))
+        run = pilots.run(model, way.fewest << len(runs))
         if run is None:
             assert pilots.failure is not None
             raise pilots.failure
         runs.append(run)
-        estimates = [_lost(*each, run.steps) for each in zip(pilots.wanted, run.histories,
-                                                             strict=True)]  # fmt: skip
+        if way.order > ORDER_OF_LOADS and len(runs) < 2:
+            continue
+        by_loads = distances(pilots.wanted, *runs[-2:]) if len(runs) > 1 else [0.0] * 64
+        estimates = [
+            _lost(each, history, run.steps, way.order, far / (2.0**ORDER_OF_LOADS - 1.0))
+            for each, history, far in zip(pilots.wanted, run.histories, by_loads, strict=False)
+        ]
         asked = tolerances(pilots.wanted, run)
         if all(each.error <= FAR * most for each, most in zip(estimates, asked, strict=True)):
             break
     return TimeError(tuple(estimates), tuple(runs))
 
 
-def _lost(wanted: Wanted, history: Array, steps: int) -> Estimate:
-    """Estimate how far a quantity is from a straight line between two states."""
-    if wanted.quantity.at == "end":
-        return Estimate(steps, 0.0, 2.0, settled=True)
-    coarse, fine = (_off(wanted, history[::every]) for every in (2, 1))
+def _lost(wanted: Wanted, history: Array, steps: int, order: int, by_loads: float) -> Estimate:
+    """Estimate how far a quantity is from what is interpolated between states."""
+    fine = 0.0 if wanted.quantity.at == "end" else _off(wanted, history, order)
+    coarse = _off(wanted, history[::2], order)
     # Kinks leave order 1.
-    order = min(max(math.log2(coarse / fine), 1.0), 2.0) if 0.0 < fine < coarse else 1.0
-    return Estimate(steps, fine / 2.0**order, order, settled=True)
+    seen = min(max(math.log2(coarse / fine), 1.0), float(order)) if 0.0 < fine < coarse else 1.0
+    lost = fine / 2.0**seen
+    if by_loads > lost:
+        return Estimate(steps, by_loads, float(ORDER_OF_LOADS), settled=True)
+    return Estimate(steps, lost, seen, settled=True)
 
 
-def _off(wanted: Wanted, history: Array) -> float:
-    """Return how far every other state is from the straight line between its neighbours."""
-    line = 0.5 * (history[:-2:2] + history[2::2])
-    apart = wanted.quantity.difference(line, history[1:-1:2])
+def _off(wanted: Wanted, history: Array, order: int) -> float:
+    """Return how far every other state is from a line, or a cubic, between its neighbours."""
+    known, left = history[::2], history[1::2]
+    if order == ORDER_OF_LOADS:
+        between = 0.5 * (known[:-1] + known[1:])
+    else:
+        inner = 9.0 * (known[1:-2] + known[2:-1])
+        between, left = (inner - known[:-3] - known[3:]) / 16.0, left[1:-1]
+    apart = wanted.quantity.difference(between, left)
     return float(np.linalg.norm(apart, axis=1).max())

@@ -1,0 +1,110 @@
+"""Plans that sum modes where motions are small, beside motions on fine meshes."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.plans.wanted import wanted
+from ancfsparse.plans.ways import ModalSum
+
+THIN, SOFT = ancf.Circle(0.004), ancf.Material(1e9, 1000)
+
+
+def let_go(force, element="thin", n=8):
+    """A cantilever under a sudden force."""
+    scene = ancf.Scene((0.0, 0.0))
+    rod = scene.add_beam(element, (0, 0), (1, 0), n, THIN, SOFT)
+    scene.clamp(rod.start)
+    scene.point_force(rod.end, (0.0, -force))
+    return scene, rod.end
+
+
+def held(force, element="thin", n=8):
+    """The same, clamped at both ends: what bends it stretches it."""
+    scene = ancf.Scene((0.0, 0.0))
+    rod = scene.add_beam(element, (0, 0), (1, 0), n, THIN, SOFT)
+    scene.clamp(rod.start)
+    scene.clamp(rod.end)
+    scene.point_force(rod.at(0.5), (0.0, -force))
+    return scene, rod.at(0.5)
+
+
+def thrown(speed, element="thin", n=8):
+    """A cantilever whose points begin with speeds that grow along it."""
+    scene = ancf.Scene((0.0, 0.0))
+
+    def velocity(r):
+        return speed * r[:, :1] ** 2 * np.array([[0.0, 1.0]])
+
+    rod = scene.add_beam(element, (0, 0), (1, 0), n, THIN, SOFT, velocity=velocity)
+    scene.clamp(rod.start)
+    return scene, rod.end
+
+
+def off(run, point, made, size, time):
+    """Return how far a run is from the motion of 16 elements."""
+    scene, its = made(size, "thin", 16)
+    k = round(run.t[1] / 5e-4)
+    dt = time / (k * (len(run.t) - 1))
+    motion = ancf.simulate(scene, time, dt, integrator=ancf.Newmark(), save_every=k)
+    return np.linalg.norm(run.position(point) - motion.position(its), axis=1).max()
+
+
+@pytest.mark.parametrize("time", [2.0, 10.0])
+@pytest.mark.parametrize(("made", "size"), [(let_go, 1e-3), (held, 1e-3), (thrown, 0.1)])
+def test_what_a_sum_of_modes_leaves_out(made, size, time):
+    scene, point = made(size)
+    way = ModalSum(8)
+    run = way.march(scene, time, 400)
+    truth = off(run, point, made, size, time)
+    found = sum(way.neglected(run, ancf.position(point)).values())
+    assert truth / 1.1 <= found <= 10.0 * truth
+
+
+@pytest.mark.parametrize(("made", "size", "time"), [(let_go, 1e-4, 60.0), (thrown, 0.01, 60.0)])
+def test_small_motions_are_sums_of_modes(made, size, time):
+    scene, point = made(size, "auto", "auto")
+    plan = ancf.plan(scene, time, ancf.position(point), "3 %")
+    assert isinstance(plan.integrator, ModalSum)
+    assert "the motion is small" in str(plan)
+    run = plan.run(verify=True)
+    asked = plan.predictions[0].asked
+    assert off(run, point, made, size, time) <= asked
+    assert run.measured[0] <= asked
+
+
+def test_large_motions_are_marched():
+    scene, point = let_go(0.01, "auto", "auto")
+    plan = ancf.plan(scene, 2.0, ancf.position(point), "3 %")
+    assert plan.integrator == ancf.GeneralizedAlpha(0.9)
+
+
+def test_what_modes_do_not_have_is_marched():
+    def fits(scene, quantity):
+        return ModalSum.fit(scene, 60.0, wanted([quantity], "3 %")) is not None
+
+    scene, point = let_go(1e-4)
+    assert fits(scene, ancf.position(point))
+    assert not fits(scene, ancf.reaction(point))
+    driven, point = let_go(1e-4)
+    driven.drive(point, (1.0, 0.01))
+    assert not fits(driven, ancf.position(point))
+    still, point = let_go(0.0)
+    assert not fits(still, ancf.position(point))
+    falling = ancf.Scene()
+    rod = falling.add_beam("thin", (0, 0), (1, 0), 4, THIN, SOFT)
+    falling.pin(rod.start)
+    assert not fits(falling, ancf.position(rod.end))
+
+
+def test_modes_that_are_left_out_are_counted():
+    scene, _ = let_go(1e-4)
+    rod = scene.beams[0]
+    point = rod.at(0.3)
+    scene.point_force(point, (0.0, 1e-4))
+    full = ModalSum(12).march(scene, 10.0, 400)
+    for n in (1, 4, 8):
+        way = ModalSum(n)
+        run = way.march(scene, 10.0, 400)
+        truth = np.linalg.norm(run.position(point) - full.position(point), axis=1).max()
+        assert 0.5 * truth <= way.neglected(run, ancf.position(point))["modes"] <= 4.0 * truth
