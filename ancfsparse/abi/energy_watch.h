@@ -48,11 +48,11 @@ typedef struct {
 } ancf_jumps;
 
 static inline void ancf_watch_start(ancf_watch *watch, const ancf_system *system,
-                                    const double *dead_load, const double *q, const double *v,
-                                    double *scratch)
+                                    const double *dead_load, const double *amplitudes,
+                                    const double *q, const double *v, double *scratch)
 {
     double parts[2];
-    system->energies(system->context, q, v, scratch, parts);
+    system->energies(system->context, q, v, amplitudes, scratch, parts);
     watch->strain = parts[1];
     watch->potential = -vec_dot(dead_load, q, system->n_all);
     watch->start = parts[0] + parts[1] + watch->potential;
@@ -62,13 +62,13 @@ static inline void ancf_watch_start(ancf_watch *watch, const ancf_system *system
 
 /* Evaluate a state: gain, exchanged and kinetic energy. */
 static inline void ancf_watch_measure(ancf_watch *watch, const ancf_system *system,
-                                      const double *dead_load, const double *q, const double *v,
-                                      double *scratch)
+                                      const double *dead_load, const double *amplitudes,
+                                      const double *q, const double *v, double *scratch)
 {
     double parts[2], potential;
     if (isinf(watch->limit))
         return;
-    system->energies(system->context, q, v, scratch, parts);
+    system->energies(system->context, q, v, amplitudes, scratch, parts);
     potential = -vec_dot(dead_load, q, system->n_all);
     watch->kinetic = fmax(watch->kinetic, parts[0]);
     watch->exchanged = fmax(

@@ -18,9 +18,9 @@ cdef extern from "energy_watch.h":
         double *jump
         bint any
     void ancf_watch_start(ancf_watch *, const ancf_system *, const double *, const double *,
-                          const double *, double *) noexcept nogil
+                          const double *, const double *, double *) noexcept nogil
     void ancf_watch_measure(ancf_watch *, const ancf_system *, const double *, const double *,
-                            const double *, double *) noexcept nogil
+                            const double *, const double *, double *) noexcept nogil
     bint ancf_watch_gains(const ancf_watch *, bint) noexcept nogil
     bint ancf_watch_rises(const ancf_watch *, const ancf_watch *) noexcept nogil
     bint ancf_watch_gains_much(const ancf_watch *) noexcept nogil

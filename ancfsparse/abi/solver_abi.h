@@ -39,9 +39,11 @@ typedef struct {
     void (*material)(void *context, double mass_factor, double stiffness_factor,
                      double damping_factor, const double *q, double *values);
     void (*inertia)(void *context, const double *a, double *out); /* out[n_all] = M a */
-    /* out = kinetic and strain energy; scratch[n_all] is overwritten */
-    void (*energies)(void *context, const double *q, const double *v, double *scratch, double *out);
-    /* Work of the changing loads between two states by the trapezoidal rule; v may be null if
+    /* out = kinetic and strain energy, that with the lengths and strains of these amplitudes, or of
+     * the last call where they are null; scratch[n_all] is overwritten */
+    void (*energies)(void *context, const double *q, const double *v, const double *amplitudes,
+                     double *scratch, double *out);
+    /* Work of the changing loads, lengths and strains between two states by the trapezoidal rule; v may be null if
      * forces do not depend on it. */
     double (*load_work)(void *context, const ancf_state *x0, const ancf_state *x1,
                         double *scratch);

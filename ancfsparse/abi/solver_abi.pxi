@@ -19,7 +19,8 @@ cdef extern from "solver_abi.h":
         void (*material)(void *, double, double, double, const double *,
                          double *) noexcept nogil
         void (*inertia)(void *, const double *, double *) noexcept nogil
-        void (*energies)(void *, const double *, const double *, double *, double *) noexcept nogil
+        void (*energies)(void *, const double *, const double *, const double *, double *,
+                         double *) noexcept nogil
         double (*load_work)(void *, const ancf_state *, const ancf_state *, double *) noexcept nogil
         double (*load_reach)(void *, const double *, const double *, const double *,
                              double *) noexcept nogil

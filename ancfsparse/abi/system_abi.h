@@ -53,6 +53,9 @@ typedef struct {
     /* Of its equations: speed[n_multipliers] += phi_q v, and bend[n_multipliers] += (phi_q v)_q v
      * unless `bend` is null */
     void (*rates)(void *context, const double *q, const double *v, double *speed, double *bend);
+    /* Set what its energy depends on besides q, such as the length of a rope that is wound up: called
+     * before its other functions with amplitudes that may have changed.  Null: q alone. */
+    void (*tune)(void *context, const double *amplitudes);
 } ancf_contribution;
 
 #endif

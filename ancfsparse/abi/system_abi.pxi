@@ -28,3 +28,4 @@ cdef extern from "system_abi.h":
         void (*begin)(void *, const ancf_state *) noexcept nogil
         void (*accept)(void *, const ancf_state *) noexcept nogil
         void (*rates)(void *, const double *, const double *, double *, double *) noexcept nogil
+        void (*tune)(void *, const double *) noexcept nogil

@@ -149,8 +149,8 @@ cdef class Explicit:
             self.remember(self.system.begin)
         self.finite = self.look_again()
         self.watch.limit, self.watch.noise = largest_gain, noise
-        ancf_watch_start(&self.watch, self.system, &self.dead_load[0], &self.q[0, 0],
-                         &self.v[0, 0], &self.r[0])
+        ancf_watch_start(&self.watch, self.system, &self.dead_load[0], &self.load[0],
+                         &self.q[0, 0], &self.v[0, 0], &self.r[0])
 
     def __dealloc__(self):
         free(self.saddle.each)
@@ -260,7 +260,7 @@ cdef class Explicit:
                     k += 1
                     break
                 if (k + 1) % look == 0 or k + 1 == n_steps:
-                    ancf_watch_measure(&self.watch, self.system, &self.dead_load[0],
+                    ancf_watch_measure(&self.watch, self.system, &self.dead_load[0], &self.load[0],
                                        &self.q[next, 0], &self.v[next, 0], &self.r[0])
                     if ancf_watch_gains(&self.watch, False):
                         outcome = GAINED_ENERGY

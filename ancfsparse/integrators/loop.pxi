@@ -97,8 +97,8 @@ cdef class TimeLoop:
         self.interface.q = motion.q
         self.capsule = PyCapsule_New(&self.interface, "ancf_equations", NULL)
         motion.watch.limit, motion.watch.noise = largest_gain, noise
-        ancf_watch_start(&motion.watch, motion.system, motion.dead_load, motion.q0, motion.v0,
-                         motion.r)
+        ancf_watch_start(&motion.watch, motion.system, motion.dead_load, motion.amplitudes0,
+                         motion.q0, motion.v0, motion.r)
         if motion.system.begin != NULL:
             remember(motion, motion.system.begin)
 

@@ -75,7 +75,8 @@ cdef bint see(Motion *self, bint strict) noexcept nogil:
     in_parts(self.n_parts, push_part, self)
     if is_driven(self):
         swap_speeds(self)
-    ancf_watch_measure(&self.watch, self.system, self.dead_load, self.q, self.v0, self.r)
+    ancf_watch_measure(&self.watch, self.system, self.dead_load, self.amplitudes, self.q, self.v0,
+                       self.r)
     self.scheme.refused = self.watch
     if strict:
         self.scheme.refused.exchanged = self.watch.kinetic

@@ -105,4 +105,5 @@ cdef bint look(Motion *self) noexcept nogil:
 
 
 cdef void measure(Motion *self) noexcept nogil:
-    ancf_watch_measure(&self.watch, self.system, self.dead_load, self.q0, self.v0, self.r)
+    ancf_watch_measure(&self.watch, self.system, self.dead_load, self.amplitudes0, self.q0, self.v0,
+                       self.r)

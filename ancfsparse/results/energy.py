@@ -101,7 +101,7 @@ def energy_of(
     """
     # In blocks of rows: the states may be in a file and too large for memory.
     step = max(1, BLOCK // max(1, q.shape[1]))
-    parts, works = [], []
+    parts, works, wound = [], [], []
     every_step = lag > 0.0 and np.allclose(np.diff(t), 2.0 * lag, rtol=1e-6, atol=0.0)
     for i in range(0, len(t), step):
         q_part, v_part = q[i : i + step], v[i : i + step]
@@ -118,7 +118,10 @@ def energy_of(
                 rows = slice(max(i - 1, 0), i + step)
                 works.append(system.drive_work(q[rows], v[rows], a[rows], lam[rows], t[rows]))
         lost = system.dissipation(q_part, v_part, lam[i : i + step])
-        parts.append((*system.energies(q_part, v_part), power, driving, lost))
+        parts.append((*system.energies(q_part, v_part, t_part), power, driving, lost))
+        if system.winds:
+            rows = slice(max(i - 1, 0), i + step)
+            wound.append(system.winding(q[rows], t[rows]))
     columns = (np.concatenate(part) for part in zip(*parts, strict=True))
     kinetic, elastic, potential, power, driving, lost = columns
     work = _summed(t, power)
@@ -126,6 +129,8 @@ def energy_of(
         work[1:] += np.cumsum(np.concatenate(works))
     else:
         work += _summed(t, _caught_up(t, driving, lag) if lag else driving)
+    if wound:
+        work[1:] += np.cumsum(np.concatenate(wound))
     return Energy(kinetic, elastic, potential, work, _summed(t, lost))
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ancfsparse.results.joints import JointForce
     from ancfsparse.results.sections import SectionForce, Where
     from ancfsparse.scene.joints.winch import Winch
+    from ancfsparse.scene.ropes import Rope
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -78,7 +79,7 @@ class Equilibrium:
     def elastic_energy(self) -> float:
         """Strain energy of the scene [J]."""
         state = self.q[None, :]
-        return float(self.system.energies(state, np.zeros_like(state))[1][0])
+        return float(self.system.energies(state, np.zeros_like(state), np.array([self.t]))[1][0])
 
     def position(self, node: Node) -> Array:
         """Give the position of a point.
@@ -153,11 +154,15 @@ class Equilibrium:
         states = States(state, rest, rest, self.lam[None, :], np.zeros(1))
         return joint_force(self.system, joint, states, frame).at(0)
 
-    def tension(self, winch: Winch) -> float:
-        """Give the tension of the rope of a winch [N], see `Trajectory.tension`."""
+    def tension(self, rope: Rope | Winch) -> float:
+        """Give the tension of a rope [N], see `Trajectory.tension`."""
         from ancfsparse.results.joints import tension
+        from ancfsparse.system.joint_forces import States
 
-        return float(tension(self.system, winch, self.lam[None, :])[0])
+        state = self.q[None, :]
+        rest = np.zeros_like(state)
+        states = States(state, rest, rest, self.lam[None, :], np.array([self.t]))
+        return float(tension(self.system, rope, states)[0])
 
     def strain(self, body: ElasticBody, s: Where = None) -> Array:
         """Give the strain of the axis, |r'| - 1, shape (p,) [-]; see `Trajectory.strain`."""

@@ -58,16 +58,19 @@ def joint_force(system: SolvedSystem, joint: object, states: States, frame: str)
     return JointForce(np.einsum("kij,kj->ki", axes, force), turned)
 
 
-def tension(system: SolvedSystem, winch: object, lam: Array) -> Array:
-    """Return the tension of the rope of a winch, (k,) [N], from multipliers (k, m)."""
+def tension(system: SolvedSystem, rope: object, states: States) -> Array:
+    """Return the tension of a rope, or of that of a winch, (k,) [N]."""
     from ancfsparse.scene.joints.winch import Winch
+    from ancfsparse.scene.ropes import Rope
 
-    if not isinstance(winch, Winch):
+    if isinstance(rope, Rope):
+        return system.tension(rope, states)
+    if not isinstance(rope, Winch):
         raise InputError(
-            f"tension needs a winch that scene.winch(...) returned, got {shown(winch)}: of other "
-            "joints ask for joint_force"
+            "tension needs what scene.rope(...) or scene.winch(...) returned, got "
+            f"{shown(rope)}: of other joints ask for joint_force"
         )
-    rows = system.rows_of(winch)
+    rows = system.rows_of(rope)
     if not rows:
         raise InputError("the winch is not of the scene that moved: take one of its handles")
-    return lam[:, rows[0]]
+    return states.lam[:, rows[0]]

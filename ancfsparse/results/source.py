@@ -12,6 +12,7 @@ from ancfsparse.scene import Body, ElasticBody, Joint, Node, Scene
 from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
+    from ancfsparse.scene.ropes import Rope
     from ancfsparse.system.joint_forces import States
 
 Array = NDArray[np.float64]
@@ -73,8 +74,21 @@ class SolvedSystem(Protocol):
         """Return the same for the slope r' [-]."""
         ...
 
-    def energies(self, q: Array, v: Array) -> tuple[Array, Array, Array]:
+    def energies(self, q: Array, v: Array, t: Array | None = None) -> tuple[Array, Array, Array]:
         """Give kinetic, elastic and gravity's potential energy, each (k,) [J]."""
+        ...
+
+    @property
+    def winds(self) -> bool:
+        """Whether lengths or strains without force change with time."""
+        ...
+
+    def winding(self, q: Array, t: Array) -> Array:
+        """Give the work of what changes them between consecutive states, (k - 1,) [J]."""
+        ...
+
+    def tension(self, rope: Rope, states: States) -> Array:
+        """Give the tension of a rope, (k,) [N]."""
         ...
 
     def power(self, q: Array, v: Array, t: Array) -> Array:

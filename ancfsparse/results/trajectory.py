@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ancfsparse.results.sections import SectionForce, Where
     from ancfsparse.scene.joints.winch import Winch
     from ancfsparse.scene.rigid import RigidBody
+    from ancfsparse.scene.ropes import Rope
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -260,17 +261,19 @@ class Trajectory(Outputs):
         states = States(*(np.asarray(each) for each in (self.q, self.v, self.a, self.lam, self.t)))
         return joint_force(self.system, joint, states, frame)
 
-    def tension(self, winch: Winch) -> Array:
-        """Give the tension of the rope of a winch over time, shape (k,) [N], negative in pressure.
+    def tension(self, rope: Rope | Winch) -> Array:
+        """Give the tension of a rope over time, shape (k,) [N]; of a winch negative in pressure.
 
         Parameters
         ----------
-        winch : Winch
-            One of the scene, as ``scene.winch`` returned it.
+        rope : Rope or Winch
+            One of the scene, as ``scene.rope`` or ``scene.winch`` returned it.
         """
         from ancfsparse.results.joints import tension
+        from ancfsparse.system.joint_forces import States
 
-        return tension(self.system, winch, np.asarray(self.lam))
+        states = States(*(np.asarray(each) for each in (self.q, self.v, self.a, self.lam, self.t)))
+        return tension(self.system, rope, states)
 
     def strain(self, body: ElasticBody, s: Where = None) -> Array:
         """Give the strain of the axis over time.

@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_choice, check_finite, check_moderate, check_vector
 from ancfsparse.errors import InputError, SingularSceneError
-from ancfsparse.scene.bodies import Node, Vector
-from ancfsparse.scene.joints import SAME_PLACE, Joint, check_end
+from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.joints import Joint, check_end
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.spec import At, OfJoint, Point, Spec, Whole, specified, text
-from ancfsparse.scene.straight import check_position
 from ancfsparse.words import shown
 
 if TYPE_CHECKING:
@@ -264,7 +263,7 @@ class Couplings(Records):
         """Lead a massless rope without friction over points, and keep or prescribe its length.
 
         `Trajectory.tension` is its tension, the same in all parts; the rope pushes as well as it
-        pulls.
+        pulls, unlike that of `rope`.
 
         Parameters
         ----------
@@ -291,17 +290,10 @@ class Couplings(Records):
         InputError
             If a point is invalid, two consecutive ones coincide, or an argument is missing.
         """
-        from ancfsparse.scene.joints.winch import Winch, length_of
+        from ancfsparse.scene.joints.winch import Winch
+        from ancfsparse.scene.ropes import points_of_rope
 
-        ends = self._points_of_winch(points)
-        apart = length_of(ends)
-        size = max(each.beam.size for each in ends if isinstance(each, Node))
-        if min(apart) <= SAME_PLACE * size:
-            k = apart.index(min(apart))
-            raise InputError(
-                f"points {k} and {k + 1} of a winch coincide, so its rope has no direction there: "
-                "leave one of them out"
-            )
+        ends, apart = points_of_rope(self, "a winch", points)
         if (drum is None) != (radius is None):
             raise InputError("a winch needs drum and radius together, a hinge and its radius [m]")
         if drum is not None and length is not None:
@@ -325,19 +317,6 @@ class Couplings(Records):
         )
         record = WinchSpec(places, length, rate, second_rate, wound, radius)
         return self._add_partial(Winch(ends, sum(apart), course, drum, by), record)
-
-    def _points_of_winch(self, points: object) -> tuple[Node | Vector, ...]:
-        if not isinstance(points, list | tuple) or len(points) < 2:
-            raise InputError(f"a winch needs a list of two points or more, got {shown(points)}")
-        out: list[Node | Vector] = []
-        for k, each in enumerate(points):
-            if isinstance(each, Node):
-                out.append(self._mine("a winch", check_end("a winch", each)))
-            else:
-                out.append(check_position(f"point {k} of a winch", each, self.dim))
-        if not any(isinstance(each, Node) for each in out):
-            raise InputError("a winch needs a point of a beam or a body among its points")
-        return tuple(out)
 
 
 def freedom_of(what: str, joint: Joint, of: str | None) -> str:

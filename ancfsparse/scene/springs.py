@@ -1,11 +1,11 @@
-"""Springs and dampers between two points."""
+"""Springs and dampers between two points, and elastic ropes over several."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,9 +17,13 @@ from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.callbacks import check_signature, is_compiled, sent
 from ancfsparse.scene.joints import SAME_PLACE, check_point
 from ancfsparse.scene.records import Records
-from ancfsparse.scene.spec import At, Point, Spec, specified
+from ancfsparse.scene.spec import At, Point, Spec, specified, text
 from ancfsparse.scene.straight import check_position
 from ancfsparse.words import numbers
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.ropes import Rope
+    from ancfsparse.scene.signal import Signal
 
 Stiffness = float | Callable[[float], float]
 
@@ -46,6 +50,25 @@ class SpringSpec(Spec):
         stiffness = "a force law" if law else f"{self.stiffness:.9g}"
         values = f"{stiffness}, {self.damping:.9g}, {made.length:.9g}"
         return f"spring ({at(self.a)}; {other}): ({values})"
+
+
+@dataclass(frozen=True, eq=False)
+class RopeSpec(Spec):
+    """The record of `Scene.rope`."""
+
+    points: tuple[Any, ...]
+    stiffness: float
+    damping: float = 0.0
+    length: Any = None
+    slack: float = 0.0
+    method = "rope"
+    units: ClassVar = {"stiffness": "N", "damping": "N s", "length": "m"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its force follows from."""
+        points = "; ".join(text(each, at) for each in self.points)
+        values = f"{self.stiffness:.9g}, {self.damping:.9g}, {self.slack:.9g}"
+        return f"rope ({points}), length {text(made.given, at)}: ({values})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +130,7 @@ class Spring(Attached):
 
 
 class Springs(Records):
-    """Springs and dampers of a scene."""
+    """Springs, dampers and elastic ropes of a scene."""
 
     def spring(
         self,
@@ -186,6 +209,58 @@ class Springs(Records):
         rest = None if length is None else spring.length
         record = SpringSpec(one.reference, end, spring.stiffness, spring.damping, rest)
         return self._attach(spring, record)
+
+    def rope(
+        self,
+        points: Sequence[Node | ArrayLike],
+        *,
+        stiffness: float,
+        damping: float = 0.0,
+        length: float | Signal | Callable[[float], float] | None = None,
+        slack: float = 0.0,
+    ) -> Rope:
+        """Lead a massless elastic rope over points; it pulls, goes slack, and never pushes.
+
+        With the strain eps, the distances of the points together over the natural length minus 1,
+        its tension is ``stiffness * eps + damping * d eps/dt`` where that is positive and eps is,
+        the same in all parts; `Trajectory.tension` gives it.  Where its length is a function of
+        time, the work of what winds it up counts in the energy balance.
+
+        Parameters
+        ----------
+        points : sequence of Node or array_like of shape (dim,)
+            Two or more, such as ``[(0, 3), hook.origin]``; one is a point of a beam or a body.
+        stiffness : float
+            Tension over strain, Young's modulus times area [N].
+        damping : float, optional
+            Tension over the rate of the strain [N s], of a rope whose length does not change.
+        length : float, Signal or callable, optional
+            Natural length [m], or a function of t [s] that returns it: paid out as it grows, drawn
+            in as it falls.  By default the distances of the points in the reference shape.
+        slack : float, optional
+            Strain about which it goes slack smoothly [-], as of strings: its tension at its natural
+            length is stiffness slack / 4.  By default its tension has a kink there.
+
+        Returns
+        -------
+        Rope
+            The rope.
+
+        Raises
+        ------
+        InputError
+            If a point is invalid, two consecutive ones coincide, or a number is out of range.
+        """
+        from ancfsparse.scene.ropes import rope_over
+
+        made = rope_over(self, points, stiffness, damping, length, slack)
+        places = tuple(
+            each.reference if isinstance(each, Node) else tuple(each.tolist())
+            for each in made.points
+        )
+        given = length if callable(length) or length is None else made.length
+        record = RopeSpec(places, made.stiffness, made.damping, given, made.slack)
+        return self._attach(made, record)
 
 
 def try_out(spring: Spring, elongation: float) -> None:

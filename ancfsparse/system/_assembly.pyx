@@ -32,6 +32,7 @@ cdef struct Flat:
     ptrdiff_t n_all, n_multipliers, n_values
     ptrdiff_t n_parts  # threads for vector operations
     bint damped
+    bint tunes  # whether an energy depends on amplitudes
     const double *mass_values  # of the matrix; NULL if there are too many
     const int64_t *diagonal  # slots of the multipliers
     double regularization
@@ -80,6 +81,7 @@ cdef class Assembly:
                 owner.capsule, "ancf_contribution")
             flat.contributions[k] = each
             flat.damped |= each.damped
+            flat.tunes |= each.tune != NULL
             keeps |= each.n_memory > 0
         flat.n_all, flat.n_multipliers = n_all, len(indptr) - 1 - n_free
         flat.n_values, flat.n_parts = indptr[len(indptr) - 1], 1
@@ -117,6 +119,11 @@ cdef class Assembly:
     def threads(self):
         """Number of threads for vector operations."""
         return self.flat.n_parts
+
+    @property
+    def tunes(self):
+        """Whether energies depend on amplitudes."""
+        return bool(self.flat.tunes)
 
     @property
     def damped(self):
@@ -253,8 +260,9 @@ cdef class Assembly:
         add_damping(&self.flat, &q[0], &v[0], &view[0])
         return out
 
-    def strain_energy(self, const double[::1] q):
-        """Return the energy of elements and springs [J]."""
+    def strain_energy(self, const double[::1] q, const double[::1] amplitudes=None):
+        """Return the energy of elements and springs [J], by default with the last amplitudes."""
+        tune(&self.flat, first(amplitudes))
         return elastic(&self.flat, &q[0])
 
 

@@ -90,6 +90,10 @@ class Assembly(Protocol):
     ) -> Vector:
         """Return those of its definite part, without what stresses add."""
 
+    @property
+    def tunes(self) -> bool:
+        """Whether energies depend on amplitudes."""
+
     def load_work(
         self,
         q0: Vector,
@@ -117,5 +121,5 @@ class Assembly(Protocol):
     def damping(self, q: Vector, v: Vector) -> Vector:
         """Return the forces of damping."""
 
-    def strain_energy(self, q: Vector) -> float:
-        """Return the strain energy [J]."""
+    def strain_energy(self, q: Vector, amplitudes: Vector | None = None) -> float:
+        """Return the strain energy [J], by default with the last amplitudes."""

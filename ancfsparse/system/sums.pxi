@@ -7,6 +7,15 @@ cdef inline void set_state(ancf_state *x, const double *q, const double *v, cons
     x.q, x.v, x.a, x.lam, x.amplitudes = q, v, a, lam, amplitudes
 
 
+cdef inline void tune(const Flat *self, const double *amplitudes) noexcept nogil:
+    """Set what energies depend on besides the coordinates."""
+    cdef ptrdiff_t k
+    if self.tunes and amplitudes != NULL:
+        for k in range(self.n_contributions):
+            if self.contributions[k].tune != NULL:
+                self.contributions[k].tune(self.contributions[k].context, amplitudes)
+
+
 cdef void inertia(void *context, const double *a, double *out) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
     cdef const ancf_contribution *each
@@ -60,6 +69,7 @@ cdef void residual(void *context, const double *q, const double *v, const double
     cdef ancf_state x
     cdef ptrdiff_t k
     set_state(&x, q, v, a, lam, amplitudes)
+    tune(self, amplitudes)
     vec_scale_parts(self.n_parts, r, -1.0, dead_load, self.n_all)
     for k in range(self.n_contributions):
         each = self.contributions[k]
@@ -76,6 +86,7 @@ cdef void residual_between(void *context, const double *q0, const double *q1, co
     cdef ancf_state x
     cdef ptrdiff_t k
     set_state(&x, q, v, a, lam, amplitudes)
+    tune(self, amplitudes)
     vec_scale_parts(self.n_parts, r, -1.0, dead_load, self.n_all)
     for k in range(self.n_contributions):
         each = self.contributions[k]
@@ -104,6 +115,7 @@ cdef void matrix(void *context, double mass_factor, double stiffness_factor, dou
     # Unit of `values` until the mass is added.
     cdef double unit = stiffness_factor if stiffness_factor != 0.0 else damping_factor
     set_state(&x, q, v, NULL, lam, amplitudes)
+    tune(self, amplitudes)
     start_with_damping(self, damping_factor / unit if unit != 0.0 else 0.0, &x, values)
     if stiffness_factor != 0.0:
         add_part(self, STIFFNESS, &x, values)
@@ -161,12 +173,13 @@ cdef void add_equations(const Flat *self, double mass_factor, const ancf_state *
         values[self.diagonal[k]] -= self.regularization
 
 
-cdef void energies(void *context, const double *q, const double *v, double *scratch,
-                   double *out) noexcept nogil:
+cdef void energies(void *context, const double *q, const double *v, const double *amplitudes,
+                   double *scratch, double *out) noexcept nogil:
     """Kinetic and elastic energy."""
     cdef const Flat *self = <const Flat *>context
     inertia(context, v, scratch)
     out[0] = 0.5 * vec_dot_parts(self.n_parts, v, scratch, self.n_all)
+    tune(self, amplitudes)
     out[1] = elastic(self, q)
 
 

@@ -19,6 +19,7 @@ from ancfsparse.system.pattern import build
 from ancfsparse.system.state import Layout, State, check_state, meanings
 
 if TYPE_CHECKING:
+    from ancfsparse.scene.ropes import Rope
     from ancfsparse.system.contributions.interface import Compiled
     from ancfsparse.system.equations import Assembly
     from ancfsparse.system.joint_forces import States
@@ -166,7 +167,9 @@ class System(Coordinates):
         """Gravity and all constant loads together, (n_all,) [N, N m], added up when asked for."""
         return self.gravity_load + self.loads.constant
 
-    def energies(self, q: Vector, v: Vector) -> tuple[Vector, Vector, Vector]:
+    def energies(
+        self, q: Vector, v: Vector, t: Vector | None = None
+    ) -> tuple[Vector, Vector, Vector]:
         """Return kinetic, elastic and potential energies [J], each of shape (k,).
 
         The last one is that of gravity and, in a rotating frame, of centrifugal forces.
@@ -175,11 +178,54 @@ class System(Coordinates):
         ----------
         q, v : (k, n_all) float
             States.
+        t : (k,) float, optional
+            Times [s], by default that of the start.
         """
         kinetic = np.array([0.5 * row @ self.assembly.inertia(row) for row in v])
-        elastic = np.array([self.assembly.strain_energy(row) for row in q])
+        times = np.full(len(q), self.t0) if t is None else t
+        elastic = self._elastic(q, self._tuning(times))
         other = sum((each.potential(q) for each in self.contributions), np.zeros(len(q)))
         return kinetic, elastic - other, other - q @ self.gravity_load
+
+    @property
+    def winds(self) -> bool:
+        """Whether lengths or strains without force change with time."""
+        return self.assembly.tunes and self.loads.n_amplitudes > 0
+
+    def winding(self, q: Vector, t: Vector) -> Vector:
+        """Return the work of what changes them between consecutive states, (k - 1,) [J].
+
+        It is the change of the energy at the same place, the mean of both places: the trapezoidal
+        rule where the energy is quadratic in what changes.
+        """
+        given = self._tuning(t)
+        before, after = q[:-1], q[1:]
+        work = self._elastic(before, given[1:]) - self._elastic(before, given[:-1])
+        work += self._elastic(after, given[1:]) - self._elastic(after, given[:-1])
+        return 0.5 * work
+
+    def tension(self, rope: Rope, states: States) -> Vector:
+        """Return the tension of a rope, (k,) [N].
+
+        Raises
+        ------
+        InputError
+            If the rope is of another scene.
+        """
+        from ancfsparse.system.contributions.ropes import Ropes
+
+        for each in self.contributions:
+            if isinstance(each, Ropes) and each.has(rope):
+                return each.tension(rope, states.q, states.v, self.loads.amplitudes(states.t))
+        raise InputError("the rope is not of the scene that moved: take one of its handles")
+
+    def _tuning(self, times: Vector) -> Vector:
+        """Return amplitudes for the energies at some times, (k, n_amplitudes)."""
+        return self.loads.amplitudes(times) if self.winds else np.zeros((len(times), 0))
+
+    def _elastic(self, q: Vector, amplitudes: Vector) -> Vector:
+        rows = zip(q, amplitudes, strict=True)
+        return np.array([self.assembly.strain_energy(*row) for row in rows])
 
     def inputs(self, times: Vector, rates: bool = False) -> tuple[Vector, LoadFailure | None]:
         """Return all that changes with time, up to the first time at which a function fails.

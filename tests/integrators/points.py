@@ -25,7 +25,7 @@ _RESIDUAL = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 8)
 _MATRIX = ct.CFUNCTYPE(None, ct.c_void_p, *[ct.c_double] * 3, *[_NUMBERS] * 5)
 _MATERIAL = ct.CFUNCTYPE(None, ct.c_void_p, *[ct.c_double] * 3, *[_NUMBERS] * 2)
 _INERTIA = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 2)
-_ENERGIES = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 4)
+_ENERGIES = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 5)
 _WORK = ct.CFUNCTYPE(ct.c_double, *[ct.c_void_p] * 3, _NUMBERS)
 _BETWEEN = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 10)
 
@@ -193,7 +193,7 @@ class Point:
     def _inertia(self, _, a, out):
         out[0], out[1] = self.mass * a[0], self.mass * a[1]
 
-    def _energies(self, _, q, v, scratch, out):
+    def _energies(self, _, q, v, amplitudes, scratch, out):
         q, v = np.ctypeslib.as_array(q, (2,)), np.ctypeslib.as_array(v, (2,))
         out[0], out[1] = 0.5 * self.mass * (v @ v), self.strain_energy(q)
 

@@ -52,7 +52,9 @@ class ReversedBeam:
         places, weights = self.point(self.rod.end)
         return q[:, places] @ weights
 
-    def energies(self, q, v):
+    winds = False
+
+    def energies(self, q, v, t=None):
         kinetic = 0.5 * (self._tip(v) ** 2).sum(axis=1)
         return kinetic, np.full(len(q), 0.25), 9.81 * self._tip(q)[:, 1]
 

@@ -66,6 +66,10 @@ def everything(fine=1):
     hinge = scene.revolute(leaf.at((0, 0.1, 0)), slide.at((-1, 0.1, 0)), axis=(0, 0, 1))
     scene.gear(hinge, pivot, -0.5, of_other="angle")
     scene.winch([lid.at((0.1, 0, 0)), (0.5, 8.0, 0.0), slide.origin], drum=hinge, radius=0.05)
+    scene.rope(
+        [lid.at((0.1, 0, 0)), slide.origin], stiffness=10.0, length=ancf.Ramp(9.0, 1.0) + 1.0
+    )
+    scene.rope([bolt.origin, (9.0, 9.0, 9.0)], stiffness=10.0, damping=0.1, slack=1e-3)
     scene.joint_spring(hinge, stiffness=1.0, damping=0.1)
     scene.joint_stop(pivot, -0.5, 0.5, stiffness=100.0, of="angle")
     scene.joint_friction(pivot, 0.2, slip=1e-3, of="displacement")

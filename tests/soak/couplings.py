@@ -49,6 +49,16 @@ def winch(points, length, rate, second_rate, drum, radius):
     return machine.run().tension(rope)
 
 
+def rope(points, stiffness, damping, length, slack):
+    machine = Machine()
+    if points is None:
+        points = [(0, 3, 0), machine.rod.end]
+    made = machine.scene.rope(
+        points, stiffness=stiffness, damping=damping, length=length, slack=slack
+    )
+    return machine.run().tension(made)
+
+
 def drive_joint(joint, value, rate, second_rate, of):
     machine = Machine()
     drive = machine.scene.drive_joint(
@@ -119,16 +129,18 @@ def coupling_calls():
     of = {"of": None}
     rates = {"rate": None, "second_rate": None}
     ends = {"low": -0.1, "high": 0.1}
-    rope = {"points": None, "length": None, **rates, "drum": None, "radius": None}
+    path = {"points": None, "length": None, **rates, "drum": None, "radius": None}
     rub = {"size": 0.1, "slip": 0.1, "coefficient": None, "radius": None}
     return [
         Call("gear", gear, {"one": "hinge", "other": "other", "ratio": 2.0,
                             "of_one": None, "of_other": None}),
         Call("gear, a screw", gear, {"one": "screw", "other": "screw", "ratio": 2.0,
                                      "of_one": "angle", "of_other": "displacement"}),
-        Call("winch", winch, rope),
-        Call("winch on a drum", winch, rope | {"drum": "hinge", "radius": 0.1}),
-        Call("winch with a length", winch, rope | {"length": lambda t: 2.0**0.5 + t**3}),
+        Call("winch", winch, path),
+        Call("winch on a drum", winch, path | {"drum": "hinge", "radius": 0.1}),
+        Call("winch with a length", winch, path | {"length": lambda t: 2.0**0.5 + t**3}),
+        Call("rope", rope, {"points": None, "stiffness": 100.0, "damping": 0.1, "length": 1.5,
+                            "slack": 1e-3}),
         Call("drive_joint", drive_joint, {"joint": "hinge", "value": 0.0} | rates | of),
         Call("drive_joint, a slide", drive_joint,
              {"joint": "slide", "value": lambda t: t**3} | rates | of),

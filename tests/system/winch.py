@@ -34,7 +34,7 @@ class _Interface(ct.Structure):
         *((name, ct.c_void_p) for name in ("work", "reach")),
         ("begin", _SEE),
         ("accept", _SEE),
-        ("rates", ct.c_void_p),
+        *((name, ct.c_void_p) for name in ("rates", "tune")),
     ]
 
 

@@ -62,9 +62,3 @@ class Winch(Joint):
     def has_multipliers(self) -> bool:
         """Whether it is made by an equation: always."""
         return True
-
-
-def length_of(points: tuple[Node | Vector, ...]) -> list[float]:
-    """Return the distances of consecutive points in the reference shape [m]."""
-    places = [each.position if isinstance(each, Node) else each for each in points]
-    return [float(np.linalg.norm(one - other)) for one, other in pairwise(places)]
