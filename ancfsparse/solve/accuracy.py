@@ -182,6 +182,7 @@ def solve_accurately(
         )
     begin, total = time.perf_counter(), attempts.stats
     ways = _ways(system, t, accuracy, integrator, solver, max_energy_gain, attempts)
+    best = ways[0]
     with progress_bar("run", progress) as bar:
         while total.error > accuracy:
             costs = [way.forecast() for way in ways]
@@ -192,6 +193,8 @@ def solve_accurately(
                 ways[0].failure, AccuracyFailure
             )
             if hopeless or costs[first] == math.inf or total.runs >= MOST_RUNS:
+                for each in ways:
+                    each.warn()
                 raise _failure(ways, accuracy, total)
             try:
                 way.advance(others)
@@ -208,11 +211,13 @@ def solve_accurately(
             if way.states is not None and way.error <= total.error:
                 total.error, total.solver = way.error, _reason(way, ways, costs)
                 attempts.keep(way.states)
+                best = way
             # The rounding of a step is about that of the largest coordinate.  In n steps it adds up
             # to about root n times as much.  Shorter steps only add to it, and take ever longer.
             rounding = EPSILON * size * math.sqrt(max(way.steps, 1))
             if accuracy < min(rounding, total.error) and total.error < math.inf:
                 raise AccuracyFailure(accuracy, total.error, total.runs, CLEAR * total.error)
+    best.warn()
 
 
 def _ways(

@@ -138,6 +138,11 @@ class ExplicitErrors:
             self._power, confirmed = 0.0, False
         if self._waves:
             error = self._with_waves(last, run, apart, error, confirmed)
+        if self._march.places.time is not None:
+            # Errors depend on how close to the place a step comes, and not on the order: two of
+            # the last three runs must be as near.
+            near = sorted(self._distance(run, each) for each in self._runs)
+            error = max(error, near[min(1, len(near) - 1)])
         self._error, self._apart = error, apart
         self._runs = [*self._runs[-2:], run]
         return error

@@ -19,6 +19,7 @@ from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.blocks import BlockInverse
 from ancfsparse.solve.breaks import Breaks
 from ancfsparse.solve.explicit import cheapest_inverse, count_forces, instability
+from ancfsparse.solve.lost_rank import LostRank
 from ancfsparse.solve.rates import start_load
 from ancfsparse.solve.stability import (
     definite_mass,
@@ -73,6 +74,8 @@ class ExplicitMarch:
         Modelled cost of an evaluation of the forces.
     failure : Instability
         Why it is given up, None if it is not.
+    places : LostRank
+        Where constraints lost rank in its motions.
     """
 
     def __init__(
@@ -101,6 +104,7 @@ class ExplicitMarch:
         self._noise = 100.0 * EPSILON * system.energy_scale(system.q0)
         self._interval = MARGIN * integrator.tableau.interval
         self._unstable = 0
+        self.places = LostRank(system, self._sizes)
         self.failure: Instability | None = None
 
     @property
@@ -155,6 +159,7 @@ class ExplicitMarch:
         system = self._system
         h = self.step(integrator, finer)
         states = States.empty(self._t, system.n_all, system.n_multipliers)
+        self.places.begin()
         q, v, now = system.q0, system.v0, system.t0
         for (begin, end), last in zip(self._spans, [*self._breaks.after, self._t[-1]], strict=True):
             load = system.loads.amplitudes(np.array([begin]))[0]
@@ -228,7 +233,9 @@ class ExplicitMarch:
             stats.steps += taken
             if taken:
                 rows = slice(0, taken + 1)
-                states.fill(mine[rows], *(table[rows] for table in buffer), resolved=True)
+                q, v, a, lam = (table[rows] for table in buffer)
+                states.fill(mine[rows], q, v, a, lam, resolved=True)
+                self.places.look(mine[rows], q, v, lam)
                 self._watch(states)
             if code:
                 self._system.assembly.check()

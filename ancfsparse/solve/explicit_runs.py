@@ -118,6 +118,10 @@ class ExplicitRuns:
             return self._plan()[2]
         return cost
 
+    def warn(self) -> None:
+        """Warn of places where the errors of these motions are not known well."""
+        self._march.places.warn()
+
     @property
     def content(self) -> Content | None:
         """What parts two runs, perhaps two of another way; None as long as that is not known."""

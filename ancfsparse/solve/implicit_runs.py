@@ -156,6 +156,9 @@ class ImplicitRuns:
     def receive(self, content: Content | None, states: States | None) -> None:
         """Take what another way has found: nothing that is used here."""
 
+    def warn(self) -> None:
+        """Warn of nothing: steps are as short as the error needs wherever it arises."""
+
     def advance(self, budget: float) -> None:
         """Make the next run, if another way would cost so much; end a first one that is dear."""
         if not self._runs:
