@@ -4,7 +4,7 @@
 cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     """Check the energy of a hard step before it is accepted; return whether a solution passes.
 
-    Such a step can have several solutions.  One whose energy rises is compared with Newton's.  One
+    Such a step can have several solutions.  One whose energy rises is compared with others.  One
     that gains energy is rejected as long as there may be another that does not, or as the step can
     be shortened; if all gain energy, the one with the smallest gain passes on trial unless that is
     large, and the next regular check decides.  Under step size control the step is shortened at
@@ -21,8 +21,8 @@ cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
         return False
     keep(self, True)
     if not gains:
-        if solver.confirm(solver.context) == 0:
-            if not see(self, False) and ancf_watch_rises(&best, &self.watch):
+        while solver.confirm(solver.context) == 0:
+            if not see(self, False) and conserves_better(&self.watch, &best, &before):
                 solver.prefer(solver.context)
                 return pass_it(self)
             unsee(self, &before)
@@ -63,6 +63,12 @@ cdef void try_it(Motion *self) noexcept nogil:
         self.scheme.tried = self.watch
         self.scheme.most_tried = 0.0
     self.scheme.most_tried = fmax(self.scheme.most_tried, self.watch.beyond)
+
+
+cdef inline bint conserves_better(const ancf_watch *now, const ancf_watch *best,
+                                  const ancf_watch *before) noexcept nogil:
+    """Whether the energy rises by less than in the best solution, and falls by no more."""
+    return ancf_watch_rises(best, now) and before.gain - now.gain <= best.gain - before.gain
 
 
 cdef bint see(Motion *self, bint strict) noexcept nogil:

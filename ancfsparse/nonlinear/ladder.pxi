@@ -77,6 +77,7 @@ cdef int solve(void *context) noexcept nogil:
     self.step += 1
     self.indefinite_before = self.counts.indefinite
     self.rung, self.doubtful, self.leapt = METHOD, False, self.equations.leaps
+    self.compared = METHOD
     outcome = attempt(self, self.newton, False, self.economical, &used)
     if outcome != CONVERGED and not self.newton:
         self.cost_since += attempt_cost(self, used)
@@ -103,32 +104,40 @@ cdef int solve(void *context) noexcept nogil:
 
 
 cdef int confirm(void *context) noexcept nogil:
-    """Compute Newton's solution to compare with the one found; it counts only if preferred.
+    """Compute the next solution to compare with the one found; it counts only if preferred.
 
-    Where Newton's method finds none from the predictor, it goes on as in a step of its own.
+    It is Newton's from the default predictor; then, if there is none or the matrix was indefinite,
+    that from the start without acceleration, and a minimum of the potential.
     """
     cdef Loop *self = <Loop *>context
     cdef Rung rung = self.rung
     cdef int used = 0, outcome = GAINED_ENERGY
-    if not retreat(self) and (self.newton or rung > NEW_SEED):
-        return outcome
-    outcome = climb(self, NEWTON, CONVERGED, &used)
-    if outcome != CONVERGED and self.equations.coast != NULL:
-        outcome = climb(self, COASTING, CONVERGED, &used)
-    if outcome != CONVERGED and not self.halves and has_saddles(self):
+    cdef bint differs = retreat(self) or not (self.newton or rung > NEW_SEED), missing = False
+    if self.compared < NEWTON and differs:
+        self.compared = NEWTON
+        outcome = climb(self, NEWTON, CONVERGED, &used)
+        missing = outcome != CONVERGED
+    missing = missing or self.counts.indefinite > self.indefinite_before
+    if outcome != CONVERGED and missing and self.compared < COASTING and rung < COASTING:
+        self.compared = COASTING
+        if self.equations.coast != NULL:
+            outcome = climb(self, COASTING, CONVERGED, &used)
+    if outcome != CONVERGED and not self.halves and has_saddles(self) and (
+            self.compared < DESCENT and rung < DESCENT):
+        self.compared = DESCENT
         outcome = climb(self, DESCENT, CONVERGED, &used)
     if outcome == CONVERGED:
         tally(self, -1)
-    self.confirmed, self.rung, self.doubtful = self.rung, rung, False
+    self.rung, self.doubtful = rung, False
     return outcome
 
 
 cdef void prefer(void *context) noexcept nogil:
-    """Count the solution of `confirm` as the recovery of the step."""
+    """Count the last solution of `confirm` as the recovery of the step."""
     cdef Loop *self = <Loop *>context
     tally(self, -1)
-    record(self, self.confirmed, GAINED_ENERGY)
-    self.rung = self.confirmed
+    record(self, self.compared, GAINED_ENERGY)
+    self.rung = self.compared
     tally(self, 1)
 
 

@@ -80,7 +80,7 @@ cdef struct Loop:
     ptrdiff_t step
     ptrdiff_t indefinite_before  # factors with a pivot of the wrong sign before this step
     Rung rung  # the last fallback used in this step
-    Rung confirmed  # the one that led to the solution of `confirm`
+    Rung compared  # the last one whose solution was compared with the one found
     int doubtful
     bint leapt  # whether the first attempt at this step did not start from the default predictor
     double contraction  # of the residual, the last one measured

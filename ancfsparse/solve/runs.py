@@ -142,10 +142,11 @@ class ImplicitRun(FixedRun):
     def _cross(self, way: Softening | Halving, outcome: Outcome) -> Outcome:
         """Retry a failed step with compliant constraints, or in shorter ones."""
         stats = self._stats
-        self._before, seconds = None, way.seconds
+        self._before, seconds, begin = None, way.seconds, self._march.steps
         outcome = way.cross(stats.steps + 1, outcome)
         stats.march_seconds += way.seconds - seconds
-        if outcome == Outcome.CONVERGED:
+        # A step can be taken, and the check of its energy stop the run.
+        if outcome == Outcome.CONVERGED or (self._march.steps > begin and not way.stuck):
             self._soon = way.unsettled
             stats.steps += 1
             if stats.steps % self._save_every == 0:

@@ -167,8 +167,8 @@ def simulate(
     ``stats.recoveries``.  A hard step whose solution would gain energy is solved again by Newton,
     and from that start.  Then it is halved, if that is allowed; if not, the solution that gains
     least is accepted on trial, and the next regular check of the energy decides; a run that is then
-    stopped ends before that step.  One whose energy only rises,
-    in a motion that has lost some, is compared with Newton's.  No step is accepted unconverged.
+    stopped ends before that step.  One whose energy only rises, in a motion that has lost some, is
+    compared with others.  No step is accepted unconverged.
     """
     if quantity is not None or error is not None:
         from ancfsparse.solve.asked import run_as_asked

@@ -109,10 +109,10 @@ class Softening:
                 self._soften(share)
                 crossed = self._try(step, loads, outcome)
                 self._soften(0.0)
-                if crossed:
+                if crossed is not None:
                     self.unsettled = 1
                     self.seconds += time.perf_counter() - clock
-                    return Outcome.CONVERGED
+                    return crossed
         self._iteration.yields = False
         outcome = self._advance(step, loads)
         self._iteration.yields = True
@@ -186,22 +186,24 @@ class Softening:
             regularize(self._system, self._scale)
         self._iteration.mark_stale()
 
-    def _try(self, step: int, loads: Table, cause: Outcome) -> bool:
-        """Take the step if its solution violates constraints by little."""
+    def _try(self, step: int, loads: Table, cause: Outcome) -> Outcome | None:
+        """Take the step if its solution violates constraints by little; otherwise return None."""
         rate, velocity = self._iteration.contraction, self._march.state[1]
         self._iteration.step = step - 1
         self._march.prepare(loads)
         if Outcome(self._iteration.solve()) != Outcome.CONVERGED:
-            return False
+            return None
         violation = float(np.max(np.abs(self._march.unbalanced[1])))
         if violation > VIOLATION * self._clock.dt * float(np.max(np.abs(velocity))):
-            return False
-        if self._advance(step, loads) != Outcome.CONVERGED:
-            return False
+            return None
+        begin = self._march.steps
+        outcome = self._advance(step, loads)
+        if self._march.steps == begin:
+            return None
         self._largest = max(self._largest, violation)
         event = Event(step, self._clock.at(step), "softer constraints", CAUSES[cause], rate)
         self.events.append(event)
-        return True
+        return outcome
 
     def _advance(self, step: int, loads: Table) -> Outcome:
         n, m = self._system.n_all, self._system.n_multipliers

@@ -17,6 +17,8 @@ from ancfsparse.solve.start import regularize, starting_state
 from ancfsparse.system import System
 
 NEWTON = ancf.Newton()
+# Change of coordinates by rounding, over their size: what sums of a few dozen terms leave.
+ROUNDING = 1e-14
 
 
 class Steps:
@@ -45,9 +47,11 @@ class Steps:
         work = self.system.assembly.load_work(q0, self.loads[k], q1, self.loads[k + 1])
         return float(energy[1] - energy[0] - work)
 
-    def solved_again(self, k):
-        """Give the state after step k + 1 that Newton finds, or None."""
+    def solved_again(self, k, rng=None):
+        """Give the state after step k + 1 that Newton finds, or None; if rng, from a shaken one."""
         system, (q, v, a, lam) = self.system, self.states[k]
+        if rng is not None:
+            q = q * (1.0 + ROUNDING * rng.normal(size=q.shape))
         start = Start(q, v, a, self.b[k], lam, self.loads[k])
         march = make_march(system, self.dt, self.integrator, start, np.inf, 0.0)
         march.weigh(self.criterion.mass, self.criterion.total)
@@ -60,15 +64,16 @@ class Steps:
         return march.state if taken else None
 
 
-def gain_by_newton(drawn, integrator, path, last):
+def gain_by_newton(drawn, integrator, path, last, rng=None):
     """Add up what Newton's solutions of the steps up to the last gain, from this run's states [J].
 
     The last may be one that the run did not accept; if Newton finds no solution of it either, the
-    sum is infinite.  Where Newton finds none of another step the run's own solution counts.
+    sum is infinite.  Where Newton finds none of another step the run's own solution counts.  With
+    a generator of random numbers, the states are shaken by rounding.
     """
     steps, gained = Steps(drawn, integrator, path), 0.0
     for k in range(last):
-        state = steps.solved_again(k)
+        state = steps.solved_again(k, rng)
         if state is None:
             if k + 1 == len(steps.states):
                 return math.inf

@@ -10,6 +10,8 @@ from tests.soak.exactly import gain_by_newton
 from tests.soak.report import Report
 from tests.soak.scenes import draw, draw_integrator, draw_solver
 
+# Sums of Newton's gains from states shaken by rounding, where the first one blames the run.
+SHAKEN = 8
 # Largest difference of the energies from those computed here, over the largest of them.
 SAME = 1e-9
 # Largest energy above what was given, over the largest kinetic energy.
@@ -44,11 +46,21 @@ def alarm(drawn, integrator, stop):
     """Say what is wrong with a run that was stopped for its energy.
 
     It is wrong where the very steps of the run, solved by Newton, do not gain what was too much.
+    Corrections that wander where the matrix is indefinite end in one of several solutions, and
+    rounding decides in which.  So what Newton gains then is the median over states shaken by it.
     """
-    last = stop.when or stop.step
+    last, allowed = stop.when or stop.step, stop.limit * stop.exchanged
+
+    def is_one_for(gain):
+        return stop.gain - gain < allowed or gain > allowed
+
     gain = gain_by_newton(drawn, integrator, stop.trajectory, last)
-    allowed = stop.limit * stop.exchanged
-    if stop.gain - gain < allowed or gain > allowed:
+    if is_one_for(gain):
+        return []
+    shaken = (np.random.default_rng(k) for k in range(SHAKEN))
+    gains = [gain_by_newton(drawn, integrator, stop.trajectory, last, rng) for rng in shaken]
+    gain = float(np.median([gain, *gains]))
+    if is_one_for(gain):
         return []
     return [
         f"stopped for {stop.gain:.2g} J more than was given up to step {last}, of which "
@@ -89,7 +101,8 @@ def largest_work(drawn, integrator, path):
     """Give the most that the load may have done up to each time [J].
 
     That is the work of the trapezoidal rule, half of a jump inside a step along the way of that
-    step, and what the scheme adds where the load turns.
+    step, and what the scheme adds where the load turns.  At rest, a load that begins with a rate
+    moves its node by t^3, so it does 3/4 of its change along the way of the first step, not 1/2.
     """
     work = np.zeros(len(path.t))
     if drawn.force is None:
@@ -99,6 +112,7 @@ def largest_work(drawn, integrator, path):
     steps = (0.5 * (force[1:] + force[:-1]) * moved).sum(axis=1)
     if drawn.words["load"] in ("jump", "pulse"):
         steps += 0.5 * np.abs((np.diff(force, axis=0) * moved).sum(axis=1))
+    steps[0] += 0.25 * abs((force[1] - force[0]) @ moved[0])
     work[1:] = np.cumsum(steps) + work_of_turns(integrator, force, moved)
     return work
 

@@ -89,21 +89,39 @@ def test_steps_take_the_solution_that_gains_nothing_where_only_descent_leads_to_
 
 
 def test_a_step_that_rises_is_compared_with_all_that_newton_would_try():
-    # From the nearer predictor, Newton's method led step 342 to 0.11 of the energy exchanged, and
-    # step 345, damped, to 0.04.  From the default predictor it leads the first nowhere, and descent
-    # leads to a gain of 0.008.  As the motion had lost energy before, no bound on its whole gain
-    # noticed; the run was stopped later, for what Newton's solutions do not gain.
+    # From the nearer predictor, Newton's method led one step to 0.11 of the energy exchanged, and
+    # from the default one nowhere; descent leads to 0.008.  Others it led to up to 0.06 from both
+    # predictors; the start without acceleration, or descent, leads them to 0.014 at most.  As the
+    # motion had lost energy before, no bound on its whole gain noticed, and the run was stopped in
+    # the end for energy that Newton's solutions do not gain.
     rng = np.random.default_rng([0, 156])
     drawn, integrator, solver = draw(rng), draw_integrator(rng), draw_solver(rng)
     with pytest.raises(ancf.StepFailure) as caught:
         ancf.simulate(drawn.scene, drawn.t_end, drawn.dt, integrator=integrator, solver=solver)
-    path = caught.value.trajectory
+    path, exchanged = caught.value.trajectory, 2.04e6
     steps = Steps(drawn, integrator, path)
-    for k in range(335, path.stats.steps):
-        by_newton = steps.gain(k, steps.solved_again(k))
-        assert steps.gain(k, steps.states[k + 1]) < by_newton + 1e-3 * path.energy.kinetic.max()
-    assert path.stats.steps >= 345
+    gains = [steps.gain(k, steps.states[k + 1]) for k in range(path.stats.steps)]
+    assert max(gains[250:]) < 0.015 * exchanged
+    for k in range(250, path.stats.steps):
+        assert gains[k] < steps.gain(k, steps.solved_again(k)) + 0.01 * exchanged
     assert motions.run(0, 156).finds == []
+
+
+def test_where_rounding_decides_what_newton_finds_a_stop_is_no_false_alarm(monkeypatch):
+    # Newton's method takes 25 corrections to a solution of step 188 that gains nothing; from states
+    # that differ by 1e-14, 17 of 20 times, all its fallbacks end in the one that the run took.
+    assert motions.run(0, 3573).finds == []
+    monkeypatch.setattr(motions, "SHAKEN", 0)
+    assert motions.run(0, 3573).finds != []
+
+
+def test_a_step_with_softer_constraints_in_which_a_run_is_stopped_is_counted():
+    # Its number and one state were missing, so what it gained was compared with the step before.
+    assert bodies.run(901, 470).finds == []
+
+
+def test_a_load_that_begins_with_a_rate_does_more_than_its_mean_in_the_first_step():
+    assert motions.run(702, 3581).finds == []
 
 
 def test_a_gain_that_later_energy_covers_stops_no_run():
