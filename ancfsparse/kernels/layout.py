@@ -130,15 +130,8 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
         raise InputError(
             f"Element {worst} has length {base[worst, length]:g}; it must be positive."
         )
-    n_blocks = -(-n // lanes)
-    rest = n_blocks * lanes - n
-    fill = np.repeat(base[n - 1 :], rest, axis=0)
-    weights = [
-        not name.startswith(("length", REFERENCE)) and kind.own.get(name) != "ratios"
-        for name in kind.parameters
-    ]
-    fill[:, weights] = 0.0
-    block_base = np.concatenate([base, fill])
+    block_base = filled(kind, base)
+    n_blocks = len(block_base) // lanes
     flat = block_base.reshape(n_blocks, lanes * base.shape[1])
     first, set_of = _distinct(flat)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -160,6 +153,17 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
         set_of=np.where(chained, ~set_of, set_of),
         parameters=np.ascontiguousarray(sets.transpose(0, 2, 1)),
     )
+
+
+def filled(kind: ElementKind, base: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return base parameters of whole blocks, the last one filled up as `pack` does."""
+    fill = np.repeat(base[len(base) - 1 :], -len(base) % kind.lanes, axis=0)
+    weights = [
+        not name.startswith(("length", REFERENCE)) and kind.own.get(name) != "ratios"
+        for name in kind.parameters
+    ]
+    fill[:, weights] = 0.0
+    return np.concatenate([base, fill])
 
 
 def _places(values: ArrayLike, name: str) -> NDArray[np.int32]:

@@ -192,7 +192,9 @@ class Equilibrium:
         state = self.q[None, :]
         from ancfsparse.results.sections import section_force
 
-        return section_force(self.system, state, np.zeros_like(state), body, s).at(0)
+        return section_force(
+            self.system, state, np.zeros_like(state), np.array([self.t]), body, s
+        ).at(0)
 
     def plot(
         self,
@@ -220,4 +222,4 @@ class Equilibrium:
         """
         from ancfsparse.results.pictures import plot_at_rest
 
-        return plot_at_rest(self.system, self.q, what, of, ax=ax, view=view)
+        return plot_at_rest(self.system, self.q, self.t, what, of, ax=ax, view=view)

@@ -66,7 +66,7 @@ def plot(
     rows = rows_near(run.t, times)
     colours, labels = _colours(len(rows)), [f"{run.t[row]:.3g} s" for row in rows]
     q, v = rows_of(run.q, rows), rows_of(run.v, rows)
-    ax = _along(run.system, q, v, what, of, ax, colours, labels)
+    ax = _along(run.system, q, v, run.t[rows], what, of, ax, colours, labels)
     ax.legend(title="time", fontsize="small")
     return ax
 
@@ -92,6 +92,7 @@ def draw_shapes(
 def plot_at_rest(
     system: SolvedSystem,
     q: Array,
+    t: float,
     what: str = "shape",
     of: Body | None = None,
     *,
@@ -103,7 +104,8 @@ def plot_at_rest(
     if what != "shape":
         if view is not None:
             raise InputError(f"view is for shapes and does not apply to {what!r}: leave it out")
-        return _along(system, q[None, :], np.zeros((1, len(q))), what, of, ax, ["C0"], [""])
+        still = np.zeros((1, len(q)))
+        return _along(system, q[None, :], still, np.array([t]), what, of, ax, ["C0"], [""])
     outline = outline_for(system, of)
     canvas = Canvas(film(outline, np.stack([system.q_ref, q])), ax, view)
     canvas.draw(0, "0.7", label="reference")
@@ -173,7 +175,7 @@ def _over_time(run: Trajectory, what: str, point: Node, ax: Axes | None) -> Axes
     else:
         if not isinstance(point.beam, ElasticBody):
             raise InputError(f"{what} needs a point of a beam or a mesh, got {point!r}")
-        values = _section(run.system, run.q, run.v, what, point.beam, [point])[:, 0]
+        values = _section(run.system, run.q, run.v, run.t, what, point.beam, [point])[:, 0]
         label = "{} [{}]".format(*SECTIONS[what])
     ax = _empty(ax)
     for values_of, name in _components(values, what, point.beam):
@@ -190,6 +192,7 @@ def _along(
     system: SolvedSystem,
     q: Readable,
     v: Readable,
+    t: Readable,
     what: str,
     of: object,
     ax: Axes | None,
@@ -203,7 +206,7 @@ def _along(
             f"rod.at(0.5), got {shown(of)}"
         )
     middles = np.cumsum(of.lengths) - 0.5 * of.lengths
-    values = _section(system, q, v, what, of, None)
+    values = _section(system, q, v, t, what, of, None)
     ax = _empty(ax)
     styles = ("-", "--", ":")
     for state, colour, label in zip(values, colours, labels, strict=True):
@@ -222,6 +225,7 @@ def _section(
     system: SolvedSystem,
     q: Readable,
     v: Readable,
+    t: Readable,
     what: str,
     body: ElasticBody,
     s: list[Node] | None,
@@ -231,7 +235,7 @@ def _section(
         return strain(system, q, body, s)
     if what == "curvature":
         return curvature(system, q, body, s)
-    values: Array | None = getattr(section_force(system, q, v, body, s), what)
+    values: Array | None = getattr(section_force(system, q, v, t, body, s), what)
     if values is None:
         raise InputError(
             f"{body.name} has no torsion: it is "

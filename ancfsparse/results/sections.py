@@ -79,7 +79,12 @@ class SectionForce:
 
 
 def section_force(
-    system: SolvedSystem, q: Readable, v: Readable, body: ElasticBody, s: Where = None
+    system: SolvedSystem,
+    q: Readable,
+    v: Readable,
+    t: Readable,
+    body: ElasticBody,
+    s: Where = None,
 ) -> SectionForce:
     """Evaluate forces and moments in sections.
 
@@ -89,6 +94,8 @@ def section_force(
         The system the states belong to.
     q, v : table, shape (k, n)
         Coordinates and their rates, which are read where the body is damped.
+    t : table, shape (k,)
+        Times, which are read where the shape of the body without stress changes [s].
     body : Beam or Mesh
         One of its bodies.
     s : float, array_like of shape (p,), or sequence of Node, optional
@@ -103,9 +110,9 @@ def section_force(
     kind = system.kind_of(body)
     elements, first, at = np.unique(where.elements, return_index=True, return_inverse=True)
 
-    def evaluate(points: Points, rates: Array) -> tuple[Array, Array, Array]:
-        ends = points.ends
-        each = end_forces(body, kind, elements, ends[:, first], rates[:, first])[:, at]
+    def evaluate(points: Points, rates: Array, rows: slice) -> tuple[Array, Array, Array]:
+        ends, times = points.ends, np.asarray(t[rows])
+        each = end_forces(body, kind, elements, ends[:, first], rates[:, first], times)[:, at]
         force = spread(kind, each, "r")[:, :, 1]
         moment = np.cross(spread(kind, ends, "r")[:, :, 1] - points.r, force)
         for name in kind.vectors[1:]:
@@ -130,10 +137,10 @@ def section_force(
     return SectionForce(normal, shear, bending, torsion, force, moment)
 
 
-def axial_forces(system: SolvedSystem, q: Array, v: Array) -> list[Array]:
+def axial_forces(system: SolvedSystem, q: Array, v: Array, t: Array) -> list[Array]:
     """Return the axial force in the middle of every element of every body, each (k, n_e) [N]."""
     beams = (body for body in system.bodies if isinstance(body, ElasticBody))
-    return [section_force(system, q, v, body).N for body in beams]
+    return [section_force(system, q, v, t, body).N for body in beams]
 
 
 def strain(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = None) -> Array:
@@ -146,7 +153,7 @@ def strain(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = None
         value in it, which is not exactly zero inside elements.
     """
 
-    def evaluate(points: Points, rates: Array) -> tuple[Array]:
+    def evaluate(points: Points, rates: Array, rows: slice) -> tuple[Array]:
         return (np.linalg.norm(points.r_x, axis=-1) - 1.0,)
 
     body, where = _where(system, body, s)
@@ -166,7 +173,7 @@ def curvature(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = N
         Turn per length of the reference shape [1/m], see `Trajectory.curvature`.
     """
     body, where = _where(system, body, s)
-    turns = _evaluated(system, body, where, q, q, lambda points, rates: (turn_of(points),))[0]
+    turns = _evaluated(system, body, where, q, q, lambda points, *_: (turn_of(points),))[0]
     turns = where.direction[:, None] * turns
     return turns[..., 2] if body.dim == 2 else turns
 
@@ -251,7 +258,7 @@ def _evaluated(
     where: _Where,
     q: Readable,
     v: Readable,
-    evaluate: Callable[[Points, Array], tuple[Array, ...]],
+    evaluate: Callable[[Points, Array, slice], tuple[Array, ...]],
 ) -> list[Array]:
     """Evaluate what depends on elements, some states at a time, and join the states."""
     kind, states = system.kind_of(body), q.shape[0]
@@ -268,5 +275,5 @@ def _evaluated(
         rows = slice(i, i + step)
         points = Points(kind, np.asarray(q[rows, places]), where.xi, lengths)
         rates = np.asarray(v[rows, places]) if body.strains_damped else np.zeros_like(points.ends)
-        parts.append(evaluate(points, rates))
+        parts.append(evaluate(points, rates, rows))
     return [np.concatenate(each) for each in zip(*parts, strict=True)]

@@ -336,4 +336,4 @@ class Trajectory(Outputs):
         """
         from ancfsparse.results.sections import section_force
 
-        return section_force(self.system, self.q, self.v, body, s)
+        return section_force(self.system, self.q, self.v, self.t, body, s)

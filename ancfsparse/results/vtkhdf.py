@@ -28,7 +28,7 @@ VERSION = 2, 2
 MOST_PIECES = 1000  # of an element: more show nothing more
 KINDS = "Vertices", "Lines", "Polygons", "Strips"
 
-Forces = Callable[[Array, Array], list[Array]]
+Forces = Callable[[Array, Array, Array], list[Array]]
 Sizes = NDArray[np.int64]
 
 
@@ -56,7 +56,8 @@ def write_vtk(
     path, per_element, progress
         As there.
     forces : callable, optional
-        Gives the axial forces of every body from coordinates and rates, each (k, n_elements) [N].
+        Gives the axial forces of every body from coordinates, rates and times, each
+        (k, n_elements) [N].
     """
     target = file_name("a VTKHDF file", path)
     if target.suffix.lower() not in (".vtkhdf", ".hdf"):
@@ -77,7 +78,7 @@ def write_vtk(
             for i in range(0, len(t), rows):
                 some = slice(i, i + rows)
                 states = np.asarray(q[some]), np.asarray(v[some])
-                _append(root, outline, pieces, i, *states, forces)
+                _append(root, outline, pieces, i, *states, t[some], forces)
                 bar.update(len(states[0]))
         _add_steps(root, t, n_points, n_cells)
     return target
@@ -130,7 +131,14 @@ def _sizes(outline: Outline, pieces: int) -> Sizes:
 
 
 def _append(
-    root: Any, outline: Outline, pieces: int, i: int, q: Array, v: Array, forces: Forces | None
+    root: Any,
+    outline: Outline,
+    pieces: int,
+    i: int,
+    q: Array,
+    v: Array,
+    t: Array,
+    forces: Forces | None,
 ) -> None:
     """Write what states from number i on have at points and elements."""
     points, rates, strains = [], [], []
@@ -152,7 +160,7 @@ def _append(
         n_cells = len(root["CellData/Body"])
         n_elements = sum(len(part.lengths) for part in outline.parts)
         unknown = np.full((len(q), n_cells - n_elements), np.nan)
-        along = np.concatenate([*forces(q, v), unknown], axis=1)
+        along = np.concatenate([*forces(q, v, t), unknown], axis=1)
         root["CellData/AxialForce"][i * n_cells : (i + len(q)) * n_cells] = along.ravel()
 
 

@@ -118,11 +118,13 @@ class Bodies(Records):
             Of a thick beam in space: angle by which the section is turned further about e_x [rad],
             growing evenly from 0 at the start to this at the end; or a function that maps arc
             lengths (k,) [m] to angles (k,).
-        eigenstrain : float or callable, optional
+        eigenstrain : float, callable or Signal, optional
             Elongation of the axis that it would have without stress [-], such as thermal expansion
             times a change of temperature; or a function of the arc coordinate s [m], taken in the
-            middle of every element.  Of ``"thin"`` in a planar scene and ``"thick"``.
-        eigencurvature : float, array_like of shape (2,), or callable, optional
+            middle of every element; or a signal such as ``Ramp(1e-3, 60.0)``, at a time the same in
+            the whole beam, whose work counts in the energy balance.  Of ``"thin"`` in a planar
+            scene and ``"thick"``.
+        eigencurvature : float, array_like of shape (2,), callable or Signal, optional
             Likewise the turn of its sections per length [1/m], counterclockwise in the plane, about
             e_y and e_z in space: of a strip of two layers, or with a gradient of temperature.
         velocity : array_like of shape (dim,) or callable, optional

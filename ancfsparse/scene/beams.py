@@ -21,6 +21,7 @@ from ancfsparse.words import numbers
 if TYPE_CHECKING:
     from ancfsparse.scene.curves import Angle, Direction
     from ancfsparse.scene.paths import AnyCurve
+    from ancfsparse.scene.signal import Signal
 
 # A point closer to a node than this share of an element is that node: rounding, not a place.
 NODE_SNAP = 1e-9
@@ -109,12 +110,15 @@ class Beam(ElasticBody):
         Shares of the length at which its nodes stand, if they were given.
     eigen : ndarray, shape (n_elements, 2 or 3), or None
         Eigenstrain [-] and eigencurvature [1/m] of every element, read-only.
+    changing : tuple of (Signal or None, Signal or None), or None
+        What is added to both over time, the same in all elements.
     """
 
     arcs: Vector
     frames: Vector
     nodes: tuple[float, ...] | None = None
     eigen: Vector | None = None
+    changing: tuple[Signal | None, Signal | None] | None = None
 
     def __repr__(self) -> str:
         """Identify the beam."""
@@ -149,15 +153,37 @@ class Beam(ElasticBody):
             parts["mesh"] += f", {self.length:.9g} m"
         if self.eigen is not None:
             parts["eigenstrain"] = numbers(self.eigen.ravel())
+        if self.changing is not None:
+            each = ("none" if x is None else x.describe() for x in self.changing)
+            parts["eigenstrain"] += f" + {', '.join(each)}"
         return parts
 
-    def free_of_stress(self, ends: Vector) -> Vector:
+    def free_of_stress(self, ends: Vector, t: float | None = None) -> Vector:
         """Return the coordinates of both nodes of every element without stress, (n, 2, n_c)."""
         if self.eigen is None:
             return ends
         from ancfsparse.scene.eigenstrain import strained_ends
 
-        return strained_ends(self.kind, ends, self.lengths, self.eigen)
+        eigen = self.eigen
+        if t is not None and self.changing is not None:
+            eigen = eigen + self.eigen_changes(np.array([t]))
+        return strained_ends(self.kind, ends, self.lengths, eigen)
+
+    @property
+    def strains_change(self) -> bool:
+        """Whether its shape without stress changes with time."""
+        return self.changing is not None
+
+    def eigen_changes(self, times: Vector) -> Vector:
+        """Return eigenstrain and eigencurvature that follow signals, (k, width) [-, 1/m]."""
+        assert self.changing is not None
+        out = np.zeros((len(times), 2 if self.dim == 2 else 3))
+        strain, curvature = self.changing
+        if strain is not None:
+            out[:, 0] = strain(times)
+        if curvature is not None:
+            out[:, 1:] = curvature(times).reshape(len(times), -1)
+        return out
 
     @property
     def size(self) -> float:

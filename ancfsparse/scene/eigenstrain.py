@@ -14,11 +14,12 @@ from ancfsparse.kernels.catalog import CURVED, ElementKind
 from ancfsparse.kernels.hermite import slope_weights
 from ancfsparse.scene.beams import Beam
 from ancfsparse.scene.shaped import curved_kind
+from ancfsparse.scene.signal import Signal
 from ancfsparse.words import shown
 
 Vector = NDArray[np.float64]
-Eigenstrain = float | Callable[[float], float] | None
-Eigencurvature = ArrayLike | Callable[[float], ArrayLike] | None
+Eigenstrain = float | Signal | Callable[[float], float] | None
+Eigencurvature = ArrayLike | Signal | Callable[[float], ArrayLike] | None
 
 # Gauss points for the chord of an element: exact to rounding for turns of a radian.
 POINTS = 10
@@ -31,9 +32,9 @@ def with_eigenstrain(beam: Beam, strain: Eigenstrain, curvature: Eigencurvature)
     ----------
     beam : Beam
         Without any.
-    strain : float, callable or None
+    strain : float, callable, Signal or None
         Elongation of the axis per length [-].
-    curvature : float, array_like of shape (2,), callable or None
+    curvature : float, array_like of shape (2,), callable, Signal or None
         Turn of the section per length [1/m].
 
     Raises
@@ -44,6 +45,9 @@ def with_eigenstrain(beam: Beam, strain: Eigenstrain, curvature: Eigencurvature)
     if strain is None and curvature is None:
         return beam
     width = 1 if beam.dim == 2 else 2
+    changing = _signals(beam, strain, curvature)
+    strain = None if isinstance(strain, Signal) else strain
+    curvature = None if isinstance(curvature, Signal) else curvature
     values = np.zeros((beam.n_elements, 1 + width))
     middles = beam.arcs[:-1] + 0.5 * beam.lengths
     for k, s in enumerate(middles.tolist()):
@@ -74,7 +78,25 @@ def with_eigenstrain(beam: Beam, strain: Eigenstrain, curvature: Eigencurvature)
             "a `length` of (1 + e) times the distance"
         )
     values.flags.writeable = False
-    return replace(beam, kind=curved_kind(beam.name, beam.element, beam.kind), eigen=values)
+    kind = curved_kind(beam.name, beam.element, beam.kind)
+    return replace(beam, kind=kind, eigen=values, changing=changing)
+
+
+def _signals(
+    beam: Beam, strain: Eigenstrain, curvature: Eigencurvature
+) -> tuple[Signal | None, Signal | None] | None:
+    """Return what changes with time, or None if nothing does."""
+    of_strain = strain if isinstance(strain, Signal) else None
+    of_curvature = curvature if isinstance(curvature, Signal) else None
+    shape = () if beam.dim == 2 else (2,)
+    for name, signal, needed in (
+        ("eigenstrain", of_strain, ()),
+        ("eigencurvature", of_curvature, shape),
+    ):
+        if signal is not None and np.shape(signal(0.0)) != needed:
+            what = "a number" if needed == () else "two numbers, about e_y and e_z"
+            raise InputError(f"{name} of {beam.name} must be a signal of {what}, got {signal!r}")
+    return None if of_strain is None and of_curvature is None else (of_strain, of_curvature)
 
 
 def strained_ends(kind: ElementKind, ends: Vector, lengths: Vector, eigen: Vector) -> Vector:

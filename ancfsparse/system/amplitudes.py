@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,21 @@ Vector = NDArray[np.float64]
 FEW, CHECKS = 32, 8
 # By how much of the largest value an array and a call may differ: both round, not always alike.
 ROUNDING = 1e-12
+
+
+class Amplitudes(Protocol):
+    """Functions of time.
+
+    Attributes
+    ----------
+    width : int
+        How many.
+    """
+
+    width: int
+
+    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+        """Return them up to the first time at which one fails, (j, width), and how it fails."""
 
 
 class Clock:

@@ -15,7 +15,12 @@ Array = NDArray[np.float64]
 
 
 def end_forces(
-    body: ElasticBody, kind: ElementKind, elements: NDArray[np.intp], ends: Array, rates: Array
+    body: ElasticBody,
+    kind: ElementKind,
+    elements: NDArray[np.intp],
+    ends: Array,
+    rates: Array,
+    times: Array,
 ) -> Array:
     """Evaluate the generalised forces that hold elements in their shape, damping included.
 
@@ -29,6 +34,8 @@ def end_forces(
         Numbers of the elements.
     ends, rates : ndarray, shape (k, p, 2 n_c)
         Coordinates of both their nodes in every state, and the rates of these.
+    times : ndarray, shape (k,)
+        Times of the states [s].
 
     Returns
     -------
@@ -44,7 +51,11 @@ def end_forces(
     if body.strains_damped:
         kernels.append(("damping", body.viscosities()))
     for name, common in kernels:
-        base = np.tile(base_parameters(body, kind, common)[elements], (len(ends), 1))
+        if not body.strains_change:
+            base = np.tile(base_parameters(body, kind, common)[elements], (len(ends), 1))
+        else:
+            parts = [base_parameters(body, kind, common, t)[elements] for t in times.tolist()]
+            base = np.concatenate(parts)
         layout = pack(kind, places, places, base)
         arrays = layout.gather, layout.scatter, layout.set_of, layout.parameters
         call(kind.kernels[name], *arrays, q, v, out, 1)

@@ -20,7 +20,7 @@ from ancfsparse.scene import (
     PointMoment,
     Scene,
 )
-from ancfsparse.system.amplitudes import Clock, Source, Steady
+from ancfsparse.system.amplitudes import Amplitudes, Clock, Source
 
 if TYPE_CHECKING:
     from ancfsparse.system.following import Follower
@@ -71,7 +71,7 @@ class Loads:
         Forces that follow sections.
     gravity_column : list of (dim,) int
         Amplitudes of gravity that changes [m/s2].
-    sources : list of Source, Steady or Clock
+    sources : list of Amplitudes
         Where the amplitudes come from, in order.
     """
 
@@ -84,7 +84,7 @@ class Loads:
     moment_axes: list[NDArray[np.int32] | None] = field(default_factory=list)
     followers: list[Follower] = field(default_factory=list)
     gravity_column: list[list[int]] = field(default_factory=list)
-    sources: list[Source | Steady | Clock] = field(default_factory=list)
+    sources: list[Amplitudes] = field(default_factory=list)
 
     @property
     def n_amplitudes(self) -> int:

@@ -149,7 +149,8 @@ def test_forces_of_single_elements_add_up_to_those_of_the_system(case):
     q = system.q0 + 0.02 * generator.normal(size=(2, system.n_all))
     v = generator.normal(size=q.shape)
     places = system.elements(rod)
-    each = end_forces(rod, system.kind_of(rod), np.arange(11), q[:, places], v[:, places])
+    kind, states = system.kind_of(rod), (q[:, places], v[:, places], np.zeros(2))
+    each = end_forces(rod, kind, np.arange(11), *states)
     for k in range(2):
         summed = np.zeros(system.n_all)
         np.add.at(summed, places, each[k])

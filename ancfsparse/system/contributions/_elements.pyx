@@ -1,6 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """The elements of a system: kernel calls by groups and threads."""
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from libc.math cimport fabs
 from libc.stdint cimport int32_t
 from libc.stdlib cimport calloc, free
 from libc.string cimport memset
@@ -46,6 +47,12 @@ cdef struct Group:
     bint strains_damped, masses_damped
     const int32_t *damping_set_of
     const double *damping_parameters
+    # Parameters that change with time: parameters[place] = value + amplitude[column].
+    ptrdiff_t n_tuned
+    const int32_t *tuned_place
+    const int32_t *tuned_column
+    const double *tuned_value
+    double *tuned
 
 
 cdef struct Run:
@@ -54,7 +61,8 @@ cdef struct Run:
 
 
 cdef struct Flat:
-    ptrdiff_t n_groups
+    ptrdiff_t n_groups, n_all
+    bint tunes  # whether parameters of any group change with time
     bint damped  # whether any group is
     Group *groups
     # Runs of each part, then those that share coordinates with several parts.
@@ -79,7 +87,10 @@ cdef class Elements:
     Parameters
     ----------
     groups : sequence of mappings
-        Per beam the arrays of `kernels.layout` and the kernel capsules.
+        Per beam the arrays of `kernels.layout` and the kernel capsules; ``tuned`` is None, or
+        places of parameters that change with time, columns of amplitudes, and values without them.
+    n_all : int
+        Number of coordinates.
     """
 
     cdef ancf_contribution interface
@@ -88,11 +99,12 @@ cdef class Elements:
     cdef readonly object groups
     cdef readonly object capsule
 
-    def __cinit__(self, groups):
+    def __cinit__(self, groups, ptrdiff_t n_all):
         cdef Flat *flat = &self.flat
         cdef Group *group
+        cdef double[::1] tuned
         self.groups = groups  # the structures below hold pointers to these arrays
-        flat.n_groups = len(groups)
+        flat.n_groups, flat.n_all = len(groups), n_all
         flat.groups = <Group *>calloc(max(flat.n_groups, 1), sizeof(Group))
         if flat.groups == NULL:
             raise MemoryError
@@ -108,6 +120,13 @@ cdef class Elements:
             group.matrix_base = integers(layout.scatter_base)
             group.set_of = integers(layout.set_of)
             group.parameters = reals(layout.parameters)
+            if arrays["tuned"] is not None:
+                place, column, value = arrays["tuned"]
+                group.n_tuned, group.tuned_value = len(place), reals(value)
+                group.tuned_place, group.tuned_column = integers(place), integers(column)
+                tuned = layout.parameters.reshape(-1)
+                group.tuned = &tuned[0]
+                flat.tunes = True
             for number, name in enumerate(KERNELS):
                 group.kernels[number] = pointer(arrays["kernels"][name])
             group.strains_damped = arrays["strains_damped"]
@@ -122,6 +141,9 @@ cdef class Elements:
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.inertia = matrix, inertia
         self.interface.energy = energy
+        if flat.tunes:
+            self.interface.tune, self.interface.work = tune, work
+            self.interface.reach = reach
         if flat.damped:
             self.interface.damping = add_damping
         self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
@@ -261,4 +283,60 @@ cdef double energy(void *context, const double *q) noexcept nogil:
     energy_part(&call, self.n_parts)
     for part in range(self.n_parts + 1):
         sum += of_part[part]
+    return sum
+
+
+cdef void tune(void *context, const double *amplitudes) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef const Group *group
+    cdef ptrdiff_t k, i
+    for k in range(self.n_groups):
+        group = &self.groups[k]
+        for i in range(group.n_tuned):
+            group.tuned[group.tuned_place[i]] = (
+                group.tuned_value[i] + amplitudes[group.tuned_column[i]])
+
+
+cdef void add_tuned(const Flat *self, int kernel, const double *q, double *out) noexcept nogil:
+    """Call a kernel for the elements whose parameters change."""
+    cdef Run run
+    cdef ptrdiff_t k
+    for k in range(self.n_groups):
+        if self.groups[k].n_tuned > 0:
+            run.group, run.begin, run.end = k, 0, self.groups[k].n_blocks
+            add_run(self, &run, kernel, False, q, q, out)
+
+
+cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
+                 double *scratch) noexcept nogil:
+    """Of what changes the strains: by how much it raises the energy, the mean of both places."""
+    cdef const Flat *self = <const Flat *>context
+    cdef double before = 0.0, after = 0.0
+    tune(context, x0.amplitudes)
+    add_tuned(self, KERNEL_ENERGY, x0.q, &before)
+    add_tuned(self, KERNEL_ENERGY, x1.q, &before)
+    tune(context, x1.amplitudes)
+    add_tuned(self, KERNEL_ENERGY, x0.q, &after)
+    add_tuned(self, KERNEL_ENERGY, x1.q, &after)
+    return 0.5 * (after - before)
+
+
+cdef double reach(void *context, const double *q0, const double *q1, const double *amplitudes,
+                  double *scratch) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef const Group *group
+    cdef double sum = 0.0
+    cdef ptrdiff_t k, i
+    memset(scratch, 0, self.n_all * sizeof(double))
+    tune(context, amplitudes)
+    add_tuned(self, KERNEL_FORCE, q1, scratch)
+    for i in range(self.n_all):
+        scratch[i] = -scratch[i]
+    for k in range(self.n_groups):
+        group = &self.groups[k]
+        for i in range(group.n_tuned):
+            group.tuned[group.tuned_place[i]] = group.tuned_value[i]
+    add_tuned(self, KERNEL_FORCE, q1, scratch)
+    for i in range(self.n_all):
+        sum += fabs(scratch[i] * (q1[i] - q0[i]))
     return sum

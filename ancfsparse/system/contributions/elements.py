@@ -10,7 +10,7 @@ import numpy as np
 from ancfsparse.dispatch import compiled
 from ancfsparse.kernels.catalog import REFERENCE, ElementKind
 from ancfsparse.kernels.layout import Layout, pack
-from ancfsparse.scene import ElasticBody
+from ancfsparse.scene import Beam, ElasticBody
 from ancfsparse.system.contributions.interface import (
     Compiled,
     Contribution,
@@ -22,6 +22,7 @@ from ancfsparse.system.numbering import reference
 from ancfsparse.system.pattern import Pattern, Unknowns
 
 if TYPE_CHECKING:
+    from ancfsparse.system.changing_strains import ChangingStrain
     from ancfsparse.system.system import System
 
 
@@ -42,6 +43,12 @@ class Elements(Contribution):
     def __init__(self, system: System) -> None:
         self._system = system
         self._compiled: CompiledElements
+        # By the place of a body: its strains that change, and the first amplitude of these.
+        self._changing: dict[int, tuple[ChangingStrain, int]] = {}
+        for k, body in enumerate(system.scene.beams):
+            if isinstance(body, Beam) and body.strains_change:
+                self._changing[k] = _changing(system, body), system.loads.n_amplitudes
+                system.loads.sources.append(self._changing[k][0])
 
     def cliques(self) -> list[Unknowns]:
         """Return the coordinates of every element, a table for each body."""
@@ -50,7 +57,7 @@ class Elements(Contribution):
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled elements."""
         groups = []
-        for body in self._system.scene.beams:
+        for k, body in enumerate(self._system.scene.beams):
             kind = self._system.kind_of(body)
             slots = pattern.slots(self._unknowns(body))
             base = base_parameters(body, kind, body.stiffnesses())
@@ -60,10 +67,11 @@ class Elements(Contribution):
                 {
                     "layout": layout.compressed(),
                     "kernels": kind.kernels,
+                    "tuned": self._tuned(k, layout, kind.lanes),
                     **_damping(body, kind, self._system.elements(body)),
                 }
             )
-        self._compiled = compiled("elements").Elements(groups)
+        self._compiled = compiled("elements").Elements(groups, self._system.n_all)
         return self._compiled
 
     @property
@@ -80,6 +88,14 @@ class Elements(Contribution):
             self._compiled.divide(*dealt)
         return dealt is not None
 
+    def _tuned(self, k: int, layout: Layout, lanes: int) -> tuple[Places, Places, Vector] | None:
+        """Return parameters of a body that change, their amplitudes, and values without these."""
+        if k not in self._changing:
+            return None
+        strain, first = self._changing[k]
+        place, column = strain.places(layout.set_of, lanes)
+        return place, column + np.int32(first), layout.parameters.ravel()[place]
+
     def _unknowns(self, body: ElasticBody) -> Unknowns:
         return unknowns(self._system.elements(body), self._system.n_free)
 
@@ -87,6 +103,15 @@ class Elements(Contribution):
 def of(system: System) -> list[Elements]:
     """Return the elements of a system."""
     return [Elements(system)]
+
+
+def _changing(system: System, body: Beam) -> ChangingStrain:
+    """Return what the changing eigenstrain of a beam does to its elements."""
+    from ancfsparse.system.changing_strains import ChangingStrain  # few beams have any
+
+    kind, common = system.kind_of(body), body.stiffnesses()
+    base = base_parameters(body, kind, common)
+    return ChangingStrain(body, kind, reference(body)[body.ends], base)
 
 
 def _damping(body: ElasticBody, kind: ElementKind, places: Places) -> dict[str, Any]:
@@ -98,8 +123,10 @@ def _damping(body: ElasticBody, kind: ElementKind, places: Places) -> dict[str, 
     return flags | {"damping_set_of": layout.set_of, "damping_parameters": layout.parameters}
 
 
-def base_parameters(body: ElasticBody, kind: ElementKind, common: Mapping[str, float]) -> Vector:
-    """Return the base parameters of every element, (n_e, n_base).
+def base_parameters(
+    body: ElasticBody, kind: ElementKind, common: Mapping[str, float], t: float | None = None
+) -> Vector:
+    """Return the base parameters of every element, (n_e, n_base), at a time with changing strains.
 
     Elements have lengths and, if curved, coordinates free of strain of their own.
     """
@@ -109,6 +136,6 @@ def base_parameters(body: ElasticBody, kind: ElementKind, common: Mapping[str, f
             base[:, k] = body.lengths if name == "length" else common[name]
     if kind.is_curved:
         columns = [name.startswith(REFERENCE) for name in kind.parameters]
-        ends = body.free_of_stress(reference(body)[body.ends])
+        ends = body.free_of_stress(reference(body)[body.ends], t)
         base[:, columns] = ends.reshape(body.n_elements, -1)
     return base
