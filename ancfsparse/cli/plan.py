@@ -10,7 +10,9 @@ from ancfsparse.cli.options import in_options
 
 
 def plan(
-    scene: Annotated[str, typer.Argument(help="pendulum, twisted, line or net.")] = "pendulum",
+    scene: Annotated[
+        str, typer.Argument(help="pendulum, twisted, line, net, pull, whip or twang.")
+    ] = "pendulum",
     error: Annotated[
         str | None,
         typer.Option(help="Largest error: a number [m] or a share such as '1 %'."),

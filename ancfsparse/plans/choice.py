@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from ancfsparse.errors import AncfError, InputError, PlanFailure, StepFailure
 from ancfsparse.plans.climb import climb
+from ancfsparse.plans.links import links
 from ancfsparse.plans.mesh_error import COARSEST
 from ancfsparse.plans.models import Model, built, spread, undecided
 from ancfsparse.plans.pilots import Pilots
@@ -88,13 +89,38 @@ def elements(
     pilots: Pilots, finer: Scene | None, fixed_steps: int | None
 ) -> tuple[Found, list[str]]:
     """Choose the elements where they are open, and run pilots."""
-    if open_beams(pilots.scene):
-        return climb(pilots, finer, fixed_steps)
+    names = open_beams(pilots.scene)
+    if names:
+        return _with_links(pilots, finer, fixed_steps, names)
     found = search(pilots, Model(), finer, fixed_steps)
     if not undecided(pilots.scene) and not isinstance(pilots.integrator, Way):
         return found, []
     effects = effects_of(pilots, found.judge, response=True)
     return found.with_effects([of_way(each) for each in effects]), _given(pilots, effects)
+
+
+def _with_links(
+    pilots: Pilots, finer: Scene | None, fixed_steps: int | None, names: Sequence[str]
+) -> tuple[Found, list[str]]:
+    """Choose which beams are rigid, and the elements of the others."""
+    rods = links(pilots)
+    if not rods.rungs:
+        return climb(pilots, finer, fixed_steps)
+    why = [
+        f"{' and '.join(rods.rungs)} may be rigid: deflections are predicted to change the "
+        f"{each.quantity.name} by {effects['flexibility']:.1e} {each.quantity.unit}".rstrip()
+        for each, effects in zip(pilots.wanted, rods.effects, strict=True)
+    ]
+    try:
+        if len(rods.rungs) < len(names):
+            found, more = climb(pilots, finer, fixed_steps, rods.rungs)
+        else:
+            found, more = search(pilots, Model(rods.rungs), finer, fixed_steps), []
+    except (StepFailure, PlanFailure):
+        return climb(pilots, finer, fixed_steps)
+    own = found.effects or ({},) * len(rods.effects)
+    both = [{**one, **other} for one, other in zip(own, rods.effects, strict=True)]
+    return found.with_effects(both), why + more
 
 
 def _suiting(pilots: Pilots) -> Iterator[Way]:

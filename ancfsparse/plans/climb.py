@@ -27,13 +27,20 @@ from ancfsparse.scene import Scene
 ROUGH = 10.0
 
 
-def climb(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> tuple[Found, list[str]]:
+def climb(
+    pilots: Pilots,
+    finer: Scene | None,
+    fixed_steps: int | None,
+    fixed: Mapping[str, Rung] | None = None,
+) -> tuple[Found, list[str]]:
     """Choose one element for all beams whose own is open, and run its pilots.
 
     Parameters
     ----------
     pilots, finer, fixed_steps
         As in `search`.
+    fixed : mapping of str to Rung, optional
+        Elements of beams that were chosen before.
 
     Returns
     -------
@@ -47,21 +54,21 @@ def climb(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> tuple
     InputError
         If no element takes the scene.
     """
-    rungs, refused = candidates(pilots.scene)
+    rungs, refused = candidates(pilots.scene, fixed)
     if not rungs:
         raise InputError(f"no element takes the scene: {next(iter(refused.values()))}")
     richer = [rung for rung in rungs if rung != STRING] or rungs
     # What a thick beam neglects is not estimated, so without cables the richest is taken.
     first = CABLE if CABLE in richer else richer[-1]
-    found = search(pilots, model_of(pilots.scene, first), finer, fixed_steps)
+    found = search(pilots, model_of(pilots.scene, first, fixed), finer, fixed_steps)
     effects = effects_of(pilots, found.judge, response=True)
     rung = needed(richer, first, effects, found.asked)
     why = _sentences(first, rung, effects, found.asked, pilots)
     why += [f"{name} is not possible: {reason}" for name, reason in refused.items()]
     if rung != first:
-        found = search(pilots, model_of(pilots.scene, rung), finer, fixed_steps)
+        found = search(pilots, model_of(pilots.scene, rung, fixed), finer, fixed_steps)
     elif first == CABLE and STRING in rungs:
-        string = _string(pilots, found, finer, fixed_steps)
+        string = _string(pilots, found, finer, fixed_steps, fixed)
         if string is not None and _work(string) < _work(found):
             return string, ["bending adds less than the error, so strings are enough", *why[1:]]
         if string is not None:
@@ -71,13 +78,17 @@ def climb(pilots: Pilots, finer: Scene | None, fixed_steps: int | None) -> tuple
 
 
 def _string(
-    pilots: Pilots, cables: Found, finer: Scene | None, fixed_steps: int | None
+    pilots: Pilots,
+    cables: Found,
+    finer: Scene | None,
+    fixed_steps: int | None,
+    fixed: Mapping[str, Rung] | None,
 ) -> Found | None:
     """Return what pilots of strings have shown, if they do; None if bending matters."""
     if not _limp(bending_of(pilots, cables.judge), cables.asked, ROUGH):
         return None
     try:
-        found = search(pilots, model_of(pilots.scene, STRING), finer, fixed_steps)
+        found = search(pilots, model_of(pilots.scene, STRING, fixed), finer, fixed_steps)
     except (StepFailure, PlanFailure, InputError):
         return None  # cables have been found to do
     effects = effects_of(pilots, found.judge, response=False)

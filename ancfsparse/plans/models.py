@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ancfsparse.plans.rods import rod_of
 from ancfsparse.scene import Beam, ElasticBody, Node, Scene
 from ancfsparse.scene.automatic import decided, on
 from ancfsparse.scene.beams import BeamSpec
@@ -37,6 +38,8 @@ class Rung:
         return " ".join([f'"{self.element}"', *(f"{k}={v!r}" for k, v in self.options.items())])
 
 
+RIGID = Rung("rigid", {}, 8)
+"""A rigid rod in place of a beam, with its mass and inertia; it has no mesh."""
 ORDERS = {"string": 2, "l2t2": 4, "thin": 4, "thick": 2}
 """Orders of positions in the length of the elements (docs/accuracy.md)."""
 OWN_ORDER = 2  # of an element that was built outside this package, at least
@@ -63,8 +66,9 @@ class Model:
     counts: Mapping[str, int] = field(default_factory=dict)
 
     def with_counts(self, counts: Mapping[str, int]) -> Model:
-        """Return the same elements on another mesh."""
-        return replace(self, counts=dict(counts))
+        """Return the same elements on another mesh; rigid rods have none."""
+        open_ = {name: n for name, n in counts.items() if self.rungs.get(name) != RIGID}
+        return replace(self, counts=open_)
 
 
 def undecided(scene: Scene) -> list[Beam]:
@@ -93,12 +97,14 @@ def built(scene: Scene, model: Model) -> Scene:
         if not isinstance(reference, Point) or reference.body not in beams:
             return reference
         node = beams[reference.body].point(reference)
-        own = new.body(reference.body)
-        return on(own, node).reference if isinstance(own, Beam) else reference
+        return on(new.body(reference.body), node).reference
 
     for record in scene.records:
         if isinstance(record, BeamSpec) and record.name in beams:
             beam = beams[record.name]
+            if model.rungs.get(beam.name) == RIGID:
+                rod_of(beam).build(new)
+                continue
             record = replace(record, **_changes(beam, model, inner[beam.name]))
         record.moved(move).build(new)
     return new

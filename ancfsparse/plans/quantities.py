@@ -119,7 +119,9 @@ class Quantity(ABC):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class _AtPoint(Quantity):
+class AtPoint(Quantity):
+    """A quantity of one point."""
+
     point: Node
 
     def on(self, scene: Scene) -> Quantity:
@@ -141,7 +143,7 @@ class _AtPoint(Quantity):
             )
 
 
-class Position(_AtPoint):
+class Position(AtPoint):
     """See `position`."""
 
     @property
@@ -158,7 +160,7 @@ class Position(_AtPoint):
         return float(np.linalg.norm(history - history[0], axis=1).max())
 
 
-class Velocity(_AtPoint):
+class Velocity(AtPoint):
     """See `velocity`."""
 
     unit: ClassVar[str] = "m/s"
@@ -173,7 +175,7 @@ class Velocity(_AtPoint):
         return run.velocity(self.point)
 
 
-class SlopeAngle(_AtPoint):
+class SlopeAngle(AtPoint):
     """See `slope_angle`."""
 
     unit: ClassVar[str] = "rad"
@@ -202,7 +204,7 @@ class SlopeAngle(_AtPoint):
         return np.asarray((one - other + np.pi) % (2.0 * np.pi) - np.pi)
 
 
-class Reaction(_AtPoint):
+class Reaction(AtPoint):
     """See `reaction`."""
 
     unit: ClassVar[str] = "N"
@@ -229,7 +231,7 @@ class Reaction(_AtPoint):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SectionForceAt(_AtPoint):
+class SectionForceAt(AtPoint):
     """See `section_force`."""
 
     part: str = "M"
@@ -261,7 +263,7 @@ class SectionForceAt(_AtPoint):
         return np.asarray(values).reshape(len(run.t), -1)
 
 
-class Strain(_AtPoint):
+class Strain(AtPoint):
     """See `strain`."""
 
     unit: ClassVar[str] = ""
@@ -306,7 +308,7 @@ class EnergyOf(Quantity):
         return float(np.abs(history - history[0]).max())
 
 
-class StaticDeflection(_AtPoint):
+class StaticDeflection(AtPoint):
     """See `static_deflection`."""
 
     static: ClassVar[bool] = True

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, PlanChanged, StepFailure
 from ancfsparse.integrators import Explicit, Implicit
-from ancfsparse.plans.models import Model, built, refined
+from ancfsparse.plans.models import RIGID, Model, Rung, built, refined
 from ancfsparse.plans.pilots import at_rest, distance
 from ancfsparse.plans.planar import InPlane
 from ancfsparse.plans.wanted import Wanted
@@ -29,6 +29,8 @@ MEGABYTE = 1e6
 SPATIAL = 3
 # Steps and elements of the run that proves a plan, over those of the plan.
 FINER_STEPS, FINER_MESH = 2, 1.5
+# Elements in place of a rigid rod in that run.
+LINK = 4
 # Intervals between saved states at least, unless they are chosen by save_every.
 SAVED = 1000
 # How often a run that fails is planned again with half the step.
@@ -266,8 +268,7 @@ class Plan:
 
     def _measured(self, run: Trajectory) -> tuple[float, ...]:
         """Return by how much every quantity changes with finer meshes and half the step."""
-        counts = {name: round(FINER_MESH * n + 0.5) for name, n in self.model.counts.items()}
-        finer = built(refined(self._source) or self._source, self.model.with_counts(counts))
+        finer = built(refined(self._source) or self._source, self._richer_model())
         other = self._richer(finer, run)
         scenes = run.system.scene, other.system.scene
         return tuple(
@@ -277,6 +278,17 @@ class Plan:
                 each.wanted.quantity.on(scenes[1]).history(other),
             )
             for each in self.predictions
+        )
+
+    def _richer_model(self) -> Model:
+        """Return finer meshes, and elements in place of rigid rods."""
+        counts = {name: round(FINER_MESH * n + 0.5) for name, n in self.model.counts.items()}
+        rigid = [name for name, rung in self.model.rungs.items() if rung == RIGID]
+        rung = Rung("thin" if self._source.dim != SPATIAL else "thick")
+        return replace(
+            self.model,
+            rungs={**self.model.rungs, **dict.fromkeys(rigid, rung)},
+            counts={**counts, **dict.fromkeys(rigid, LINK)},
         )
 
     def _richer(self, finer: Scene, run: Trajectory) -> Trajectory:

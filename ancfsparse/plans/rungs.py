@@ -22,7 +22,7 @@ LADDER = (STRING, CABLE, TWISTED, SHEARED)
 # What no richer element includes: converged elements differ by how their bending depends on it.
 FLOOR = "stretch"
 # What every element leaves out where the motion is not marched.
-OF_WAYS = frozenset({"inertia", "nonlinearity", "modes"})
+OF_WAYS = frozenset({"inertia", "nonlinearity", "modes", "flexibility"})
 NAMES = {
     "mesh": "mesh",
     "time": "steps",
@@ -33,6 +33,7 @@ NAMES = {
     "bending": "neglected bending",
     "inertia": "neglected inertia",
     "nonlinearity": "forces that are not linear",
+    "flexibility": "flexibility of rigid rods",
     "modes": "modes that are left out",
 }
 """Sources of errors, as sentences name them."""
@@ -55,12 +56,14 @@ def open_beams(scene: Scene) -> list[str]:
     return [beam.name for beam in undecided(scene) if "element" in beam.automatic]
 
 
-def model_of(scene: Scene, rung: Rung) -> Model:
-    """Return a model with one element for all beams whose own is open."""
-    return Model(rungs=dict.fromkeys(open_beams(scene), rung))
+def model_of(scene: Scene, rung: Rung, fixed: Mapping[str, Rung] | None = None) -> Model:
+    """Return a model with one element for all beams whose own is open, but those that are fixed."""
+    return Model(rungs=dict.fromkeys(open_beams(scene), rung) | dict(fixed or {}))
 
 
-def candidates(scene: Scene) -> tuple[list[Rung], dict[str, str]]:
+def candidates(
+    scene: Scene, fixed: Mapping[str, Rung] | None = None
+) -> tuple[list[Rung], dict[str, str]]:
     """Return the elements that a scene takes, and why others are refused.
 
     Returns
@@ -73,7 +76,7 @@ def candidates(scene: Scene) -> tuple[list[Rung], dict[str, str]]:
     taken, refused = [], {}
     for rung in LADDER:
         try:
-            built(scene, model_of(scene, rung).with_counts(spread(scene, 4.0)))
+            built(scene, model_of(scene, rung, fixed).with_counts(spread(scene, 4.0)))
         except InputError as error:
             refused[str(rung)] = str(error)
         else:

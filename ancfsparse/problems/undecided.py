@@ -92,10 +92,54 @@ def open_net() -> Undecided:
     return Undecided(scene, middle.at(0.5 * middle.length), 0.2, "10 %")
 
 
+def open_pull() -> Undecided:
+    """Set up a slack cable, one end of which is pulled away by 8 cm in 20 s.
+
+    It is 1.1 m long between points 1 m apart, 5 mm thick, of 1e8 Pa and 1000 kg/m3, under gravity;
+    its middle is asked for.
+    """
+    scene = Scene()
+    rope = scene.add_beam(
+        "auto", (0, 0), (1, 0), "auto", Circle(0.005), Material(1e8, 1000.0), length=1.1
+    )
+    scene.pin(rope.start)
+    scene.drive(rope.end, lambda t: (1.0 + 0.08 * (t / 20.0) ** 2 * (3.0 - t / 10.0), 0.0))
+    return Undecided(scene, rope.at(0.55), 20.0, "5 %")
+
+
+def open_whip() -> Undecided:
+    """Set up a soft rod of 1 m at the end of a link of steel of 0.2 m that swings; its tip counts.
+
+    The link is 5 cm thick, of 2e11 Pa and 7800 kg/m3, the rod 1 cm, of 1e9 Pa and 1000 kg/m3; both
+    begin at rest, level.
+    """
+    scene = Scene()
+    link = scene.add_beam("auto", (0, 0), (0.2, 0), "auto", Circle(0.05), Material(2e11, 7800.0))
+    rod = scene.add_beam("auto", (0.2, 0), (1.2, 0), "auto", Circle(0.01), Material(1e9, 1000.0))
+    scene.pin(link.start)
+    scene.connect(link.end, rod.start)
+    return Undecided(scene, rod.end, 0.5, "1 %")
+
+
+def open_twang() -> Undecided:
+    """Set up a thin cantilever under a sudden small force for a minute; its tip is asked for.
+
+    It is 1 m long and 4 mm thick, of 1e9 Pa and 1000 kg/m3; the force of 0.1 mN moves it by 5 mm.
+    """
+    scene = Scene((0.0, 0.0))
+    rod = scene.add_beam("auto", (0, 0), (1, 0), "auto", Circle(0.004), Material(1e9, 1000.0))
+    scene.clamp(rod.start)
+    scene.point_force(rod.end, (0.0, -1e-4))
+    return Undecided(scene, rod.end, 60.0, "3 %")
+
+
 UNDECIDED = {
     "pendulum": open_pendulum,
     "twisted": open_twisted,
     "line": open_line,
     "net": open_net,
+    "pull": open_pull,
+    "whip": open_whip,
+    "twang": open_twang,
 }
 """Scenes by the names of the command `ancfsparse plan`."""

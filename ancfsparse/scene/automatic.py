@@ -6,14 +6,12 @@ refers to points by arc length, so they mean the same point on every mesh.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, overload
 
 from ancfsparse.errors import InputError
 
 if TYPE_CHECKING:
     from ancfsparse.kernels.catalog import ElementKind
-    from ancfsparse.scene.beams import Beam
     from ancfsparse.scene.bodies import Body, Node
 
 AUTO = "auto"
@@ -49,8 +47,17 @@ def check_decided(bodies: list[Body]) -> None:
             )
 
 
-def on(beam: Beam, node: Node) -> Node:
-    """Return the point of a beam at the arc coordinate of a point on its undecided handle."""
+def on(beam: Body, node: Node) -> Node:
+    """Return the point of a beam at the arc coordinate of a point on its undecided handle.
+
+    Of a rigid rod in its place it is the point at this distance along it.
+    """
+    from ancfsparse.scene.beams import Beam
+    from ancfsparse.scene.rigid import RigidBody
+
+    if isinstance(beam, RigidBody):
+        return beam.at(node.s)
+    assert isinstance(beam, Beam)
     last = node.index == node.beam.n_elements
     return beam.end if last else beam.at(node.s * (beam.length / node.beam.size))
 
@@ -61,9 +68,6 @@ def decided(body: Body, handle: Node) -> Node: ...
 def decided(body: Body, handle: Body) -> Body: ...
 def decided(body: Body, handle: Body | Node) -> Body | Node:
     """Return the handle on a body that was chosen for an undecided one of its name."""
-    from ancfsparse.scene.beams import Beam
     from ancfsparse.scene.bodies import Node
 
-    if not isinstance(handle, Node):
-        return body
-    return on(body, handle) if isinstance(body, Beam) else replace(handle, beam=body)
+    return on(body, handle) if isinstance(handle, Node) else body

@@ -1,0 +1,114 @@
+"""Which beams of a scene are rigid rods: those whose bending and stretching do not matter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ancfsparse.errors import InputError
+from ancfsparse.plans.mesh_error import COARSEST
+from ancfsparse.plans.models import RIGID, Rung, spread, undecided
+from ancfsparse.plans.pilots import Pilots, tolerances
+from ancfsparse.plans.quantities import AtPoint, EnergyOf, Position, Velocity
+from ancfsparse.plans.rigidity import EVEN, change, deflection
+from ancfsparse.plans.rods import possible
+from ancfsparse.plans.rungs import CABLE, NEGLIGIBLE, SHEARED, model_of
+from ancfsparse.plans.wanted import Wanted
+from ancfsparse.plans.ways import Way
+from ancfsparse.scene import Beam
+from ancfsparse.scene.rigid import RigidBody
+
+# Under their own weight beams may deflect so many times the error and yet be tried: they may hang.
+HANGING = 100.0
+
+
+@dataclass(frozen=True)
+class Links:
+    """Beams that are rigid rods.
+
+    Attributes
+    ----------
+    rungs : mapping of str to Rung
+        `RIGID` for each, by its name.
+    effects : tuple of mapping of str to float
+        What that neglects, for every quantity [its unit].
+    """
+
+    rungs: Mapping[str, Rung] = field(default_factory=dict)
+    effects: tuple[Mapping[str, float], ...] = ()
+
+
+def links(pilots: Pilots) -> Links:
+    """Find the beams that may be rigid, by a pilot in which all that are stiff enough are.
+
+    Parameters
+    ----------
+    pilots : Pilots
+        Runs of a motion; equilibria have none.
+
+    Returns
+    -------
+    Links
+        Empty if none may.
+    """
+    if pilots.t_end is None or isinstance(pilots.integrator, Way):
+        return Links()
+    gravity = float(np.linalg.norm(pilots.scene.gravity))
+    beams = {beam.name: beam for beam in undecided(pilots.scene)}
+    names = [
+        name
+        for name in possible(pilots.scene)
+        if all(_may(beams[name], each, gravity) for each in pilots.wanted)
+    ]
+    if not names:
+        return Links()
+    fixed = dict.fromkeys(names, RIGID)
+    run = None
+    for rung in (CABLE, SHEARED):
+        model = model_of(pilots.scene, rung, fixed).with_counts(spread(pilots.scene, COARSEST))
+        try:
+            run = pilots.run(model, pilots.base) or pilots.run(model, 2 * pilots.base)
+            break
+        except InputError:  # of the element, or a joint that rods do not have
+            continue
+    if run is None:
+        return Links()
+    scene, asked = run.run.system.scene, tolerances(pilots.wanted, run)
+    effects = {}
+    for name in names:
+        body = scene.body(name)
+        assert isinstance(body, RigidBody)
+        far = deflection(run.run, body, beams[name])
+        effects[name] = [
+            change(far, beams[name].length, each.quantity.on(scene), run.run)
+            for each in pilots.wanted
+        ]
+    return _chosen(effects, asked)
+
+
+def _chosen(effects: Mapping[str, Sequence[float]], asked: Sequence[float]) -> Links:
+    """Return the beams whose effects together are negligible, the smallest first."""
+    left, rungs = np.zeros(len(asked)), {}
+    for name in sorted(effects, key=lambda name: max(np.divide(effects[name], asked))):
+        more = left + effects[name]
+        if (more > NEGLIGIBLE * np.asarray(asked)).any():
+            break
+        left, rungs[name] = more, RIGID
+    found = tuple({"flexibility": float(each)} for each in left) if rungs else ()
+    return Links(rungs, found)
+
+
+def _may(beam: Beam, wanted: Wanted, gravity: float) -> bool:
+    """Whether a beam is stiff enough to be tried, and a quantity is not of its deformation."""
+    quantity = wanted.quantity
+    if isinstance(quantity, EnergyOf):
+        return quantity.part == "kinetic"
+    own = isinstance(quantity, AtPoint) and quantity.point.beam is beam
+    if own and not isinstance(quantity, Position | Velocity):
+        return False
+    given = {name: float(np.mean(value)) for name, value in beam.stiffnesses().items()}
+    sag = EVEN * given["mass_per_length"] * gravity * beam.length**4 / given["bending_stiffness_z"]
+    share = wanted.error if wanted.relative else wanted.error / beam.length
+    return not isinstance(quantity, Position) or sag <= HANGING * share * beam.length

@@ -1,0 +1,134 @@
+"""Plans that make short stiff beams rigid rods, beside motions of beams."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.plans.models import RIGID, Model, Rung, built
+from ancfsparse.plans.rigidity import change, deflection
+from ancfsparse.plans.rods import possible, rod_of
+from ancfsparse.plans.rungs import CABLE
+
+STEEL, SOFT = ancf.Material(2e11, 7800), ancf.Material(1e9, 1000)
+THICK, SLIM = ancf.Circle(0.05), ancf.Circle(0.01)
+
+
+def swing(element="auto", n="auto", radius=0.05, dim=2, slope=0.0):
+    """A rod that swings about one end from the horizontal, or from a slope."""
+    way = np.array([np.cos(slope), -np.sin(slope), 0.0])[:dim]
+    scene = ancf.Scene(tuple(-9.81 * np.eye(dim)[1]))
+    made = ancf.Circle(radius), STEEL
+    rod = scene.add_beam(element, np.zeros(dim), way, n, *made)
+    scene.pin(rod.start)
+    return scene, rod
+
+
+def whip(elements=("auto", "auto"), n="auto"):
+    """A soft rod at the end of a short stiff one."""
+    scene = ancf.Scene()
+    link = scene.add_beam(elements[0], (0, 0), (0.2, 0), n, THICK, STEEL)
+    rod = scene.add_beam(elements[1], (0.2, 0), (1.2, 0), n, SLIM, SOFT)
+    scene.pin(link.start)
+    scene.connect(link.end, rod.start)
+    return scene, link, rod
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_rod_has_the_mass_and_the_inertia_of_its_beam(dim):
+    scene, rod = swing(dim=dim, slope=0.3)
+    body = built(scene, Model({rod.name: RIGID})).bodies[0]
+    assert body.mass == pytest.approx(7800 * np.pi * 0.025**2, rel=1e-12)
+    assert body.masses == pytest.approx(body.mass * np.array([[1, 1 / 2], [1 / 2, 1 / 3]]))
+    assert body.end.position == pytest.approx(rod.end.position, abs=1e-15)
+    still = np.zeros(3 if dim == 3 else 1)
+    moving = ancf.Scene(np.zeros(dim))
+
+    def velocity(r):
+        return np.stack([-r[:, 1], r[:, 0], *np.zeros((dim - 2, len(r)))], axis=1)
+
+    made = "auto", np.zeros(dim), np.eye(dim)[0], "auto", THICK, STEEL
+    turned = moving.add_beam(*made, velocity=velocity)
+    spin = np.atleast_1d(rod_of(turned).angular_velocity)
+    assert spin == pytest.approx(still + (np.arange(len(spin)) == len(spin) - 1))
+    bent = moving.add_beam(*made, velocity=lambda r: r**2)
+    with pytest.raises(ancf.InputError, match="bend or stretch it"):
+        rod_of(bent)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_multiplier_of_a_rod_is_its_axial_force(dim):
+    """Its own weight hangs on a rod at rest: a mean of m g / 2."""
+    scene, rod = swing(dim=dim, slope=np.pi / 2)
+    rigid = built(scene, Model({rod.name: RIGID}))
+    run = ancf.simulate(rigid, 0.1, 1e-2)
+    body = rigid.bodies[0]
+    stretched = body.mass * 9.81 / 2.0 / rod.stiffnesses()["axial_stiffness"]
+    assert deflection(run, body, rod) == pytest.approx(2.0 * stretched, rel=1e-6)
+
+
+@pytest.mark.parametrize("radius", [0.02, 0.05])
+@pytest.mark.parametrize("slope", [0.0, 1.5])
+def test_deflections_are_foreseen_from_the_forces_of_a_rod(radius, slope):
+    scene, rod = swing(radius=radius, slope=slope)
+    rigid = built(scene, Model({rod.name: RIGID}))
+    run = ancf.simulate(rigid, 1.0, 2e-3)
+    beam = built(scene, Model({rod.name: CABLE}, {rod.name: 6}))
+    motion = ancf.simulate(beam, 1.0, 1e-4, save_every=20)
+    truth = np.linalg.norm(run.position(rod.end) - motion.position(rod.end), axis=1).max()
+    far = deflection(run, rigid.bodies[0], rod)
+    quantity = ancf.position(rod.end).on(rigid)
+    assert truth <= change(far, rod.length, quantity, run) <= 30.0 * truth
+
+
+def test_short_stiff_links_are_rigid():
+    scene, link, rod = whip()
+    plan = ancf.plan(scene, 0.5, ancf.position(rod.end), "1 %")
+    assert plan.model.rungs == {link.name: RIGID, rod.name: CABLE}
+    assert link.name not in plan.model.counts
+    assert f"{link.name} may be rigid" in str(plan)
+    run = plan.run(verify=True)
+    fine, _, its = whip(("thin", "thin"), 24)
+    motion = ancf.simulate(fine, 0.5, run.t[1] / 64, save_every=64)
+    off = np.linalg.norm(run.position(rod.end) - motion.position(its.end), axis=1).max()
+    assert off <= plan.predictions[0].asked
+    assert run.measured[0] <= plan.predictions[0].asked
+    assert np.allclose(run.position(link.end), run.position(rod.start))
+
+
+def test_what_must_bend_is_not_rigid():
+    scene, rod = swing()
+    assert possible(scene) == [rod.name]
+    assert ancf.plan(scene, 0.2, ancf.position(rod.end), 1e-3).model.rungs == {rod.name: RIGID}
+    for quantity, error in (
+        (ancf.position(rod.end), 1e-6),
+        (ancf.section_force(rod.at(0.5)), "20 %"),
+        (ancf.strain(rod.at(0.5)), "20 %"),
+    ):
+        plan = ancf.plan(scene, 0.02, quantity, error)
+        assert plan.model.rungs[rod.name] != RIGID
+    clamped, rod = swing()
+    clamped.clamp(rod.end)
+    assert not possible(clamped)
+    loaded, rod = swing()
+    loaded.point_force(rod.at(0.5), (0.0, -1.0))
+    assert not possible(loaded)
+    spread, rod = swing()
+    spread.distributed_force(rod, (0.0, -1.0))
+    assert not possible(spread)
+    slack = ancf.Scene()
+    slack.add_beam("auto", (0, 0), (1, 0), "auto", THICK, STEEL, length=1.1)
+    assert not possible(slack)
+
+
+def test_a_rod_in_space_hangs_on_two_links():
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    made = "auto", THICK, STEEL
+    one = scene.add_beam("auto", (0, 0, 0), (0.2, 0, 0), *made)
+    other = scene.add_beam("auto", (0.2, 0, 0), (0.2, 0.3, 0), *made)
+    scene.pin(one.start)
+    scene.connect(one.end, other.start)
+    plan = ancf.plan(scene, 0.3, ancf.position(other.end), "2 %")
+    assert list(plan.model.rungs.values()) == [RIGID, RIGID]
+    run = plan.run(verify=True)
+    assert run.measured[0] <= plan.predictions[0].asked
+    assert str(Rung("rigid")) == '"rigid"'
