@@ -32,8 +32,8 @@ LOOKS = 65
 # Steps for each period of the lowest frequency in the run that verifies equilibria.
 RESOLVED = 48
 # What calls take beside the work on coordinates, in that of a residual of one coordinate: of a
-# factor in statics, of a state of a sum of modes, and of finding a mode.
-FACTOR_CALLS, STATE_CALLS, MODE_CALLS = 2e4, 8e2, 1.5e5
+# factor in statics, of a state of a sum of modes, and of finding a mode, as measured.
+FACTOR_CALLS, STATE_CALLS, MODE_CALLS = 4e4, 1.2e3, 2e5
 # Work of a mode in a state, for each coordinate: three sums beside some hundred operations.
 SUM = 0.06
 # Displacements up to this share of the scene may be small.
@@ -245,7 +245,7 @@ class ModalSum(Way):
 
 def _modal_work(n: int, states: int, coordinates: int) -> float:
     """Return the work of finding n modes and summing them, beside residuals."""
-    finding = n * (MODE_CALLS + SOLVES * coordinates)
+    finding = MODE_CALLS + n * (MODE_CALLS + SOLVES * coordinates)
     return finding + states * (STATE_CALLS + SUM * n * coordinates)
 
 

@@ -118,6 +118,9 @@ def _forces(system: System, modes: Modes, amplitudes: Vector) -> Vector:
     shapes = modes.shapes[:, : system.n_free]
     p = np.empty((len(amplitudes), len(modes)))
     for k, each in enumerate(amplitudes):
+        if k and (each == amplitudes[k - 1]).all():
+            p[k] = p[k - 1]
+            continue
         r, _ = system.assembly.residual(about.q, rest, rest, about.lam, system.dead_load, each)
         p[k] = -(shapes @ np.asarray(r)[: system.n_free])
     return p

@@ -44,7 +44,7 @@ def thrown(speed, element="thin", n=8):
 def off(run, point, made, size, time):
     """Return how far a run is from the motion of 16 elements."""
     scene, its = made(size, "thin", 16)
-    k = round(run.t[1] / 5e-4)
+    k = round(run.t[1] / 1e-3)
     dt = time / (k * (len(run.t) - 1))
     motion = ancf.simulate(scene, time, dt, integrator=ancf.Newmark(), save_every=k)
     return np.linalg.norm(run.position(point) - motion.position(its), axis=1).max()
@@ -61,10 +61,11 @@ def test_what_a_sum_of_modes_leaves_out(made, size, time):
     assert truth / 1.1 <= found <= 10.0 * truth
 
 
-@pytest.mark.parametrize(("made", "size", "time"), [(let_go, 1e-4, 60.0), (thrown, 0.01, 60.0)])
-def test_small_motions_are_sums_of_modes(made, size, time):
+@pytest.mark.parametrize(("made", "size"), [(let_go, 5e-5), (thrown, 5e-3)])
+def test_small_motions_are_sums_of_modes(made, size):
+    time = 120.0
     scene, point = made(size, "auto", "auto")
-    plan = ancf.plan(scene, time, ancf.position(point), "3 %")
+    plan = ancf.plan(scene, time, ancf.position(point), "1 %")
     assert isinstance(plan.integrator, ModalSum)
     assert "the motion is small" in str(plan)
     run = plan.run(verify=True)
