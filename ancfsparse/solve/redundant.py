@@ -28,6 +28,8 @@ SUSPECT = 1e-10
 PART = 1e-3
 # Largest number of equations that are looked at together.
 MOST = 300
+# Share of prescribed changes that does not fit together where joints contradict each other.
+APART = 0.1
 # Number of constraints that are named, and of those that are looked at for it.
 NAMED, LOOKED_AT = 3, 12
 
@@ -57,6 +59,53 @@ def warn_of_repeats(system: System) -> None:
         RedundantConstraints,
         stacklevel=4,
     )
+
+
+def contradiction(system: System, q: Vector, t: float) -> str:
+    """Name joints that cannot hold together at a time, since their motions are prescribed.
+
+    An equation that repeats others where the scene is must also have the values that follow from
+    theirs; where a step changes these by a good share of what it prescribes, it has no solution.
+
+    Parameters
+    ----------
+    system : System
+        What moves.
+    q : (n_all,) float
+        Its last accepted coordinates.
+    t : float
+        End of the failed step [s].
+
+    Returns
+    -------
+    str
+        A sentence, empty if all equations fit together.
+    """
+    if not system.prescribed or not np.max(np.abs(q)) < MODERATE:
+        return ""
+    found = repeats(system, q)[1]
+    if not found:
+        return ""
+    motion, there, none = system.prescribed.at(t), q.copy(), np.zeros(system.n_all)
+    there[len(q) - system.prescribed.n :] = motion.q
+    amplitudes = system.loads.amplitudes(np.array([t]))[0]
+    rest = np.zeros(system.n_multipliers)
+    phi = system.assembly.residual(there, none, none, rest, none, amplitudes)[1]
+    phi[system.n_multipliers - system.prescribed.n_equations :] -= motion.s
+    gradients = system.constraints.jacobian(q)[:, : system.n_free]
+    for row, others in found:
+        of_row, of_others = gradients[[row]].toarray()[0], gradients[others].toarray()
+        shares = np.linalg.lstsq(of_others.T, of_row, rcond=None)[0] if others else np.zeros(0)
+        parts = np.append(-shares * phi[others], phi[row])
+        if abs(np.sum(parts)) > APART * np.max(np.abs(parts)):
+            labels = system.constraints.labels
+            names = dict.fromkeys(labels[each] for each in others)
+            listed = " and ".join(f"the {name}" for name in list(names)[:NAMED])
+            return (
+                f"The joints contradict each other: the {labels[row]} repeats {listed}, and what "
+                "they prescribe does not fit together; leave one out, or prescribe the same."
+            )
+    return ""
 
 
 def _because(labels: list[str], others: list[int]) -> str:

@@ -187,6 +187,11 @@ class ImplicitRun(FixedRun):
         from ancfsparse.solve.advice import for_steps
 
         request, steps = self._request, self._stats.steps
+        advice = ""
+        if self._system.n_multipliers and outcome in CURABLE:
+            from ancfsparse.solve.redundant import contradiction
+
+            advice = contradiction(self._system, self._march.state[0], self._clock.at(steps + 1))
         return stopped(
             self._system,
             self._loop,
@@ -197,7 +202,7 @@ class ImplicitRun(FixedRun):
             self._dt,
             request.max_energy_gain,
             path,
-            for_steps(request.scene, self._integrator, request.max_halvings),
+            advice or for_steps(request.scene, self._integrator, request.max_halvings),
         )
 
 

@@ -344,3 +344,39 @@ def test_what_repeats_at_beams_is_named(first, second, named):
 def test_what_does_not_repeat_is_not_warned_of():
     ancf.simulate(repeated(rope, lambda s, b: s.rod(b.end, (1, 1))), 0.01, 1e-3)
     ancf.simulate(repeated(rope, lambda s, b: s.winch([(0, 1), b.start])), 0.01, 1e-3)
+
+
+def two_wheels(**drives):
+    """Two discs on pins, of which a gear makes the first turn twice as far as the second."""
+    scene = ancf.Scene((0.0, 0.0))
+    pins = [scene.pin(scene.add_body(mass=1, inertia=1, position=(x, 0)).origin) for x in (0, 1)]
+    for pin, angle in zip(pins, drives["angles"], strict=True):
+        scene.drive_joint(pin, ancf.Ramp(angle, 1.0, smooth=True))
+    scene.gear(*pins, 2.0)
+    return scene
+
+
+@pytest.mark.filterwarnings("ignore::ancfsparse.RedundantConstraints")
+def test_joints_whose_motions_contradict_each_other_are_named():
+    with pytest.raises(ancf.StepFailure) as found:
+        ancf.simulate(two_wheels(angles=(1.0, 1.0)), 0.5, 0.01)
+    text = str(found.value)
+    assert "The joints contradict each other: the " in text
+    assert all(
+        name in text
+        for name in ("gear of the pin of body 0", "angle of the pin of body 0", "of body 1")
+    )
+    assert "GeneralizedAlpha" not in text
+    scene = two_wheels(angles=(2.0, 1.0))
+    run = ancf.simulate(scene, 0.5, 0.01)
+    assert run.body(scene.bodies[0]).angles[-1] == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore::ancfsparse.RedundantConstraints")
+def test_a_rope_and_a_rod_of_other_length_contradict_each_other():
+    scene = ancf.Scene((0.0, -9.81))
+    load = scene.add_body(mass=1, inertia=1, position=(0, 0))
+    scene.winch([(0, 3), load.origin])
+    scene.rod(load.origin, (0, 3), length=ancf.Ramp(0.1, 1.0, smooth=True) + 3.0)
+    with pytest.raises(ancf.StepFailure, match=r"contradict each other: .*rod.*winch"):
+        ancf.simulate(scene, 0.1, 0.01)
