@@ -96,7 +96,7 @@ typedef struct {
     const double *q; /* all coordinates at x, fixed ones last; NULL if nothing rotates with them */
     /* Weights of the norms: sqrt(sum mass x^2 / mass_total) of coordinates and, for a residual, the
      * displacement if there were inertia alone, sqrt(sum r^2 / mass / mass_total).  NULL: unit mass. */
-    const double *mass;
+    const double *mass, *inverse_mass;
     double mass_total;
     double moved; /* norm of the displacement from the last state to the predictor, or to x if the
                    * scheme updates it */

@@ -51,6 +51,7 @@ cdef extern from "solver_abi.h":
         void (*material)(void *, double *) noexcept nogil
         const double *q
         const double *mass
+        const double *inverse_mass
         double mass_total, moved
         int leaps, sudden
 

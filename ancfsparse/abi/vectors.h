@@ -12,15 +12,21 @@
 #include "parallel.h"
 #include "simd.h"
 
+/* Sum of the lanes, by halves: short sums wait for it. */
 static inline double vec_total(vec v)
 {
 #if ANCF_LANES == 1
     return v;
+#elif ANCF_LANES == 2
+    return v[0] + v[1];
 #else
-    double total = v[0];
-    for (int lane = 1; lane < ANCF_LANES; ++lane)
-        total += v[lane];
-    return total;
+#if ANCF_LANES == 8
+    __m256d half = _mm512_castpd512_pd256(v) + _mm512_extractf64x4_pd(v, 1);
+#else
+    __m256d half = v;
+#endif
+    __m128d pair = _mm256_castpd256_pd128(half) + _mm256_extractf128_pd(half, 1);
+    return pair[0] + pair[1];
 #endif
 }
 
@@ -68,17 +74,27 @@ static inline double vec_weigh_apart(const double *w, const double *x, const dou
     return vec_total(total) + rest;
 }
 
-/* Sum of x^2 / w. */
-static inline double vec_weigh_dual(const double *w, const double *x, ptrdiff_t n)
+/* Sums of w (x - y)^2 and of w (x - z)^2, and y takes the place of z. */
+static inline void vec_compare(const double *w, const double *x, const double *y, double *z,
+                               ptrdiff_t n, double *of_y, double *of_z)
 {
-    vec total = {0};
-    double rest = 0.0;
+    vec ty = {0}, tz = {0}, dy, dz;
+    double ry = 0.0, rz = 0.0;
     ptrdiff_t i = 0;
-    for (; i + ANCF_LANES <= n; i += ANCF_LANES)
-        total += vec_load(x + i) * vec_load(x + i) / vec_load(w + i);
-    for (; i < n; ++i)
-        rest += x[i] * x[i] / w[i];
-    return vec_total(total) + rest;
+    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
+        dy = vec_load(x + i) - vec_load(y + i);
+        dz = vec_load(x + i) - vec_load(z + i);
+        ty += vec_load(w + i) * dy * dy;
+        tz += vec_load(w + i) * dz * dz;
+        *(vec *)(z + i) = vec_load(y + i);
+    }
+    for (; i < n; ++i) {
+        ry += w[i] * (x[i] - y[i]) * (x[i] - y[i]);
+        rz += w[i] * (x[i] - z[i]) * (x[i] - z[i]);
+        z[i] = y[i];
+    }
+    *of_y = vec_total(ty) + ry;
+    *of_z = vec_total(tz) + rz;
 }
 
 typedef struct {
@@ -121,13 +137,6 @@ static void vec_weigh_part(void *context, ptrdiff_t part)
     pass->out[part] = vec_weigh(pass->x + i, pass->y + i, vec_begin(pass, part + 1) - i);
 }
 
-static void vec_weigh_dual_part(void *context, ptrdiff_t part)
-{
-    const vec_pass *pass = context;
-    ptrdiff_t i = vec_begin(pass, part);
-    pass->out[part] = vec_weigh_dual(pass->x + i, pass->y + i, vec_begin(pass, part + 1) - i);
-}
-
 static void vec_scale_part(void *context, ptrdiff_t part)
 {
     const vec_pass *pass = context;
@@ -162,14 +171,6 @@ static inline double vec_dot_parts(ptrdiff_t n_parts, const double *x, const dou
 static inline double vec_weigh_parts(ptrdiff_t n_parts, const double *w, const double *x, ptrdiff_t n)
 {
     return n_parts == 1 ? vec_weigh(w, x, n) : vec_total_of_parts(n_parts, vec_weigh_part, w, x, n);
-}
-
-/* Sum of x^2 / w. */
-static inline double vec_weigh_dual_parts(ptrdiff_t n_parts, const double *w, const double *x,
-                                          ptrdiff_t n)
-{
-    return n_parts == 1 ? vec_weigh_dual(w, x, n)
-                        : vec_total_of_parts(n_parts, vec_weigh_dual_part, w, x, n);
 }
 
 /* out = a x */

@@ -152,6 +152,7 @@ cdef class TimeLoop:
         """Weight the norms by mass: the mass of each coordinate, and that of all positions."""
         self.mass = mass
         self.interface.mass, self.interface.mass_total = &mass[0], total
+        self.interface.inverse_mass = kept(self.arrays, "inverse_mass", 1.0 / np.asarray(mass))
 
     def set_threads(self, ptrdiff_t threads):
         """Set the number of threads for vector operations."""

@@ -14,6 +14,8 @@ cdef extern from "vectors.h":
     double weigh "vec_weigh" (const double *, const double *, ptrdiff_t) noexcept nogil
     double weigh_apart "vec_weigh_apart" (
         const double *, const double *, const double *, ptrdiff_t) noexcept nogil
+    void vec_compare(const double *, const double *, const double *, double *, ptrdiff_t,
+                     double *, double *) noexcept nogil
     void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
 
 

@@ -46,10 +46,11 @@ cdef void compare_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef Motion *self = <Motion *>context
     cdef ptrdiff_t begin = share(self, part), n = share(self, part + 1) - begin
     cdef const double *mass = self.interface.mass + begin
-    if self.phase[0] != UNKNOWN:
-        self.squares[part] = weigh_apart(mass, self.a + begin, self.a0 + begin, n)
-        self.others[part] = weigh_apart(mass, self.a + begin, self.earlier + begin, n)
-    memcpy(self.earlier + begin, self.a0 + begin, n * sizeof(double))
+    if self.phase[0] == UNKNOWN:
+        memcpy(self.earlier + begin, self.a0 + begin, n * sizeof(double))
+    else:
+        vec_compare(mass, self.a + begin, self.a0 + begin, self.earlier + begin, n,
+                    &self.squares[part], &self.others[part])
 
 
 cdef void choose_start(Motion *self) noexcept nogil:

@@ -13,8 +13,6 @@ cdef extern from "<time.h>":
 cdef extern from "vectors.h":
     double weigh "vec_weigh_parts" (
         ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
-    double weigh_dual "vec_weigh_dual_parts" (
-        ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
     double dot "vec_dot_parts" (ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
     void scaled "vec_scale_parts" (
         ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
@@ -136,11 +134,14 @@ cdef void learn(Loop *self, const double *r_new) noexcept nogil:
 
 
 cdef bint all_below(const double *x, ptrdiff_t n, double bound) noexcept nogil:
-    cdef ptrdiff_t i
-    for i in range(n):
-        if not fabs(x[i]) < bound:  # true for NaN
-            return False
-    return True
+    cdef ptrdiff_t i, begin = 0, end
+    cdef bint below = True
+    while begin < n and below:  # in pieces without branches
+        end = min(begin + 16, n)
+        for i in range(begin, end):
+            below &= fabs(x[i]) < bound  # false for NaN
+        begin = end
+    return below
 
 
 cdef double largest(const double *x, ptrdiff_t n) noexcept nogil:
@@ -165,7 +166,7 @@ cdef inline double unbalance(const Loop *self, const double *r) noexcept nogil:
     cdef ptrdiff_t nq = eq.n_coordinates, m = self.n - nq
     if eq.mass == NULL:
         return sqrt(dot(self.parts, r, r, self.n) / self.n)
-    return sqrt(weigh_dual(self.parts, eq.mass, r, nq) / eq.mass_total
+    return sqrt(weigh(self.parts, eq.inverse_mass, r, nq) / eq.mass_total
                 + (dot(1, r + nq, r + nq, m) / nq if m else 0.0))
 
 

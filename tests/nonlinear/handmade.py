@@ -34,6 +34,7 @@ class _Interface(ct.Structure):
         ("material", _PASS),
         ("q", ct.c_void_p),
         ("mass", ct.c_void_p),
+        ("inverse_mass", ct.c_void_p),
         ("mass_total", ct.c_double),
         ("moved", ct.c_double),
         ("leaps", ct.c_int),
@@ -105,7 +106,7 @@ class Equations:
             _DO(restart), _DO() if coast is None else _DO(fly), _CORRECT(correct),
             _PASS(write_residual), _PASS(write_matrix),
             _PASS() if material is None else _PASS(write_material), None,
-            None, self.n_coordinates, 0.0,
+            None, None, self.n_coordinates, 0.0,
         )  # fmt: skip
         self.capsule = _new_capsule(ct.addressof(self.interface), _NAME, None)
         self.seed = SparseSeed(self.indptr, self.row.astype(np.int32), self.n_coordinates)
