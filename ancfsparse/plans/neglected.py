@@ -37,7 +37,7 @@ PROBE, UNLIKELY = 0.01, 10.0
 # Of what no element includes, it is only stated whether it is larger than what was asked for.
 FLOOR_SHARE = 0.4
 # States of which energies in sections are looked at.
-MOST_STATES = 200
+MOST_STATES = 64
 
 
 def neglected_effects(
@@ -58,7 +58,7 @@ def neglected_effects(
     quantity : Quantity
         What is asked for, of this scene.
     march : callable, optional
-        Runs a changed scene as `run` was run.  With it, two runs with slightly softer and slightly
+        Runs a changed scene as `run` was run.  With it, two runs with ssharely softer and ssharely
         denser material show how the quantity responds; without, it is taken to respond as much as
         it is large, which is pessimistic for beams that turn more than they bend.
     enough : float, optional
@@ -118,10 +118,12 @@ def neglected_effects(
         turning = sum(rotary_energy(run, body) for body in cables)
         heavy = _ratio(turning, np.asarray(run.energy.kinetic))
     soft = dense = _size(quantity, whole)
-    share = heavy + sum(each for name, each in shares.items() if name != "stretch")
+    share = sum(each for name, each in shares.items() if name != "stretch")
     share = max(UNLIKELY * share, FLOOR_SHARE * shares.get("stretch", 0.0))
     if march is not None and soft * share > enough:
-        soft, dense = _responses(scene, whole, quantity, march)
+        soft = _response(scene, whole, quantity, march, "youngs_modulus", 1.0 - PROBE)
+    if march is not None and UNLIKELY * dense * heavy > enough:
+        dense = _response(scene, whole, quantity, march, "density", 1.0 + PROBE)
     effects = {name: soft * share for name, share in shares.items()}
     if strings:  # tension resists, which material does not change
         effects["bending"] = shares["bending"] * _size(quantity, whole)
@@ -173,21 +175,18 @@ def _ratio(neglected: Any, kept: Array) -> float:
     return most / float(np.max(kept)) if np.max(kept) > 0.0 else np.inf
 
 
-def _responses(
-    scene: Scene, run: Trajectory, quantity: Quantity, march: March
-) -> tuple[float, float]:
-    """Return the change of the quantity over the relative change of compliance, and of density."""
-    found = []
-    for name, factor in (("youngs_modulus", 1.0 - PROBE), ("density", 1.0 + PROBE)):
-        changed = scene
-        for body in scene.beams:
-            own = cast(ElasticBody, changed.counterpart(body))
-            value = factor * getattr(own.material, name)
-            changed = changed.replaced(own, material=replace(own.material, **{name: value}))
-        other = quantity.on(changed)
-        off = quantity.difference(other.value(march(changed)), quantity.value(run))
-        found.append(float(np.linalg.norm(off, axis=1).max()) / PROBE)
-    return found[0], found[1]
+def _response(
+    scene: Scene, run: Trajectory, quantity: Quantity, march: March, name: str, factor: float
+) -> float:
+    """Return the change of the quantity over the relative change of a property of the material."""
+    changed = scene
+    for body in scene.beams:
+        own = cast(ElasticBody, changed.counterpart(body))
+        value = factor * getattr(own.material, name)
+        changed = changed.replaced(own, material=replace(own.material, **{name: value}))
+    other = quantity.on(changed)
+    off = quantity.difference(other.value(march(changed)), quantity.value(run))
+    return float(np.linalg.norm(off, axis=1).max()) / PROBE
 
 
 def _size(quantity: Quantity, run: Trajectory) -> float:
