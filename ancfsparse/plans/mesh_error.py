@@ -15,9 +15,9 @@ from ancfsparse.scene import Scene
 # four, the motion of the paper's pendulum is so rough that shorter steps do not converge.
 COARSEST, GROWTH = 8.0, 1.5
 MOST_MESHES = 12
-# An error so many times the one asked for can be extrapolated from: if its order has shown, if two
-# meshes cannot show it yet, and if another has shown.  `confirmed` looks whether it is right.
-FAR, SOON, NEAR = 12.0, 4.0, 1.0
+# An error so many times the one asked for can be extrapolated from: if its order has shown, if
+# another has shown, and if two meshes cannot show it.  `confirmed` looks whether it is right.
+FAR, NEAR, SMALL = 12.0, 1.0, 0.4
 SOLVER_NOISE = 1e-7
 # Orders that strains and forces in sections lose.
 LOST = 2
@@ -126,7 +126,14 @@ def given_error(pilots: Pilots, finer: Scene, model: Model, steps: int, order: i
     list of float
         The error of every quantity [its unit].
     """
-    other = Pilots(finer, pilots.t_end, pilots.wanted, pilots.integrator, pilots.base)
+    other = Pilots(
+        finer,
+        pilots.t_end,
+        pilots.wanted,
+        pilots.integrator,
+        pilots.base,
+        bill=pilots.bill,
+    )
     coarse, fine = _run(pilots, model, steps), _run(other, model, steps)
     pilots.seconds += other.seconds
     apart = distances(pilots.wanted, coarse, fine)
@@ -137,8 +144,7 @@ def given_error(pilots: Pilots, finer: Scene, model: Model, steps: int, order: i
 
 def _enough(pilots: Pilots, runs: Sequence[Pilot], estimates: Sequence[Estimate]) -> bool:
     asked = tolerances(pilots.wanted, runs[-1])
-    unsettled = SOON if len(runs) == 2 else NEAR
     return all(
-        each.error <= (FAR if each.settled else unsettled) * most
+        each.careful <= (FAR if each.settled else NEAR if each.seen else SMALL) * most
         for each, most in zip(estimates, asked, strict=True)
     )

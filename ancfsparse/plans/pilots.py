@@ -82,6 +82,11 @@ class Pilots:
         Of the runs.
     base : int
         Steps of the longest kind.
+    done, seconds, failure : dict, float, StepFailure or None
+        Runs by model and steps, their time [s], and what ended the last that failed.
+    systems, bill : dict, list of Counted
+        Systems by model, and what all runs have cost that came to their end, those of other
+        integrators and of changed scenes included.
     """
 
     scene: Scene
@@ -93,6 +98,7 @@ class Pilots:
     seconds: float = 0.0
     failure: StepFailure | None = None
     systems: dict[tuple[object, ...], System] = field(default_factory=dict)
+    bill: list[Counted] = field(default_factory=list)
 
     def with_integrator(self, integrator: Implicit | Explicit | Way) -> Pilots:
         """Return runs of the same scene by another integrator or way."""
@@ -138,6 +144,11 @@ class Pilots:
 
         A `system` of the scene that was marched before is not made again.
         """
+        run = self._marched(scene, steps, system)
+        self.bill.append(counted(run.stats, steps, run.q.shape[1]))
+        return run
+
+    def _marched(self, scene: Scene, steps: int, system: System | None) -> Trajectory:
         if self.t_end is None:
             return at_rest(solve_static(scene))
         if isinstance(self.integrator, Way):

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ancfsparse.checks import check_positive
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, LoadFailure
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.asking import checked
 from ancfsparse.plans.choice import Chosen, choose
 from ancfsparse.plans.confirm import confirmed
 from ancfsparse.plans.models import built, refined, spread, undecided
 from ancfsparse.plans.pilots import FEWEST, Pilots
-from ancfsparse.plans.planar import planar
+from ancfsparse.plans.planar import InPlane, planar
 from ancfsparse.plans.quantities import Quantity
 from ancfsparse.plans.record import SAVED, Alternative, Plan, Prediction, described
 from ancfsparse.plans.rungs import NAMES
@@ -96,6 +96,25 @@ def plan(
         )
     # Equilibria in a plane may give way to its sides, and vibrations may leave it.
     flat = planar(scene) if undecided(scene) and t_end is not None else None
+    arguments = t_end, asked, named, steps, begin
+    try:
+        return _planned(scene, flat, *arguments)
+    except LoadFailure:
+        if flat is None:
+            raise
+    return _planned(scene, None, *arguments)  # a function may have left the plane
+
+
+def _planned(
+    scene: Scene,
+    flat: InPlane | None,
+    t_end: float | None,
+    asked: Sequence[Wanted],
+    named: Implicit | None,
+    steps: int | None,
+    begin: float,
+) -> Plan:
+    """Plan in a plane or in space."""
     own = scene if flat is None else flat.scene
     moved = [replace(each, quantity=each.quantity.on(own)) for each in asked]
     pilots = Pilots(own, t_end, moved, named or DEFAULT, steps or FEWEST)
@@ -144,8 +163,7 @@ def _record(
     memory = estimate(new, min(steps, 2 * SAVED) + 1, None, False, "auto").total
     cheaper, dearer = (_alternative(scene, t_end, pilots, found, *each)
                        for each in neighbours(found, finest, steps))  # fmt: skip
-    own = chosen.beside + pilots.spent
-    work = own / found.cost.amount(steps, found.coordinates(finest))
+    own = sum(run.amount for run in pilots.bill)
     return Plan(
         scene,
         t_end,
@@ -162,7 +180,8 @@ def _record(
         {
             "seconds": time.perf_counter() - begin,
             "runs": float(len(pilots.done)),
-            "work": work,
+            "work": own / found.work(finest, steps),
+            "counted": own,
         },
         answer=None if answer is None else answer.run,
     )

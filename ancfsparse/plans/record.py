@@ -126,8 +126,8 @@ class Plan:
     reasons : tuple of str
         Why, in sentences.
     cost : Mapping of str to float
-        What the plan itself took: ``"seconds"``, ``"runs"``, and ``"work"``, the share of its
-        counted work in that of the planned run.
+        What the plan itself took: ``"seconds"``, ``"runs"``, its counted work, ``"counted"``, in
+        that of a residual of one coordinate, and ``"work"``, the same over that of the planned run.
     flat : InPlane or None
         The planar scene that is solved where one in space moves in a plane.
     answer : Trajectory or None

@@ -33,6 +33,8 @@ class Estimate:
         Whether the order was observed, and is about that of the method.
     ratio : float
         Ratio of the two resolutions whose solutions it was estimated from.
+    seen : bool
+        Whether any order was observed: two solutions show none.
     """
 
     resolution: float
@@ -40,6 +42,7 @@ class Estimate:
     order: float
     settled: bool
     ratio: float = 2.0
+    seen: bool = True
 
     def at(self, resolution: float) -> float:
         """Return the error at another resolution."""
@@ -50,6 +53,11 @@ class Estimate:
         if self.error == 0.0:
             return 0.0
         return float(self.resolution * (self.error / error) ** (1.0 / self.order))
+
+    @property
+    def careful(self) -> float:
+        """The error, with half of the order where none was observed [unit of the quantity]."""
+        return self.error if self.seen else self.with_order(0.5 * self.order).error
 
     def with_order(self, order: float) -> Estimate:
         """Return the estimate from the same two solutions with another order."""
@@ -84,7 +92,7 @@ def estimate(
     if last <= noise:
         return Estimate(resolutions[-1], known, order, True, ratio)
     if len(differences) < 2 or differences[-2] <= noise:
-        return Estimate(resolutions[-1], known, order, False, ratio)
+        return Estimate(resolutions[-1], known, order, False, ratio, seen=False)
     seen = observed(resolutions[-3:], differences[-2], last)
     believed = min(order, max(seen, LEAST_ORDER))
     settled = SETTLED[0] * order <= seen <= SETTLED[1] * order

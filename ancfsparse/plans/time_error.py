@@ -15,12 +15,14 @@ from ancfsparse.plans.richardson import Estimate, estimate
 # Steps of one pilot at most, over those of the longest kind.
 MOST_HALVINGS = 14
 # An error so many times the one asked for can be extrapolated from, if its order has shown: as long
-# as pilots cost next to nothing, and later.  Shorter steps follow further vibrations, so the
-# order of a motion that began with a shock falls.
+# as pilots cost next to nothing, and later, or if it has shown twice.  Shorter steps follow further
+# vibrations, so the order of a motion that began with a shock falls.
 NEARER, FAR = 2.0, 16.0
+# By how much two orders that were observed may differ from that of the method.
+FIRM = 0.15
 # One of this share is small enough where two runs cannot show the order, and where another has
 # shown, which `confirmed` looks at again.
-SMALL, NEAR = 0.3, 1.0
+SMALL, NEAR = 0.4, 1.0
 # Where the differences do not halve in so many halvings, the motion is too rough for an estimate.
 # Before that, steps may still be too long for the slowest vibration: this share of what pilots may
 # cost in any case is spent first.
@@ -78,7 +80,9 @@ def time_error(pilots: Pilots, model: Model, order: int) -> TimeError:
         if len(runs) < 2:
             continue
         estimates = _estimates(pilots, runs, order)
-        if _enough(pilots, runs, estimates) and _undamped_is_alike(pilots, model, runs, estimates):
+        if _enough(pilots, runs, estimates, order) and _undamped_is_alike(
+            pilots, model, runs, estimates
+        ):
             return TimeError(estimates, tuple(runs))
         if _stalls(pilots, runs):
             break
@@ -121,19 +125,36 @@ def _estimates(pilots: Pilots, runs: Sequence[Pilot], order: int) -> tuple[Estim
     )
 
 
-def _enough(pilots: Pilots, runs: Sequence[Pilot], estimates: Sequence[Estimate]) -> bool:
+def _enough(
+    pilots: Pilots, runs: Sequence[Pilot], estimates: Sequence[Estimate], order: int
+) -> bool:
     """Whether errors are known well enough, and whole histories approach each other."""
     asked = tolerances(pilots.wanted, runs[-1])
-    settled = NEARER if pilots.spent < FREE else FAR
-    unsettled = SMALL if len(runs) == 2 else NEAR
+    cheap = pilots.spent < FREE
     last = farthest(pilots.wanted, runs[-2], runs[-1])
     before = farthest(pilots.wanted, runs[-3], runs[-2]) if len(runs) > 2 else None
     for i, (each, most) in enumerate(zip(estimates, asked, strict=True)):
-        if each.error > (settled if each.settled else unsettled) * most:
+        reach = NEAR if each.seen else SMALL
+        if each.settled:
+            reach = NEARER if cheap and not _is_firm(pilots, runs, i, order) else FAR
+        if each.careful > reach * most:
             return False
         if before is not None and last[i] > max(most, 0.5 * before[i]):
             return False
     return True
+
+
+def _is_firm(pilots: Pilots, runs: Sequence[Pilot], i: int, order: int) -> bool:
+    """Whether four runs have shown the order of the method twice, for a quantity."""
+    if len(runs) < 4:
+        return False
+    apart = [distances(pilots.wanted, a, b)[i] for a, b in pairwise(runs[-4:])]
+    ratio = 2.0**order
+    return all(
+        (1.0 - FIRM) * ratio <= first / second <= (1.0 + FIRM) * ratio
+        for first, second in pairwise(apart)
+        if second > 0.0
+    )
 
 
 def _undamped_is_alike(

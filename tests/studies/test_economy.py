@@ -38,7 +38,8 @@ def test_files_and_tables(small, tmp_path):
 
 
 def outcome(**changes):
-    plain = Outcome("a", 0.003, 0.002, 0.001, 1e-5, "thin", "8 thin", 0.01, 0.002, 0.004, "")
+    times, work = (0.01, 0.002, 0.004), (10.0, 2.0, 4.0)
+    plain = Outcome("a", 3e-3, 2e-3, 1e-3, 1e-5, "thin", "8 thin", *times, *work, False, "")
     return replace(plain, **changes)
 
 
@@ -55,11 +56,13 @@ def test_what_is_missed_or_fails_stays():
         ],
         {},
     )
-    within, worst, cost, alone, longest = STUDY.targets(result)
+    within, worst, cost, work, alone, cheap, longest = STUDY.targets(result)
     assert within.value == pytest.approx(60.0)
     assert worst.value == math.inf
     assert (cost.value, alone.value) == (3.0, 0.5)
     assert longest.value == 3.0
+    assert (work.value, cheap.value) == (3.0, 80.0)
+    assert outcome(is_made=True).cost == pytest.approx(2.5)
     assert longest.met
     assert not within.met
     text = "\n".join(STUDY.findings(result))
@@ -79,7 +82,7 @@ def test_every_scene_can_be_planned_and_built(name):
     scene, quantity = case.build(Made("auto", "auto"))
     assert scene.bodies
     for element, options in case.elements:
-        scene, quantity = case.build(Made(element, 2, options))
+        scene, quantity = case.build(Made(element, case.meshes[0], options))
         assert quantity.name
     assert len(CASES) >= 20
     assert REQUESTS == (0.03, 0.003, 0.0003)

@@ -17,20 +17,22 @@ from ancfsparse.studies.economy.run import Economy, Outcome, economy
 
 # Best choices whose run takes longer than this are held to the worst cost [s].
 LONG = 0.2
+# What plans may take: this time [s], or this share of their run.
+FREE, SHARE = 0.2, 0.15
 COLOURS = ("#0072b2", "#e69f00", "#d55e00")
 
 
 def table(result: Economy) -> Table:
     """Set a line for each scene and error."""
     head = ["scene", "asked", "reached / asked", "predicted / asked", "plan", "best by hand",
-            "plan ms", "run ms", "best ms", "cost / best"]  # fmt: skip
+            "plan ms", "run ms", "best ms", "cost / best", "work / best"]  # fmt: skip
     rows = []
     for each in result.outcomes:
         rows.append([
             each.scene, f"{100 * each.asked:g} %", _number(each.share),
             _number(each.predicted / each.asked), each.reason or each.choice, each.best or "none",
-            f"{1e3 * each.plan_seconds:.1f}", f"{1e3 * each.run_seconds:.1f}",
-            _number(1e3 * each.best_seconds), _number(each.cost),
+            f"{1e3 * each.pilot_seconds:.1f}", f"{1e3 * each.run_seconds:.1f}",
+            _number(1e3 * each.best_seconds), _number(each.cost), _number(each.work),
         ])  # fmt: skip
     return Table(head, rows, (0, 4, 5))
 
@@ -50,6 +52,12 @@ def targets(result: Economy) -> list[Target]:
     shares = [each.share if math.isfinite(each.share) else math.inf for each in judged]
     costs = [each.cost for each in result.outcomes if math.isfinite(each.cost)]
     runs = [each.run_cost for each in result.outcomes if math.isfinite(each.run_cost)]
+    works = [each.work for each in result.outcomes if math.isfinite(each.work)]
+    cheap = [
+        each.pilot_seconds <= max(FREE, SHARE * each.run_seconds)
+        for each in result.outcomes
+        if not each.reason
+    ]
     long = [each.cost for each in result.outcomes if each.best_seconds > LONG]
     found = []
     if judged:
@@ -61,8 +69,14 @@ def targets(result: Economy) -> list[Target]:
     if costs:
         found += [
             Target("cost with pilots over the best, median", float(np.median(costs)), 2.0, True),
+            Target(
+                "counted work with pilots over the best, median", float(np.median(works)), 2.0, True
+            ),
             Target("cost without pilots over the best, median", float(np.median(runs)), 2.0, True),
         ]
+    if cheap:
+        share = 100.0 * float(np.mean(cheap))
+        found.append(Target("plans beside their runs below 15 % or 0.2 s [%]", share, 100.0))
     if long:
         found.append(Target(f"worst cost of best runs above {LONG:g} s", max(long), 4.0, True))
     return found
@@ -94,7 +108,7 @@ def findings(result: Economy) -> list[str]:
             f"Plan and run cost {np.median(costs):.3g} times the best choice in the median and "
             f"{costs.max():.3g} times at worst, the run alone {np.median(runs):.3g} and "
             f"{runs.max():.3g} times: what is left is the pilots, "
-            f"{1e3 * np.median([each.plan_seconds for each in result.outcomes]):.3g} ms in the "
+            f"{1e3 * np.median([each.pilot_seconds for each in result.outcomes]):.3g} ms in the "
             "median."
         )
         longest = max(each.best_seconds for each in result.outcomes if each.best)
@@ -166,7 +180,8 @@ STUDY = Study(
     run=economy,
     tables=lambda result: [table(result)],
     rows=lambda result: [
-        {**asdict(each), "share": each.share, "cost": each.cost} for each in result.outcomes
+        {**asdict(each), "share": each.share, "cost": each.cost, "work": each.work}
+        for each in result.outcomes
     ],
     record=Economy.record,
     findings=findings,

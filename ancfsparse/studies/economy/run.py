@@ -1,6 +1,7 @@
 """Plans for three errors in many scenes, beside a search of elements, meshes, steps, integrators.
 
-Times are those of the processor, set-up included; those of a plan include its pilot runs.
+Times are those of the processor, set-up included; those of a plan include its pilot runs, of which
+the last is the run itself where that is short.
 """
 
 from __future__ import annotations
@@ -8,39 +9,36 @@ from __future__ import annotations
 import math
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from ancfsparse.errors import AncfError
 from ancfsparse.integrators import CentralDifference, Explicit, GeneralizedAlpha, Implicit, Newmark
 from ancfsparse.plans import plan
+from ancfsparse.plans.costs import counted
 from ancfsparse.plans.quantities import Quantity
-from ancfsparse.solve import simulate, solve_static, stable_step
+from ancfsparse.solve import stable_step
 from ancfsparse.studies.common.progress import bar
-from ancfsparse.studies.economy.scenes import CASES, Case, Made
+from ancfsparse.studies.economy.reference import Reference, run_in, times_of, values_of
+from ancfsparse.studies.economy.scenes import CASES, RICHEST, Case, Made
 from ancfsparse.studies.peers.environment import environment
-
-Array = NDArray[np.float64]
 
 REQUESTS = (0.03, 0.003, 0.0003)
 """Errors that are asked for, over the size of the quantity [-]."""
 
-MESHES = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
-STEPS = tuple(25 * 2**k for k in range(9))
+FEWEST = 25  # steps, and powers of two times as many
 INTEGRATORS: tuple[Implicit | Explicit, ...] = (
     GeneralizedAlpha(0.9),
     Newmark(0.0),
     CentralDifference(),
 )
-# Steps of the reference, and states that are compared.
-REFERENCE_STEPS, COMPARED = 12800, 400
 # Runs that share the least time, of which it is taken, and how many of the cheapest are repeated.
 REPEATS, FINALISTS = 3, 3
+# Nothing is repeated that takes longer [s].
+LONG = 2.0
 # Runs expected to take longer than the cheapest accurate one so many times are not made.
 HOPELESS = 3.0
 # Error below which a run follows the motion, so that one which no longer falls is that of the mesh.
@@ -62,7 +60,11 @@ class Outcome:
     choice, best : str
         What the plan took, and what the search found; empty if it found nothing.
     plan_seconds, run_seconds, best_seconds : float
-        Time of the processor [s].
+        Time of the processor [s]; that of a plan includes a run that it has made as a pilot.
+    plan_work, run_work, best_work : float
+        Counted work, in that of a residual of one coordinate, likewise [-].
+    is_made : bool
+        Whether the run was made as a pilot, so that it costs nothing more.
     reason : str
         Why the plan failed; empty if it did not.
     """
@@ -77,6 +79,10 @@ class Outcome:
     plan_seconds: float
     run_seconds: float
     best_seconds: float
+    plan_work: float
+    run_work: float
+    best_work: float
+    is_made: bool
     reason: str
 
     @property
@@ -87,7 +93,17 @@ class Outcome:
     @property
     def cost(self) -> float:
         """Cost of plan and run over that of the best choice; NaN if there is none."""
-        return (self.plan_seconds + self.run_seconds) / self.best_seconds
+        return (self.pilot_seconds + self.run_seconds) / self.best_seconds
+
+    @property
+    def pilot_seconds(self) -> float:
+        """Time of the plan beside that of the run [s]."""
+        return self.plan_seconds - (self.run_seconds if self.is_made else 0.0)
+
+    @property
+    def work(self) -> float:
+        """Counted work of plan and run over that of the best choice; NaN if there is none."""
+        return (self.plan_work + (0.0 if self.is_made else self.run_work)) / self.best_work
 
     @property
     def run_cost(self) -> float:
@@ -119,60 +135,8 @@ class _Tried:
     name: str
     error: float
     seconds: float
+    work: float
     again: Callable[[], Any]
-
-
-class _Reference:
-    """The quantity of a fine run, by a spline.
-
-    Parameters
-    ----------
-    case : Case
-        The scene.
-    """
-
-    def __init__(self, case: Case) -> None:
-        self.t_end = case.t_end
-        element, options = case.elements[0]
-        meshes = Made(element, case.most, options), Made(element, case.most // 2, options)
-        fine, coarse = (
-            self._solved(case, each, steps)
-            for each, steps in zip(meshes, (REFERENCE_STEPS, REFERENCE_STEPS // 2), strict=True)
-        )
-        self.size = fine[2]
-        self.at = CubicSpline(fine[0], fine[1]) if case.t_end else lambda t: fine[1]
-        # Half the elements and steps have at least four times the error of second order.
-        self.uncertain = self.error(coarse[0], coarse[1]) / 3.0
-
-    def _solved(self, case: Case, made: Made, steps: int) -> tuple[Array, Array, float]:
-        scene, quantity = case.build(made)
-        run = _run(scene, case.t_end, steps, GeneralizedAlpha(0.9))
-        history = _history(quantity, run)
-        return _times(run), history, _size(quantity, history, case.t_end)
-
-    def error(self, t: Array, history: Array) -> float:
-        """Return the largest error over the size of the quantity [-]."""
-        return float(np.linalg.norm(history - self.at(t), axis=1).max()) / self.size
-
-
-def _times(run: Any) -> Array:
-    return np.asarray(getattr(run, "t", 0.0)) * np.ones(1)
-
-
-def _size(quantity: Quantity, history: Array, t_end: float | None) -> float:
-    return float(np.linalg.norm(history[-1])) if t_end is None else quantity.size(history)
-
-
-def _run(scene: Any, t_end: float | None, steps: int, integrator: Implicit | Explicit) -> Any:
-    if t_end is None:
-        return solve_static(scene)
-    every = max(1, steps // COMPARED)
-    return simulate(scene, t_end, t_end / steps, integrator=integrator, save_every=every)
-
-
-def _history(quantity: Quantity, run: Any) -> Array:
-    """Return values (k, m); of an equilibrium (1, m)."""
-    return np.atleast_2d(quantity.history(run))
 
 
 def economy(
@@ -184,7 +148,7 @@ def economy(
     outcomes: list[Outcome] = []
     for name in bar(scenes, "scene", progress):
         case = CASES[name]
-        reference = _Reference(case)
+        reference = Reference(case, min(requests))
         tried = list(_searched(case, reference, min(requests)))
         for asked in requests:
             best = _best(tried, asked)
@@ -193,12 +157,13 @@ def economy(
     return Economy(outcomes, settings)
 
 
-def _searched(case: Case, reference: _Reference, least: float) -> Iterator[_Tried]:
+def _searched(case: Case, reference: Reference, least: float) -> Iterator[_Tried]:
     """Run elements, meshes, steps and integrators, as far as errors fall and time is not lost."""
     hopeless = math.inf
-    for element, options in case.elements:
+    thick = (RICHEST,) if reference.is_thick and RICHEST not in case.elements else ()
+    for element, options in (*case.elements, *thick):
         for integrator in INTEGRATORS if case.t_end else INTEGRATORS[:1]:
-            for n in MESHES:
+            for n in case.meshes:
                 best = math.inf
                 for steps in _steps(case, Made(element, n, options), integrator):
                     found = _try(case, reference, Made(element, n, options), steps, integrator)
@@ -217,24 +182,25 @@ def _steps(case: Case, made: Made, integrator: Implicit | Explicit) -> Sequence[
     """Return the numbers of steps that are tried."""
     if case.t_end is None:
         return (1,)
+    steps = [FEWEST << k for k in range((case.steps // 2 // FEWEST).bit_length())]
     if not isinstance(integrator, Explicit):
-        return STEPS
+        return steps
     try:
         limit = stable_step(case.build(made)[0], integrator)
     except AncfError:
         return ()
     least = math.ceil(1.1 * case.t_end / limit)
-    return [n for n in (least, 2 * least) if n <= STEPS[-1] * 4]
+    return [n for n in (least, 2 * least) if n <= 2 * case.steps]
 
 
 def _try(
-    case: Case, reference: _Reference, made: Made, steps: int, integrator: Implicit | Explicit
+    case: Case, reference: Reference, made: Made, steps: int, integrator: Implicit | Explicit
 ) -> _Tried | None:
     """Run one choice; None if it fails."""
 
     def solve() -> tuple[Quantity, Any]:
         scene, quantity = case.build(made)
-        return quantity, _run(scene, case.t_end, steps, integrator)
+        return quantity, run_in(scene, case.t_end, steps, integrator)
 
     begin = time.process_time()
     try:
@@ -242,12 +208,13 @@ def _try(
     except AncfError:
         return None
     seconds = time.process_time() - begin
-    error = reference.error(_times(run), _history(quantity, run))
+    error = reference.error(times_of(run), values_of(quantity, run))
     options = "".join(f" {value}" for value in made.options.values())
     name = f"{made.n} {made.element}{options}"
     if case.t_end is not None:
         name += f", {steps} steps of {integrator!r}"
-    return _Tried(name, error, seconds, solve)
+    work = counted(run.stats, steps, len(run.system.q0)).amount
+    return _Tried(name, error, seconds, work, solve)
 
 
 def _best(tried: Sequence[_Tried], asked: float) -> _Tried | None:
@@ -256,8 +223,7 @@ def _best(tried: Sequence[_Tried], asked: float) -> _Tried | None:
     if not able:
         return None
     return min(
-        (_Tried(each.name, each.error, _least_time(each.again), each.again)
-         for each in able[:FINALISTS]),
+        (replace(each, seconds=_least_time(each.again)) for each in able[:FINALISTS]),
         key=lambda each: each.seconds,
     )  # fmt: skip
 
@@ -268,15 +234,18 @@ def _least_time(call: Callable[[], Any]) -> float:
         begin = time.process_time()
         call()
         times.append(time.process_time() - begin)
+        if sum(times) > LONG:
+            break
     return min(times)
 
 
 def _planned(
-    name: str, case: Case, reference: _Reference, asked: float, best: _Tried | None
+    name: str, case: Case, reference: Reference, asked: float, best: _Tried | None
 ) -> Outcome:
     """Plan and run; what fails is an outcome too."""
     times: list[tuple[float, float]] = []
-    found: Mapping[str, Any] = {"predicted": math.nan, "reached": math.nan, "choice": ""}
+    found: dict[str, Any] = {"predicted": math.nan, "reached": math.nan, "choice": ""}
+    found |= {"plan_work": math.nan, "run_work": math.nan, "is_made": False}
     reason = ""
     for _ in range(REPEATS):
         scene, quantity = case.build(Made("auto", "auto"))
@@ -286,7 +255,7 @@ def _planned(
                 warnings.simplefilter("ignore")
                 made = plan(scene, case.t_end, quantity, f"{100.0 * asked:g} %")
                 middle = time.process_time()
-                run = made.run()
+                run = replace(made, answer=None).run()
         except AncfError as failure:
             reason = f"{type(failure).__name__}: {failure}"
             times.append((time.process_time() - begin, 0.0))
@@ -294,9 +263,14 @@ def _planned(
         times.append((middle - begin, time.process_time() - middle))
         found = {
             "predicted": made.error / reference.size,
-            "reached": reference.error(_times(run), _history(quantity, run)),
+            "reached": reference.error(times_of(run), values_of(quantity, run)),
             "choice": made.choice,
+            "plan_work": made.cost["counted"],
+            "run_work": counted(run.stats, made.steps, run.q.shape[1]).amount,
+            "is_made": made.answer is not None,
         }
+        if sum(map(sum, times)) > LONG:
+            break
     planned, ran = np.min(times, axis=0)
     return Outcome(
         scene=name,
@@ -306,6 +280,7 @@ def _planned(
         plan_seconds=float(planned),
         run_seconds=float(ran),
         best_seconds=math.nan if best is None else best.seconds,
+        best_work=math.nan if best is None else best.work,
         reason=reason,
         **found,
     )

@@ -12,6 +12,7 @@ from ancfsparse.plans.quantities import Quantity
 from ancfsparse.scene import Circle, Material, Pulse, Ramp, Rectangle, Scene
 
 SHEARED = {"curvature": "section", "section_strain": "nodal"}
+RICHEST = "thick", SHEARED
 SOFT = Rectangle(0.01, 0.01), Material(1e8, 4000.0, 0.3)
 STEEL = Rectangle(0.01, 0.01), Material(2.1e11, 7850.0, 0.3)
 ROD = Circle(0.01), Material(1e8, 4000.0, 0.3)
@@ -49,16 +50,27 @@ class Case:
     elements : tuple of (str, mapping)
         Elements with their options that the search by hand tries; the first is the reference.
     most : int
-        Most elements of a beam in the reference.
+        Most elements of a beam in the reference, but for thick ones.
+    steps : int
+        Steps of the reference; the search by hand takes up to half of them.
+    meshes : tuple of int
+        Elements of a beam that the search tries.
+    is_thick_tried : bool
+        Whether thick elements may be the reference: not of scenes so slender that they lock.
     """
 
     build: Callable[[Made], Built]
     t_end: float | None
     elements: tuple[tuple[str, Mapping[str, str]], ...] = (("thin", {}), ("l2t2", {}))
     most: int = 64
+    steps: int = 12800
+    meshes: tuple[int, ...] = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
+    is_thick_tried: bool = True
 
 
 THIN: tuple[tuple[str, Mapping[str, str]], ...] = (("thin", {}),)
+NET: tuple[tuple[str, Mapping[str, str]], ...] = (("thin", {}), ("string", {}))
+LONG_MESHES = (12, 16, 24, 32, 48, 64, 96, 128)
 THICK: tuple[tuple[str, Mapping[str, str]], ...] = (("thick", SHEARED), ("thin", {}))
 
 
@@ -169,6 +181,58 @@ def _around(x: Any) -> Any:
     return x[:, [1, 0, 2]] * (-3.0, 3.0, 0.0)
 
 
+def _rope(of: Made) -> Built:
+    """Build a rope of 20 m that is shaken at its top: its waves are short beside it."""
+    scene = Scene(DOWN)
+    rope = of.beam(scene, (0.0, 0.0), (0.0, -20.0), (Circle(0.02), Material(1e8, 1000.0)))
+    scene.drive(rope.start, lambda t: (0.3 * (t / (1.0 + t)) ** 4 * math.sin(3.0 * t), 0.0))
+    return scene, plans.position(rope.end)
+
+
+def _tied(lines: int) -> Callable[[Made], Built]:
+    """Build taut lines that cross, tied and pinned at their ends, and are pulled across."""
+
+    def build(of: Made) -> Built:
+        scene = Scene((0.0, 0.0, 0.0))
+        made = Circle(0.002), Material(1e9, 1000.0)
+        shares = [(k + 0.5) / lines for k in range(lines)]
+        beams: tuple[list[Any], list[Any]] = ([], [])
+        for x in shares:
+            ends = ((0.0, x, 0.0), (1.0, x, 0.0)), ((x, 0.0, 0.0), (x, 1.0, 0.0))
+            for side, (start, end) in zip(beams, ends, strict=True):
+                side.append(of.beam(scene, start, end, made, tension=20.0))
+                scene.pin(side[-1].start)
+                scene.pin(side[-1].end)
+        for one, y in zip(beams[0], shares, strict=True):
+            for other, x in zip(beams[1], shares, strict=True):
+                scene.connect(one.at(x * one.length), other.at(y * other.length))
+        line = beams[0][lines // 2]
+        middle = line.at(0.5 * line.length)
+        scene.point_force(middle, Ramp((0.0, 0.0, -2.0), 0.1, smooth=True))
+        return scene, plans.position(middle)
+
+    return build
+
+
+def _hanging(of: Made) -> Built:
+    """Build ten links in space that hang, and whose top moves in a circle."""
+    scene = Scene(DOWN_IN_SPACE)
+    before = None
+    for k in range(10):
+        link = of.beam(scene, (0.0, 0.0, -0.4 * k), (0.0, 0.0, -0.4 * (k + 1)), ROD)
+        if before is None:
+            scene.drive(link.start, _circle)
+        else:
+            scene.connect(before, link.start)
+        before = link.end
+    return scene, plans.position(link.end)
+
+
+def _circle(t: float) -> tuple[float, float, float]:
+    r = 0.2 * (t / (1.0 + t)) ** 3
+    return r * math.cos(4.0 * t), r * math.sin(4.0 * t), 0.0
+
+
 def _wave(t: float) -> tuple[float, float]:
     return 0.0, 0.3 * math.sin(8.0 * t)
 
@@ -215,6 +279,10 @@ CASES: dict[str, Case] = {
     "mass at the end": Case(_loaded(0.5, 0.0), 2.0),
     "spring at the end": Case(_loaded(0.0, 50.0), 2.0),
     "body at the end": Case(_with_body, 1.0),
+    "long rope": Case(_rope, 8.0, THIN, 256, 25600, LONG_MESHES, False),
+    "tied net": Case(_tied(5), 0.5, NET, 80, 6400, (10, 20, 30, 40, 60), False),
+    "ten links in space": Case(_hanging, 8.0, THIN, 16, 51200, (1, 2, 3, 4, 6, 8), False),
+    "pendulum, 60 s": Case(_pendulum(FLEXIBLE), 60.0, THIN, 32, 204800, (2, 4, 6, 8, 12), False),
     "deflection": Case(
         _cantilever(FLEXIBLE, None, ask=plans.static_deflection, gravity=DOWN), None
     ),
