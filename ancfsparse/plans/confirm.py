@@ -83,7 +83,8 @@ def _sufficient(pilots: Pilots, found: Found) -> tuple[float, int] | None:
         (found.work(finest_of(run), n), (finest_of(run), n))
         for run in counts
         for n in steps
-        if pilots.find(run.model, n) and found.missed(finest_of(run), n) <= found.share
+        if (made := pilots.find(run.model, n)) is not None
+        and found.missed(finest_of(run), n) <= (found.share if made is found.judge else UNSURE)
     ]
     return min(able)[1] if able else None
 

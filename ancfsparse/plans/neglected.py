@@ -26,10 +26,12 @@ from ancfsparse.plans.section_energies import (
 )
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import ElasticBody, Scene
+from ancfsparse.scene.sections import Section, Taper, principal_axes
 from ancfsparse.solve.modes import modes
 
 Array = NDArray[np.float64]
 March = Callable[[Scene], Trajectory]
+Change = Callable[[ElasticBody], dict[str, Any]]
 
 # Relative change of stiffness or density with which the response of a quantity is measured, and by
 # how many times its size it may respond at most.
@@ -121,9 +123,9 @@ def neglected_effects(
     share = sum(each for name, each in shares.items() if name != "stretch")
     share = max(UNLIKELY * share, FLOOR_SHARE * shares.get("stretch", 0.0))
     if march is not None and soft * share > enough:
-        soft = _response(scene, whole, quantity, march, "youngs_modulus", 1.0 - PROBE)
+        soft = _response(scene, whole, quantity, march, _softer)
     if march is not None and UNLIKELY * dense * heavy > enough:
-        dense = _response(scene, whole, quantity, march, "density", 1.0 + PROBE)
+        dense = _response(scene, whole, quantity, march, _denser)
     effects = {name: soft * share for name, share in shares.items()}
     if strings:  # tension resists, which material does not change
         effects["bending"] = shares["bending"] * _size(quantity, whole)
@@ -176,17 +178,38 @@ def _ratio(neglected: Any, kept: Array) -> float:
 
 
 def _response(
-    scene: Scene, run: Trajectory, quantity: Quantity, march: March, name: str, factor: float
+    scene: Scene, run: Trajectory, quantity: Quantity, march: March, change: Change
 ) -> float:
-    """Return the change of the quantity over the relative change of a property of the material."""
+    """Return the change of the quantity over the relative change of a property of all beams."""
     changed = scene
     for body in scene.beams:
         own = cast(ElasticBody, changed.counterpart(body))
-        value = factor * getattr(own.material, name)
-        changed = changed.replaced(own, material=replace(own.material, **{name: value}))
+        changed = changed.replaced(own, **change(own))
     other = quantity.on(changed)
     off = quantity.difference(other.value(march(changed)), quantity.value(run))
     return float(np.linalg.norm(off, axis=1).max()) / PROBE
+
+
+def _softer(body: ElasticBody) -> dict[str, Any]:
+    """Return what makes a body softer in bending, and as stiff along its axis as it is."""
+    section, less = body.section, 1.0 - PROBE
+    if isinstance(section, Taper):
+        material = body.material
+        return {"material": replace(material, youngs_modulus=less * material.youngs_modulus)}
+    _, about_y, about_z = principal_axes(section)
+    softer = Section(
+        area=section.area,
+        inertia_y=less * about_y,
+        inertia_z=less * about_z,
+        torsion_constant=section.torsion_constant,
+        shear_factor=section.shear_correction(body.material.poisson_ratio),
+    )
+    return {"section": softer}
+
+
+def _denser(body: ElasticBody) -> dict[str, Any]:
+    """Return what makes a body heavier."""
+    return {"material": replace(body.material, density=(1.0 + PROBE) * body.material.density)}
 
 
 def _size(quantity: Quantity, run: Trajectory) -> float:

@@ -252,10 +252,11 @@ def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:
         return finest, coarse, between(pilots, coarse)
     while True:
         coarse = model.with_counts(spread(pilots.scene, finest))
+        is_last = not coarse.counts or finest >= COARSEST * MOST_COARSE
         try:
-            return finest, coarse, time_error(pilots, coarse, pilots.integrator.order)
+            return finest, coarse, time_error(pilots, coarse, pilots.integrator.order, not is_last)
         except PlanFailure:
-            if not coarse.counts or finest >= COARSEST * MOST_COARSE:
+            if is_last:
                 raise
         finest *= 2.0
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 from ancfsparse.errors import ApproximateModes
 from ancfsparse.plans.quantities import Quantity
 from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.scene import Scene
+from ancfsparse.solve import solve_static
 from ancfsparse.solve.balance import Balance, State
 from ancfsparse.solve.modes import modes
 from ancfsparse.system import System
@@ -54,6 +57,43 @@ def late(run: Trajectory, quantity: Quantity) -> float:
     vibration = turns * max(1.0 / (omega**2 * dt), 1.0 / omega)
     vibration += float(np.linalg.norm(rates[0])) / omega
     return vibration + _beside(run, quantity, values[:1]) + _pushed(run, quantity, values)
+
+
+def hurried(scene: Scene, t_end: float, changes: Sequence[Array], most: float) -> bool:
+    """Whether inertia surely matters: loads or drives change fast beside the lowest frequency.
+
+    Parameters
+    ----------
+    scene : Scene
+        On a coarse mesh.
+    t_end : float
+        Time at the end [s].
+    changes : sequence of ndarray, each (k, m)
+        Amplitudes of loads and coordinates of drives at k even times from 0 to the end.
+    most : float
+        Share of the motion that inertia may make up [-].
+
+    Notes
+    -----
+    What changes by ``y''`` lags behind its equilibrium by ``y'' / omega^2``, with the lowest
+    angular frequency about the first equilibrium.  Changes faster than the table are not seen.
+
+    Raises
+    ------
+    AncfError
+        If the scene has no equilibrium at its start.
+    """
+    start = solve_static(scene)
+    with warnings.catch_warnings():  # their symmetric part is enough for an estimate
+        warnings.simplefilter("ignore", ApproximateModes)
+        square = float(modes(scene, 1, at=start.state).eigenvalues[0])
+    if square <= 0.0:
+        return True
+    for table in changes:
+        rates = np.diff(table, n=2, axis=0) / (t_end / (len(table) - 1)) ** 2
+        if np.abs(rates).max() > most * square * np.ptp(table, axis=0).max():
+            return True
+    return False
 
 
 def _largest(vectors: Array) -> float:

@@ -27,6 +27,8 @@ SMALL, NEAR = 0.4, 1.0
 # Before that, steps may still be too long for the slowest vibration: this share of what pilots may
 # cost in any case is spent first.
 STALLED, PATIENCE = 3, 0.5
+# The share of both where the next mesh may be better.
+HASTE = 0.5
 # Solutions that differ by less than this share of their size differ by the tolerance of the solver.
 SOLVER_NOISE = 1e-7
 # The undamped integrator conserves vibrations that long damped steps take away.  Motions with
@@ -50,7 +52,7 @@ class TimeError:
     runs: tuple[Pilot, ...]
 
 
-def time_error(pilots: Pilots, model: Model, order: int) -> TimeError:
+def time_error(pilots: Pilots, model: Model, order: int, hasty: bool = False) -> TimeError:
     """Halve the step until the error of every quantity can be predicted.
 
     Parameters
@@ -61,6 +63,8 @@ def time_error(pilots: Pilots, model: Model, order: int) -> TimeError:
         A coarse one.
     order : int
         Order of the integrator.
+    hasty : bool, optional
+        Whether to give up as soon as differences decrease slowly: a finer mesh may be better.
 
     Raises
     ------
@@ -84,7 +88,7 @@ def time_error(pilots: Pilots, model: Model, order: int) -> TimeError:
             pilots, model, runs, estimates
         ):
             return TimeError(estimates, tuple(runs))
-        if _stalls(pilots, runs):
+        if _stalls(pilots, runs, hasty):
             break
     if pilots.failure is not None and len(runs) < 2:
         raise pilots.failure
@@ -102,15 +106,17 @@ def no_time_error(pilots: Pilots, model: Model) -> TimeError:
     return TimeError((Estimate(1.0, 0.0, 2.0, settled=True),) * len(pilots.wanted), (run,))
 
 
-def _stalls(pilots: Pilots, runs: Sequence[Pilot]) -> bool:
+def _stalls(pilots: Pilots, runs: Sequence[Pilot], hasty: bool) -> bool:
     """Whether halving the step several times has not brought the motions nearer.
 
     Steps that are too long for the slowest vibration do not, so short ones are tried first.
     """
-    if len(runs) < STALLED + 2 or pilots.spent < PATIENCE * FREE:
+    share = HASTE if hasty else 1.0
+    if len(runs) < STALLED + 2 or pilots.spent < share * PATIENCE * FREE:
         return False
     apart = [farthest(pilots.wanted, a, b) for a, b in pairwise(runs)]
-    return any(each[-1] > 0.5 * each[-1 - STALLED] for each in zip(*apart, strict=True))
+    series = zip(*apart, strict=True)
+    return any(each[-1] > 0.5 * share * each[-1 - STALLED] for each in series)
 
 
 def _estimates(pilots: Pilots, runs: Sequence[Pilot], order: int) -> tuple[Estimate, ...]:

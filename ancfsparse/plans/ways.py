@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ancfsparse.plans import small
 from ancfsparse.plans.costs import BESIDE
 from ancfsparse.plans.quantities import EnergyOf, Position, Quantity, Reaction, Velocity
-from ancfsparse.plans.slow import late, lowest
+from ancfsparse.plans.slow import hurried, late, lowest
 from ancfsparse.plans.wanted import Wanted
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.modes import Modes
@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 
 # Times at which loads and drives are looked at.
 LOOKS = 65
+# Equilibria are not tried where inertia makes up so many times the error, or the whole motion.
+FAR_OFF = 3.0
 # Steps for each period of the lowest frequency in the run that verifies equilibria.
 RESOLVED = 48
 # What calls take beside the work on coordinates, in that of a residual of one coordinate: of a
@@ -107,7 +109,13 @@ class Statics(Way):
         if any(_of_speed(each.quantity) for each in wanted):
             return None
         system = System(scene)
-        return cls() if not system.v0.any() and _changes(system, t_end) else None
+        if system.v0.any():
+            return None
+        changes = _changing(system, t_end)
+        most = min(1.0, FAR_OFF * max(each.error if each.relative else 1.0 for each in wanted))
+        if not changes or hurried(scene, t_end, changes, most):
+            return None
+        return cls()
 
     def march(self, scene: Scene, t_end: float, steps: int, **options: Any) -> Trajectory:
         """Follow the equilibrium."""
@@ -140,15 +148,13 @@ def _of_speed(quantity: Quantity) -> bool:
     return moving or isinstance(quantity, Velocity)
 
 
-def _changes(system: System, t_end: float) -> bool:
-    """Whether loads or drives change over time."""
+def _changing(system: System, t_end: float) -> list[Array]:
+    """Return tables over time of loads and drives that change, each (LOOKS, m)."""
     times = np.linspace(0.0, t_end, LOOKS)
-    if np.ptp(np.asarray(system.loads.amplitudes(times)), axis=0).any():
-        return True
-    if not system.prescribed:
-        return False
-    table, _ = system.prescribed.tabulate(times)
-    return bool(np.ptp(table, axis=0).any())
+    tables = [np.asarray(system.loads.amplitudes(times))]
+    if system.prescribed:
+        tables.append(np.asarray(system.prescribed.tabulate(times)[0]))
+    return [table for table in tables if np.ptp(table, axis=0).any()]
 
 
 @dataclass(frozen=True)

@@ -57,8 +57,8 @@ def test_a_cable_that_is_pulled_slowly_is_solved_as_statics(time, error):
 
 
 def test_what_is_not_slow_enough_is_marched():
-    scene, point = bent(1.0)
-    plan = ancf.plan(scene, 1.0, ancf.position(point), "3 %")
+    scene, point = bent(1.5)
+    plan = ancf.plan(scene, 1.5, ancf.position(point), "3 %")
     assert plan.integrator == ancf.GeneralizedAlpha(0.9)
     assert "statics at all times would miss the error by" in str(plan)
 
@@ -99,3 +99,10 @@ def test_what_statics_does_not_have_is_marched():
     plan = ancf.plan(scene, 20.0, ancf.position(point), "5 %")
     with pytest.raises(ancf.InputError, match="save_every belongs to motions that are marched"):
         plan.run(save_every=2)
+
+
+def test_what_is_far_from_slow_is_not_tried():
+    scene, point = bent(0.2)
+    plan = ancf.plan(scene, 0.2, ancf.position(point), "3 %")
+    assert plan.integrator == ancf.GeneralizedAlpha(0.9)
+    assert "statics" not in str(plan)
