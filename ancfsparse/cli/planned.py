@@ -14,7 +14,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.integrators import Newmark
 from ancfsparse.nonlinear import QuasiNewton
 from ancfsparse.plans import Plan, plan, position, static_deflection
-from ancfsparse.plans.record import PlannedRun
+from ancfsparse.plans.planned_run import PlannedRun
 from ancfsparse.problems import pendulum
 from ancfsparse.problems.undecided import UNDECIDED
 from ancfsparse.results import Trajectory

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ancfsparse.errors import AncfError, InputError, PlanFailure, StepFailure
 from ancfsparse.plans.climb import climb
 from ancfsparse.plans.links import links
@@ -160,6 +162,8 @@ def _missed(way: Way, found: Found, excess: float) -> str:
     errors = found.errors(*found.choice())
     worst = max(zip(errors, found.asked, strict=True), key=lambda x: sum(x[0].values()) / x[1])[0]
     largest = max(worst, key=lambda name: worst[name])
+    if not np.isfinite(excess):
+        return f"{way} would not do: {NAMES[largest]} has no bound"
     return f"{way} would miss the error by {excess:.2g} times, mostly by {NAMES[largest]}"
 
 

@@ -19,6 +19,7 @@ from ancfsparse.plans.quantities import Quantity
 from ancfsparse.plans.record import SAVED, Alternative, Plan, Prediction, described
 from ancfsparse.plans.rungs import NAMES
 from ancfsparse.plans.search import Found, neighbours
+from ancfsparse.plans.span import span_of
 from ancfsparse.plans.wanted import Wanted, wanted
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.memory import estimate
@@ -184,6 +185,9 @@ def _record(
             "counted": own,
         },
         answer=None if answer is None else answer.run,
+        span=None
+        if t_end is None or answer is not None
+        else span_of(found.judge.run, found.judge.steps),
     )
 
 

@@ -2,39 +2,30 @@
 
 from __future__ import annotations
 
-import math
-import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError, PlanChanged, StepFailure
 from ancfsparse.integrators import Explicit, Implicit
-from ancfsparse.plans.models import RIGID, Model, Rung, built, refined
-from ancfsparse.plans.pilots import at_rest, distance
+from ancfsparse.plans.models import Model, built
 from ancfsparse.plans.planar import InPlane
+from ancfsparse.plans.planned_run import PlannedRun
+from ancfsparse.plans.replans import carried_out
+from ancfsparse.plans.span import Span
+from ancfsparse.plans.verify import measured
 from ancfsparse.plans.wanted import Wanted
 from ancfsparse.plans.ways import Way
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Node, Scene
-from ancfsparse.solve import simulate, solve_static
-from ancfsparse.solve.request import DEFAULT
+from ancfsparse.scene import Scene
 
 Array = NDArray[np.float64]
 
 MEGABYTE = 1e6
-SPATIAL = 3
-# Steps and elements of the run that proves a plan, over those of the plan.
-FINER_STEPS, FINER_MESH = 2, 1.5
-# Elements in place of a rigid rod in that run.
-LINK = 4
 # Intervals between saved states at least, unless they are chosen by save_every.
 SAVED = 1000
-# How often a run that fails is planned again with half the step.
-MOST_REPLANS = 4
 
 
 @dataclass(frozen=True)
@@ -130,6 +121,9 @@ class Plan:
         that of a residual of one coordinate, and ``"work"``, the same over that of the planned run.
     flat : InPlane or None
         The planar scene that is solved where one in space moves in a plane.
+    span : Span or None
+        What the pilots have met, beyond which the prediction is not known to hold; None where the
+        run itself was one of them.
     answer : Trajectory or None
         The run that was planned, if it was made as a pilot: `run` returns it.
     """
@@ -149,6 +143,7 @@ class Plan:
     cost: Mapping[str, float] = field(default_factory=dict)
     flat: InPlane | None = None
     answer: Trajectory | None = None
+    span: Span | None = None
 
     @property
     def dt(self) -> float | None:
@@ -172,12 +167,7 @@ class Plan:
 
     def build(self) -> Scene:
         """Return the scene with the chosen elements and meshes."""
-        return built(self._source, self.model)
-
-    @property
-    def _source(self) -> Scene:
-        """The scene that is solved, with open beams."""
-        return self.scene if self.flat is None else self.flat.scene
+        return built(self.source, self.model)
 
     def __repr__(self) -> str:
         """Write the choice."""
@@ -216,152 +206,31 @@ class Plan:
         ------
         StepFailure
             If a step cannot be solved, even with steps 16 times shorter.
+        PlanFailure
+            If a motion whose equilibria cease to exist has no plan.
 
         Warns
         -----
         PlanChanged
-            If a step fails that pilots had passed: the step is halved.
+            If the run leaves the range of the plan: a step fails that pilots had passed, strains,
+            turns in a step or loads are larger than theirs, or an equilibrium ceases to exist.
+            What is done is kept where a step fails, and goes on with half of it; otherwise meshes
+            and steps are refined until two runs agree, or the scene is planned again with steps.
         """
-        plan = self
-        for _ in range(MOST_REPLANS):
-            try:
-                run = plan._made(options) or plan._march(plan.build(), **options)
-                break
-            except StepFailure as failure:
-                warnings.warn(
-                    PlanChanged(
-                        f"the run left the range of its plan at t = {failure.time:.6g} s, where a "
-                        f"step of {plan.dt or 0.0:.3g} s failed: it is run again with half the step"
-                    ),
-                    stacklevel=2,
-                )
-                plan = replace(plan, steps=2 * plan.steps, answer=None)
-        else:
-            run = plan._march(plan.build(), **options)
-        measured = plan._measured(run) if verify else ()
+        plan, run = carried_out(self, options)
+        off = measured(plan, run) if verify else ()
         return PlannedRun(**{name: getattr(run, name) for name in Trajectory.__dataclass_fields__},
-                          plan=plan, measured=measured)  # fmt: skip
-
-    def _made(self, options: Mapping[str, Any]) -> Trajectory | None:
-        """Return the run if it was made as a pilot, with as many states as would be saved."""
-        if self.answer is None or options:
-            return None
-        saved = self.answer.settings.get("save_every", 1)
-        return self.answer if saved <= self._save_every else None
+                          plan=plan, measured=off)  # fmt: skip
 
     @property
-    def _save_every(self) -> int:
+    def save_every(self) -> int:
+        """Steps between saved states, unless others are asked for."""
         return max(1, self.steps // SAVED)
 
-    def _march(self, scene: Scene, **options: Any) -> Trajectory:
-        if self.t_end is None or self.dt is None:
-            return at_rest(solve_static(scene, **options))
-        if isinstance(self.integrator, Way):
-            for name in options.keys() - self.integrator.options:
-                raise InputError(
-                    f"{name} belongs to motions that are marched, and this plan has "
-                    f"{self.integrator!r}: leave it out, or plan with integrator=GeneralizedAlpha()"
-                )
-            return self.integrator.march(scene, self.t_end, self.steps, **options)
-        given = {"integrator": self.integrator, "save_every": self._save_every, **options}
-        return simulate(scene, self.t_end, self.dt, **given)
-
-    def _measured(self, run: Trajectory) -> tuple[float, ...]:
-        """Return by how much every quantity changes with finer meshes and half the step."""
-        finer = built(refined(self._source) or self._source, self._richer_model())
-        other = self._richer(finer, run)
-        scenes = run.system.scene, other.system.scene
-        return tuple(
-            distance(
-                each.wanted,
-                each.wanted.quantity.on(scenes[0]).history(run),
-                each.wanted.quantity.on(scenes[1]).history(other),
-            )
-            for each in self.predictions
-        )
-
-    def _richer_model(self) -> Model:
-        """Return finer meshes, and elements in place of rigid rods."""
-        counts = {name: round(FINER_MESH * n + 0.5) for name, n in self.model.counts.items()}
-        rigid = [name for name, rung in self.model.rungs.items() if rung == RIGID]
-        rung = Rung("thin" if self._source.dim != SPATIAL else "thick")
-        return replace(
-            self.model,
-            rungs={**self.model.rungs, **dict.fromkeys(rigid, rung)},
-            counts={**counts, **dict.fromkeys(rigid, LINK)},
-        )
-
-    def _richer(self, finer: Scene, run: Trajectory) -> Trajectory:
-        """Return the motion on finer meshes: by half the step, or by steps where none were."""
-        if self.dt is None or self.t_end is None:
-            return self._march(finer)
-        if isinstance(self.integrator, Way):
-            share = min(
-                each.asked
-                / each.wanted.quantity.size(each.wanted.quantity.on(run.system.scene).history(run))
-                for each in self.predictions
-            )
-            needed = self.integrator.steps_to_verify(run, share)
-            more = max(1, math.ceil(needed / self.steps))
-            dt = self.t_end / (more * self.steps)
-            return simulate(finer, self.t_end, dt, integrator=DEFAULT, save_every=more)
-        every = FINER_STEPS * run.settings["save_every"]
-        return replace(self, steps=FINER_STEPS * self.steps)._march(finer, save_every=every)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class PlannedRun(Trajectory):
-    """A motion that was run as planned.
-
-    Attributes
-    ----------
-    plan : Plan
-        The plan, with shorter steps if the first one failed.
-    measured : tuple of float
-        With ``verify``, by how much each quantity differs from the run one rung up [its unit];
-        empty otherwise.
-    """
-
-    plan: Plan | None = None
-    measured: tuple[float, ...] = ()
-
-    def _lifted(self, values: Array, node: Node, point: bool = False) -> Array:
-        """Return vectors of a planar run in the space of a scene that moves in a plane."""
-        flat = self.plan.flat if self.plan else None
-        if flat is None or node.beam.dim != SPATIAL:
-            return values
-        return flat.plane.place(values) if point else flat.plane.lift(values)
-
-    def position(self, node: Node) -> Array:
-        """Give the position of a point over time, see `Trajectory.position`."""
-        return self._lifted(super().position(node), node, point=True)
-
-    def velocity(self, node: Node) -> Array:
-        """Give the velocity of a point over time, see `Trajectory.velocity`."""
-        return self._lifted(super().velocity(node), node)
-
-    def acceleration(self, node: Node) -> Array:
-        """Give the acceleration of a point over time, see `Trajectory.acceleration`."""
-        return self._lifted(super().acceleration(node), node)
-
-    def slope(self, node: Node) -> Array:
-        """Give the slope r' over time, see `Trajectory.slope`."""
-        return self._lifted(super().slope(node), node)
-
-    def reaction(self, node: Node) -> Array:
-        """Give the force of joints at a node over time, see `Trajectory.reaction`."""
-        return self._lifted(super().reaction(node), node)
-
-    def __repr__(self) -> str:
-        """Sum the run up, with what was predicted and measured."""
-        lines = [super().__repr__()]
-        predictions = self.plan.predictions if self.plan else ()
-        for i, each in enumerate(predictions):
-            line = f"  {each.wanted.quantity!r}: predicted error {each.error:.1e}"
-            if self.measured:
-                line += f", measured {self.measured[i]:.1e}"
-            lines.append(f"{line} {each.wanted.quantity.unit}".rstrip())
-        return "\n".join(lines)
+    @property
+    def source(self) -> Scene:
+        """The scene that is solved, with open beams: in the plane where it moves in one."""
+        return self.scene if self.flat is None else self.flat.scene
 
 
 def described(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.plans.models import Model
-from ancfsparse.plans.pilots import Pilot, Pilots, distances, tolerances
+from ancfsparse.plans.pilots import FREE, Pilot, Pilots, distances, tolerances
 from ancfsparse.plans.richardson import Estimate
 from ancfsparse.plans.time_error import TimeError
 from ancfsparse.plans.wanted import Wanted
@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 MOST_HALVINGS = 10
 # What is lost between states may be so many times the error asked for, to be continued from.
 FAR = 4.0
+# Work of all these pilots, over that of free ones, at which it is not halved further.
+DEAR = 2.0
 # Loads, and what is between equilibria, are lines from one saved state to the next.
 ORDER_OF_LOADS = 2
 
@@ -60,7 +62,9 @@ def between(pilots: Pilots, model: Model) -> TimeError:
             for each, history, far in zip(pilots.wanted, run.histories, by_loads, strict=False)
         ]
         asked = tolerances(pilots.wanted, run)
-        if all(each.error <= FAR * most for each, most in zip(estimates, asked, strict=True)):
+        enough = all(each.error <= FAR * most for each, most in zip(estimates, asked, strict=True))
+        # Where an equilibrium is lost, no state is near the one before.
+        if enough or pilots.spent > DEAR * FREE or run.run.stats.recoveries:
             break
     return TimeError(tuple(estimates), tuple(runs))
 

@@ -127,7 +127,8 @@ class Statics(Way):
 
     def neglected(self, run: Trajectory, quantity: Quantity) -> dict[str, float]:
         """Estimate what inertia and damping would change."""
-        return {"inertia": late(run, quantity)}
+        # Where an equilibrium ceases to exist, the motion to another is fast.
+        return {"inertia": np.inf if run.stats.recoveries else late(run, quantity)}
 
     def steps_to_verify(self, run: Trajectory, share: float) -> float:
         """Return how many steps resolve the slowest vibration."""

@@ -153,6 +153,13 @@ class Balance(Norms):
         self._held = np.asarray(system.assembly.residual(system.q_ref, *args)[1])[led:]
         self._driven, self._followed = now.q - self._still, now.s - self._held
 
+    @property
+    def places(self) -> Vector:
+        """Where joints hold coordinates, and where drives have led them under all loads."""
+        system = self.system
+        fixed = system.q_ref[system.n_free : system.n_all - len(self._driven)]
+        return np.append(fixed, self._still + self._driven)
+
     def _make_pattern(self) -> None:
         """Take the coordinates out of the pattern of the system, and add what springs couple."""
         pattern, n = self.system.pattern, self.system.n_free

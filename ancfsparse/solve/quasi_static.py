@@ -237,6 +237,8 @@ class _March:
         weights = _extrapolation([t for t, _ in known], to)
         q = np.sum([w * each.state.q for w, (_, each) in zip(weights, known, strict=True)], axis=0)
         lam = sum(w * each.state.lam for w, (_, each) in zip(weights, known, strict=True))
+        # Corrections leave these alone, so that extrapolation would let their rounding grow.
+        q[balance.system.n_free :] = balance.places
         if self._free:
             return self._hanging(q)
         state = balance.state(q, np.asarray(lam), 1.0)

@@ -166,3 +166,19 @@ def test_a_straight_column_buckles_when_its_load_passes_eulers():
     for k in (-3, -2, -1):
         assert aside[k] == pytest.approx(elastica(1.2 * run.t[k]), rel=0.01)
     assert run.stats.recoveries == 1
+
+
+def test_what_is_held_stays_where_it_is_over_many_states():
+    """Extrapolation let the rounding of pins grow with the cube of the number of states."""
+    scene = ancf.Scene((0.0, 0.0))
+    made = ancf.Circle(0.02), ancf.Material(1e7, 1000)
+    left = scene.add_beam("thin", (0, 0), (1, 0.1), 4, *made)
+    right = scene.add_beam("thin", (1, 0.1), (2, 0), 4, *made)
+    scene.pin(left.start)
+    scene.drive(right.end, lambda t: (2.0 + 0.02 * np.sin(np.pi * t) * (t < 1.0), 0.0))
+    scene.connect(left.end, right.start)
+    scene.point_force(left.end, ancf.Ramp((0.0, -3.0), 2.0))
+    run = ancf.quasi_static(scene, 2.0, 2.0 / 256)
+    assert np.abs(run.position(left.start)).max() == 0.0
+    late = run.t >= 1.0
+    assert np.abs(run.position(right.end)[late] - (2.0, 0.0)).max() <= 1e-15

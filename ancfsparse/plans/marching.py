@@ -1,0 +1,36 @@
+"""The march of a plan, once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ancfsparse.errors import InputError
+from ancfsparse.plans.pilots import at_rest
+from ancfsparse.plans.ways import Way
+from ancfsparse.results import Trajectory
+from ancfsparse.scene import Scene
+from ancfsparse.solve import simulate, solve_static
+
+if TYPE_CHECKING:
+    from ancfsparse.plans.record import Plan
+
+
+def march(plan: Plan, scene: Scene, **options: Any) -> Trajectory:
+    """Return the motion of a scene as planned, with other arguments of `simulate`.
+
+    Raises
+    ------
+    InputError
+        If an argument does not belong to what is planned.
+    """
+    if plan.t_end is None or plan.dt is None:
+        return at_rest(solve_static(scene, **options))
+    if isinstance(plan.integrator, Way):
+        for name in options.keys() - plan.integrator.options:
+            raise InputError(
+                f"{name} belongs to motions that are marched, and this plan has "
+                f"{plan.integrator!r}: leave it out, or plan with integrator=GeneralizedAlpha()"
+            )
+        return plan.integrator.march(scene, plan.t_end, plan.steps, **options)
+    given = {"integrator": plan.integrator, "save_every": plan.save_every, **options}
+    return simulate(scene, plan.t_end, plan.dt, **given)

@@ -1,0 +1,105 @@
+"""Runs that leave the range of their plan state it, and are planned again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.plans.span import Span, span_of
+from ancfsparse.plans.ways import Statics
+from ancfsparse.problems import pendulum
+
+
+def planned(error=1e-2):
+    scene, rod = pendulum("thin", "auto")
+    plan = ancf.plan(scene, 1.0, ancf.position(rod.end), error)
+    return replace(plan, answer=None), rod
+
+
+def test_a_step_that_fails_is_halved_and_what_is_done_is_kept():
+    scene, rod = pendulum("thin", "auto")
+    plan = ancf.plan(scene, 2.0, ancf.position(rod.end), 1e-2, integrator=ancf.Newmark())
+    long = replace(plan, steps=50, answer=None, span=None)
+    with pytest.raises(ancf.EnergyGain) as failure:
+        ancf.simulate(long.build(), 2.0, 0.04, integrator=ancf.Newmark())
+    with pytest.warns(ancf.PlanChanged, match="failed, so it goes on with half the step"):
+        run = long.run()
+    assert run.plan.steps > 50
+    assert np.allclose(np.diff(run.t), 0.04)
+    assert len(run.t) == 51
+    kept = failure.value.trajectory
+    assert len(kept.t) > 10
+    assert np.array_equal(run.q[: len(kept.t)], kept.q)
+    assert run.stats.steps > 50
+    truth = ancf.simulate(plan.build(), 2.0, 0.04, accuracy=1e-4).position(rod.end)
+    assert np.linalg.norm(run.position(rod.end) - truth, axis=1).max() < 0.5
+    # A file has one run: it is made again from its start.
+    with pytest.warns(ancf.PlanChanged, match="goes on"):
+        again = long.run(save_every=1)
+    assert again.t[1] < 0.04
+
+
+def test_a_run_with_larger_strains_is_refined_until_two_agree():
+    plan, rod = planned()
+    run = plan.run()
+    known = span_of(run, plan.steps)
+    assert known.left_by(known) == ""
+    assert replace(plan, span=known).run().plan.steps == plan.steps
+    small = replace(plan, span=replace(known, strain=known.strain / 10))
+    with pytest.warns(ancf.PlanChanged, match="strains come to .* refined until two runs agree"):
+        finer = small.run()
+    assert finer.plan.steps >= 2 * plan.steps
+    exact, its = pendulum("thin", 64)
+    truth = ancf.simulate(exact, 1.0, finer.t[1], accuracy=1e-5).position(its.end)
+    assert np.linalg.norm(finer.position(rod.end) - truth, axis=1).max() <= 1e-2
+    # With other arguments the run cannot be made again, but states that it left its range.
+    with pytest.warns(ancf.PlanChanged, match="not known to be what was predicted"):
+        assert small.run(save_every=1).plan.steps == plan.steps
+
+
+def test_a_load_that_pilots_have_missed_is_found():
+    """A push of 2 ms between the steps of pilots."""
+    scene = ancf.Scene((0.0, 0.0))
+    rod = scene.add_beam(
+        "thin", (0, 0), (1, 0), "auto", ancf.Circle(0.02), ancf.Material(1e8, 1000)
+    )
+    scene.clamp(rod.start)
+    scene.point_force(
+        rod.end, lambda t: (0.0, -0.1 * np.sin(3 * t) - 2.0 * (abs(t - 0.5031) < 1e-3))
+    )
+    plan = ancf.plan(scene, 1.0, ancf.position(rod.end), "3 %", dt=5e-4)
+    coarse = span_of(plan.run(), 50)
+    with pytest.warns(ancf.PlanChanged, match="a load comes to"):
+        replace(plan, answer=None, span=replace(coarse, strain=1.0)).run()
+    assert Span(1.0, 1.0, (1.0, 2.0)).left_by(Span(1.0, 1.0, (1.0, 4.0))).startswith("a load comes")
+    assert "turns in a step" in Span(1.0, 0.1, ()).left_by(Span(1.0, 0.2, ()))
+
+
+def arch(n="auto"):
+    """Two beams that lean on each other, pushed through slowly."""
+    scene = ancf.Scene((0.0, 0.0))
+    viscous = ancf.Material(1e7, 1000, axial_damping=0.03, bending_damping=0.03)
+    left = scene.add_beam("thin", (0, 0), (1, 0.1), n, ancf.Circle(0.02), viscous)
+    right = scene.add_beam("thin", (1, 0.1), (2, 0), n, ancf.Circle(0.02), viscous)
+    scene.pin(left.start)
+    scene.pin(right.end)
+    scene.connect(left.end, right.start)
+    scene.point_force(left.end, ancf.Ramp((0.0, -3.0), 2.0))
+    return scene, left.end
+
+
+def test_equilibria_that_cease_to_exist_are_marched():
+    scene, top = arch(4)
+    run = ancf.quasi_static(scene, 2.0, 0.125)
+    assert run.stats.recoveries > 0
+    assert Statics().neglected(run, ancf.position(top)) == {"inertia": np.inf}
+    scene, top = arch()
+    plan = ancf.plan(scene, 2.0, ancf.position(top), "5 %")
+    assert plan.integrator == ancf.GeneralizedAlpha(0.9)
+    assert "statics at all times would not do: neglected inertia has no bound" in str(plan)
+    wrong = replace(plan, integrator=Statics(), answer=None, steps=16)
+    with pytest.warns(ancf.PlanChanged, match="ceased to exist; it is planned again, by steps"):
+        again = wrong.run()
+    assert again.plan.choice == plan.choice
+    assert np.array_equal(again.position(top), plan.run().position(top))
