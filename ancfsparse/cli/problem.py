@@ -25,7 +25,7 @@ def listing() -> str:
     """List all scenes with their keys, quantities and reference values."""
     lines = []
     for name, case in MECHANISMS.items():
-        keys = ", ".join(f"{k}={numbers(v)} {unit}" for k, (v, unit) in (case.keys or {}).items())
+        keys = ", ".join(_key(k, *given) for k, given in (case.keys or {}).items())
         lines.append(f"{name}" + f" [{keys}]" * bool(keys))
         lines.append(f"  quantities: {', '.join(case.make().watched)}")
         value = f"{numbers(case.value)} to {case.tolerance:g}"
@@ -122,6 +122,12 @@ def _numbers(what: str, text: str) -> list[float]:
     if not all(0.0 <= each < np.inf for each in values) and what == "--at":
         raise InputError(f"{what} needs times from 0 on [s], got {shown(text)}")
     return values
+
+
+def _key(name: str, default: Any, unit: str) -> str:
+    """Write a key with its default and its unit."""
+    value = numbers(default) if isinstance(default, tuple) else f"{default:.9g}"
+    return f"{name}={value} {unit}".rstrip()
 
 
 def _keys(name: str, case: Case, given: list[str]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -201,6 +202,12 @@ class Masses(Records):
             array.flags.writeable = False
         record = RotatingFrameSpec(given, None if point is None else tuple(place.tolist()))
         return self._attach(RotatingFrame(spin, place), record)
+
+    @property
+    def turning(self) -> float:
+        """Angular speed of the frame that the scene is described in [rad/s]."""
+        frames = [each for each in self.attached if isinstance(each, RotatingFrame)]
+        return float(np.linalg.norm(frames[0].spin)) / math.sqrt(2.0) if frames else 0.0
 
     def _check_frame(self, node: Node) -> None:
         kind = check_turns("a rotary inertia", node).beam.kind

@@ -198,7 +198,8 @@ def suited(request: Request, system: System) -> Request:
     """Return the request with the integrator that "auto" takes for a system at its start.
 
     Rotation of rigid bodies drives a root of generalised-alpha out of the unit circle, and energy
-    grows (docs/theory.md): then it is `EnergyMomentum`, which has no such root.
+    grows (docs/theory.md): then it is `EnergyMomentum`, which has no such root.  So does the
+    rotation of the frame they are described in.
     """
     if request.named is not None or request.accuracy is not None:
         return request
@@ -207,7 +208,7 @@ def suited(request: Request, system: System) -> Request:
         if body.masses is not None:
             vectors = [places[:, body.kind.columns(name)] for name in body.kind.vectors[1:]]
             rates = np.linalg.norm(system.v0[np.array(vectors)], axis=-1)
-            spin = max(spin, float(np.max(rates)))
+            spin = max(spin, float(np.max(rates)) + system.scene.turning)
     if spin * request.clock.dt <= TURN:
         return request
     return replace(request, integrator=EnergyMomentum())

@@ -64,11 +64,12 @@ def simulate(
     integrator : Implicit, Explicit or "auto", optional
         `Newmark`, `HHT`, `GeneralizedAlpha`, `EnergyMomentum`, `CentralDifference`,
         `RungeKuttaNystrom` or `DormandPrince`.  ``"auto"`` is ``GeneralizedAlpha(0.9)``, or
-        ``EnergyMomentum()`` where a rigid body turns by more than 0.07 rad in the first step, which
-        would let its energy grow; with an accuracy it is whichever costs least, explicit ones
-        included where no solver is asked for.  The last three are explicit: they take no solver and
-        no tolerance, and steps no longer than `stable_step` returns.  Only `DormandPrince` takes
-        damping; it and `CentralDifference` take rigid bodies and joints with multipliers.
+        ``EnergyMomentum()`` where a rigid body, or the frame it is in, turns by more than 0.07 rad
+        in the first step, which would let its energy grow; with an accuracy it is whichever costs
+        least, explicit ones included where no solver is asked for.  The last three are explicit:
+        they take no solver and no tolerance, and steps no longer than `stable_step` returns.  Only
+        `DormandPrince` takes damping; it and `CentralDifference` take rigid bodies and joints with
+        multipliers.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
     seed : {"auto", "exact", "incomplete"}, optional

@@ -34,7 +34,13 @@ def test_known_numbers(name, capsys):
 def test_the_list_names_all(capsys):
     code, out, _ = printed(capsys, "--list")
     assert code in (None, 0)
-    assert all(name in out for name in MECHANISMS)
+    for name, case in MECHANISMS.items():
+        about = out.split(f"\n{name}" if name != "planar_rod" else name)[1].split("\n  ")
+        assert set(about[1].split(": ")[1].split(", ")) == set(case.make().watched)
+        assert about[2].startswith(f"{case.quantity} at {case.time:g} s: ")
+        assert case.source in about[2]
+    assert "spin_up [n_elements=16]" in out
+    assert "heavy_top [omega=(0, 150, -4.61538) rad/s]" in out
 
 
 @pytest.mark.parametrize(

@@ -190,6 +190,18 @@ def test_energy_momentum_keeps_the_energy_in_the_frame():
     assert run.energy.potential[0] < 0.0
 
 
+def test_bodies_in_a_frame_that_turns_fast_in_a_step_keep_their_energy():
+    """0.2 rad: generalised-alpha was taken, for bodies at rest in the frame, and gained energy."""
+    scene = ancf.Scene((0.0, 0.0))
+    upper = scene.add_body(ancf.Rod(1.0), mass=1.0, position=(0, 0))
+    lower = scene.add_body(ancf.Rod(1.0), mass=1.0, position=(1, 0), orientation=0.5)
+    scene.pin(upper.origin)
+    scene.connect(upper.end, lower.origin)
+    scene.rotating_frame(40.0)
+    run = ancf.simulate(scene, 0.2, 5e-3)
+    assert run.energy.drift < 1e-6
+
+
 def test_a_small_vibration_of_a_run_has_the_frequency_of_its_mode():
     scene, beam = blade(6, 4.0 * UNIT, 2)
     rest = ancf.solve_static(scene)
