@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from ancfsparse.errors import InputError, PlanFailure, StepFailure
 from ancfsparse.plans.models import Rung
+from ancfsparse.plans.per_beam import limp, refusing, staying
 from ancfsparse.plans.pilots import Pilots
 from ancfsparse.plans.rungs import (
     CABLE,
@@ -19,6 +20,7 @@ from ancfsparse.plans.rungs import (
     model_of,
     needed,
     of_way,
+    open_beams,
 )
 from ancfsparse.plans.search import Found, search
 from ancfsparse.scene import Scene
@@ -33,7 +35,10 @@ def climb(
     fixed_steps: int | None,
     fixed: Mapping[str, Rung] | None = None,
 ) -> tuple[Found, list[str]]:
-    """Choose one element for all beams whose own is open, and run its pilots.
+    """Choose the elements of all beams whose own is open, and run their pilots.
+
+    All get the cheapest that is enough for most, and single ones another where they refuse it, need
+    a richer one, or can do with strings.
 
     Parameters
     ----------
@@ -54,7 +59,13 @@ def climb(
     InputError
         If no element takes the scene.
     """
+    fixed = dict(fixed or {})
     rungs, refused = candidates(pilots.scene, fixed)
+    if CABLE not in rungs and rungs and rungs[-1] != STRING:
+        stiff = refusing(pilots.scene, CABLE, rungs[-1], fixed)
+        if 0 < len(stiff) < len(open_beams(pilots.scene)) - len(fixed):
+            fixed |= dict.fromkeys(stiff, rungs[-1])
+            rungs, _ = candidates(pilots.scene, fixed)
     if not rungs:
         raise InputError(f"no element takes the scene: {next(iter(refused.values()))}")
     richer = [rung for rung in rungs if rung != STRING] or rungs
@@ -65,16 +76,27 @@ def climb(
     rung = needed(richer, first, effects, found.asked)
     why = _sentences(first, rung, effects, found.asked, pilots)
     why += [f"{name} is not possible: {reason}" for name, reason in refused.items()]
+    names = [name for name in open_beams(pilots.scene) if name not in fixed]
+    left = [left_out(each, rung) for each in effects]
     if rung != first:
-        found = search(pilots, model_of(pilots.scene, rung, fixed), finer, fixed_steps)
-    elif first == CABLE and STRING in rungs:
+        stay, kept = staying(found.judge, names, effects, first, found.asked)
+        fixed |= {name: rung for name in names if name not in stay}
+        found = search(pilots, model_of(pilots.scene, first, fixed), finer, fixed_steps)
+        if stay:
+            why.append(f"{' and '.join(stay)} may stay {first}")
+            names, left = stay, kept
+    if first == CABLE:
         string = _string(pilots, found, finer, fixed_steps, fixed)
         if string is not None and _work(string) < _work(found):
-            return string, ["bending adds less than the error, so strings are enough", *why[1:]]
+            of = [name for name, each in string.model.rungs.items() if each == STRING]
+            some = "" if len(of) == len(string.model.rungs) else f" for {' and '.join(of)}"
+            return string, [f"bending adds less than the error, so strings are enough{some}", *(
+                why if some else why[1:])]  # fmt: skip
         if string is not None:
             share = _work(string) / _work(found)
             why.append(f"strings would do too, but take {share:.2g} times the work: more elements")
-    return found.with_effects([left_out(each, rung) | of_way(each) for each in effects]), why
+    both = zip(left, effects, strict=True)
+    return found.with_effects([own | of_way(each) for own, each in both]), why
 
 
 def _string(
@@ -82,19 +104,35 @@ def _string(
     cables: Found,
     finer: Scene | None,
     fixed_steps: int | None,
-    fixed: Mapping[str, Rung] | None,
+    fixed: Mapping[str, Rung],
 ) -> Found | None:
-    """Return what pilots of strings have shown, if they do; None if bending matters."""
-    if not _limp(bending_of(pilots, cables.judge), cables.asked, ROUGH):
+    """Return what pilots of strings have shown, if they do; None if bending matters.
+
+    Where not all beams can be strings, or not all are limp, some may be.
+    """
+    names = [name for name in open_beams(pilots.scene) if name not in fixed]
+    stiff = refusing(pilots.scene, STRING, CABLE, fixed)
+    able = [name for name in names if name not in stiff]
+    if not able:
         return None
+    if stiff or not _limp(bending_of(pilots, cables.judge), cables.asked, ROUGH):
+        able = limp(pilots, cables.judge, able, cables.asked, ROUGH * NEGLIGIBLE)
+    if not able:
+        return None
+    model = model_of(pilots.scene, CABLE, {**fixed, **dict.fromkeys(able, STRING)})
     try:
-        found = search(pilots, model_of(pilots.scene, STRING, fixed), finer, fixed_steps)
+        found = search(pilots, model, finer, fixed_steps)
     except (StepFailure, PlanFailure, InputError):
         return None  # cables have been found to do
     effects = effects_of(pilots, found.judge, response=False)
     if not _limp(effects, found.asked):
         return None
-    return found.with_effects([left_out(each, STRING) | of_way(each) for each in effects])
+    own = [left_out(each, STRING) | of_way(each) for each in effects]
+    if len(able) < len(names):
+        most = zip(own, found.asked, strict=True)
+        if any(sum(each.values()) > NEGLIGIBLE * asked for each, asked in most):
+            return None
+    return found.with_effects(own)
 
 
 def _limp(

@@ -104,6 +104,9 @@ def neglected_effects(
         for body in cables:
             one, two, three = cable_energies(run, body)
             bending, shear, stretch = bending + one, shear + two, stretch + three
+        for body in beams:
+            if not (body.kind.is_cable or body.kind.is_string):  # its bending is kept as well
+                bending = bending + cable_energies(run, body)[0]
         shares["shear"] = _ratio(shear, bending)
         if scene.dim == 3:
             shares["torsion"] = _ratio(sum(torsion_energy(scene, run, b) for b in cables), bending)
