@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.checks import check_choice, check_finite, check_moderate, check_vector
+from ancfsparse.checks import (
+    check_choice,
+    check_finite,
+    check_flag,
+    check_moderate,
+    check_vector,
+)
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.joints import Joint, check_end
@@ -35,11 +41,13 @@ class DrivenSpec(Spec):
     rate: Callable[[float], float] | None = None
     second_rate: Callable[[float], float] | None = None
     of: str | None = None
+    as_constraint: bool = False
     method = "drive_joint"
 
     def describe(self, at: At, made: Any) -> str:
         """Describe everything that its equation follows from."""
-        return f"drive of {made.of} ({at(self.joint)}) along {text(self.value, at)}"
+        kind = "drive as constraint" if self.as_constraint else "drive"
+        return f"{kind} of {made.of} ({at(self.joint)}) along {text(self.value, at)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,11 +104,14 @@ class Couplings(Records):
         rate: Callable[[float], float] | None = None,
         second_rate: Callable[[float], float] | None = None,
         of: str | None = None,
+        as_constraint: bool = False,
     ) -> Driven:
         """Move a joint as prescribed: a hinge by its angle, a sliding joint by its displacement.
 
-        The moment or force that takes is a multiplier, see `Trajectory.joint_force`; its work
-        counts in the energy balance.
+        `Trajectory.joint_force` is the moment or force that takes; its work counts in the energy
+        balance.  The angle of a planar body against the ground is prescribed by numbering where
+        other joints leave that free: angle, angular velocity and acceleration are exact then.  All
+        others are equations, whose velocities and multipliers have the error of the integrator.
 
         Parameters
         ----------
@@ -118,6 +129,9 @@ class Couplings(Records):
             Its derivatives, as `drive` takes them.
         of : str, optional
             ``"angle"`` or ``"displacement"``, where a joint has both.
+        as_constraint : bool, optional
+            Prescribe it by an equation in any case; `EnergyMomentum` keeps the energy to rounding
+            then.
 
         Returns
         -------
@@ -145,8 +159,9 @@ class Couplings(Records):
         from ancfsparse.scene.course import course_of
 
         course = course_of(subject, 0, value, rate, second_rate, UNITS[freedom])
-        record = DrivenSpec(reference, value, rate, second_rate, of)
-        return self._add_partial(Driven(joint, freedom, course), record)
+        flag = check_flag("as_constraint of a drive", as_constraint)
+        record = DrivenSpec(reference, value, rate, second_rate, of, flag)
+        return self._add_partial(Driven(joint, freedom, course, flag), record)
 
     def slide(self, point: Node, along: Beam, *, lateral: ArrayLike | None = None) -> Slide:
         """Let a point slide along a beam without friction, from element to element.

@@ -61,6 +61,12 @@ def start_drives(system: System, state: State | None, step: float, t_end: float)
     allowed = (SAME if state is None else LEFT) * max(
         float(np.max(np.abs(system.q0))), float(np.max(np.abs(now.q)))
     )
+    course = prescribed.course_of(worst)
+    if apart[worst] > allowed and course.places.unit == "rad":
+        raise InputError(
+            f"{course.places.what} begins {apart[worst]:.3g} rad and more from where the motion "
+            "starts: take start=solve_static(scene), or let its function begin there"
+        )
     if apart[worst] > allowed:
         raise InputError(
             f"the drive of {system.describe(first + worst)} begins at {now.q[worst]:.9g} m, and "
@@ -72,6 +78,14 @@ def start_drives(system: System, state: State | None, step: float, t_end: float)
     allowed_v = LEAST_IMPACT * fastest + ROUNDING * speeds(system.scene, system.places, system.v0)
     off = np.abs(system.v0[first:] - now.v) - allowed_v[first:]
     worst = int(np.argmax(off))
+    course = prescribed.course_of(worst)
+    if off[worst] > 0.0 and course.places.unit == "rad":
+        raise InputError(
+            f"{course.places.what} begins with another angular velocity than the body has there, "
+            f"by {abs(system.v0[first + worst] - now.v[worst]):.3g} rad/s and more: "
+            "that is an impact; let the angle begin smoothly, as Ramp(..., smooth=True) does, or "
+            "give the body that angular velocity"
+        )
     if off[worst] > 0.0:
         raise InputError(
             f"the drive of {system.describe(first + worst)} begins with {now.v[worst]:.6g} m/s, "

@@ -108,6 +108,9 @@ def check_constraints(system: System, state: State | None = None) -> None:
     unsure = np.zeros(system.n_multipliers)
     if system.prescribed.n_equations:
         unsure[-system.prescribed.n_equations :] = system.prescribed.rate_errors(system.t0)
+    if system.prescribed.n:
+        driven = np.abs(phi_q[:, system.n_all - system.prescribed.n :])
+        unsure += driven @ system.prescribed.speed_errors(system.t0)
     for share, values, sizes, room, unit, what, advice in (
         (
             of_places,

@@ -58,11 +58,20 @@ class Recorder:
         Its equations, in the numbers of coordinates of `lowering`.
     numbers : bool
         Whether it fixes, drives or shares coordinates.
+    held : list of (k,) int
+        The coordinates that it fixes or drives.
+    shares : bool
+        Whether it shares any.
+    turns : bool
+        Whether angles may be prescribed by numbering.
     """
 
     lowering: Lowering
+    turns: bool = True
     equations: list[tuple[Any, Any, Any]] = field(default_factory=list)
     numbers: bool = False
+    held: list[Places] = field(default_factory=list)
+    shares: bool = False
 
     def kind(self, node: Node) -> ElementKind:
         """Return the element at a node."""
@@ -83,14 +92,16 @@ class Recorder:
     def fix(self, coordinates: Places) -> None:
         """Note that coordinates are held."""
         self.numbers = True
+        self.held.append(coordinates.ravel())
 
     def drive(self, coordinates: Places, course: Course) -> None:
         """Note that coordinates are prescribed."""
         self.numbers = True
+        self.held.append(coordinates.ravel())
 
     def share(self, one: Places, other: Places) -> None:
         """Note that coordinates are shared."""
-        self.numbers = True
+        self.numbers = self.shares = True
 
     def equation(
         self,
@@ -140,7 +151,7 @@ def joint_force(system: System, joint: Joint, states: States) -> tuple[Vector, V
     if not any(joint is each for each in system.joints):
         raise InputError("the joint is not of the scene that moved: take one of its handles")
     lowering = Lowering(_scene_with(system, system.joints), system.kinds)
-    record = Recorder(lowering)
+    record = Recorder(lowering, turns=not rows_of(system, joint))
     joint.lower(record)
     q = _raw(lowering, system, states.q)
     a, _b = joint.sides
@@ -148,7 +159,7 @@ def joint_force(system: System, joint: Joint, states: States) -> tuple[Vector, V
         forces = _of_multipliers(record, q, states.lam[:, rows_of(system, joint)])
         wrench = _wrench(lowering.rows(a), a, q, forces, lowering)
     else:
-        wrench = _of_balance(system, joint, lowering, q, states)
+        wrench = _of_balance(system, joint, record, q, states)
     return *wrench, _axes(lowering, joint, q)
 
 
@@ -181,11 +192,20 @@ def _of_multipliers(record: Recorder, q: Vector, lam: Vector) -> Vector:
 
 
 def _of_balance(
-    system: System, joint: Joint, lowering: Lowering, q: Vector, states: States
+    system: System, joint: Joint, record: Recorder, q: Vector, states: States
 ) -> tuple[Vector, Vector]:
     """Return what is missing for the balance of a side without the joint."""
-    cut = _cut(system, joint)
+    cut, lowering = _cut(system, joint), record.lowering
     a, b = joint.sides
+    if b is None and not record.shares and not record.equations:
+        # It holds single coordinates against the ground: its forces act on these alone.
+        mine, free = np.concatenate(record.held), np.empty(lowering.n_raw, dtype=bool)
+        for raw, places in zip(lowering.raw, cut.places, strict=True):
+            free[raw] = places < cut.n_free
+        if free[mine].all():
+            forces = np.zeros_like(q)
+            forces[:, mine] = _raw(lowering, cut, _missing(system, cut, states))[:, mine]
+            return _wrench(lowering.rows(a), a, q, forces, lowering)
     side = next((n for n in (a, b) if n and np.all(cut.rows(n) < cut.n_free)), None)
     if side is None:
         raise SingularSceneError(

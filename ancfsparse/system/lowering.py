@@ -31,9 +31,13 @@ class Lowering:
         The bodies and joints.
     kinds : sequence of ElementKind
         The element of each body.
+    turns : bool, optional
+        Whether angles may be prescribed by numbering.
 
     Attributes
     ----------
+    turned : bool
+        Whether some are.
     raw : list of (n_rows, n_c) int32 arrays
         Per body the number of each coordinate of each row.
     n_raw : int
@@ -42,7 +46,9 @@ class Lowering:
         What coordinates follow that are prescribed.
     """
 
-    def __init__(self, scene: Scene, kinds: Sequence[ElementKind]) -> None:
+    def __init__(self, scene: Scene, kinds: Sequence[ElementKind], turns: bool = True) -> None:
+        self.turns = turns
+        self.turned = turns and any(joint.turns_body for joint in scene.joints)
         self.raw: list[Places] = []
         self.n_raw = 0
         self._kinds = {id(body): kind for body, kind in zip(scene.bodies, kinds, strict=True)}

@@ -78,12 +78,13 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
         If an initial velocity moves a held point, or the start is of another scene.
     """
     lowered = Lowering(scene, kinds)
-    owner = lowered.owner()
-    held = lowered.held(owner)
-    driven = lowered.driven(owner)
+    owner, held, driven = _numbered(lowered)
+    if lowered.turned and _clash(owner, held, driven):
+        lowered = Lowering(scene, kinds, turns=False)
+        owner, held, driven = _numbered(lowered)
     final, n_free, n_all = _ordered(owner, held, driven)
     n_still = n_all - len(driven)
-    constraints = lowered.constraints(final, range(n_free, n_still))
+    constraints = lowered.constraints(final, range(n_free, n_all))
     places, raw = [], lowered.raw
     while raw:  # one after the other, so that only one of them is there twice
         places.append(final[raw.pop(0)])
@@ -103,6 +104,21 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
         _hold_still(scene, places, v, slice(n_free, n_still))
     prescribed = Prescribed(lowered.courses, lowered.led)
     return Numbering(n_free, n_all, places, constraints, prescribed, q_ref, q, v)
+
+
+def _numbered(lowered: Lowering) -> tuple[Places | None, NDArray[np.bool_], Places]:
+    """Return the owner of every coordinate, which are held, and which are driven."""
+    owner = lowered.owner()
+    return owner, lowered.held(owner), lowered.driven(owner)
+
+
+def _clash(owner: Places | None, held: NDArray[np.bool_], driven: Places) -> bool:
+    """Whether joints hold or prescribe a coordinate twice, or leave none free."""
+    free = ~held
+    free[driven] = False
+    if owner is not None:
+        free &= owner == np.arange(len(owner), dtype=np.int32)
+    return bool(held[driven].any()) or len(np.unique(driven)) < len(driven) or not free.any()
 
 
 def _ordered(

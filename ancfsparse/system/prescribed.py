@@ -130,6 +130,16 @@ class Prescribed:
             raise failure
         return courses[:, 1], led[:, 1]
 
+    def course_of(self, k: int) -> Course:
+        """Return what driven coordinate k follows."""
+        ends = np.cumsum([table.width for table in self._courses])
+        return self.courses[int(np.searchsorted(ends, k, side="right"))]
+
+    def speed_errors(self, time: float) -> Vector:
+        """Return how far velocities of coordinates that are differences may be off, (n,) [m/s]."""
+        errors = [table.rate_error(time) for table in self._courses]
+        return np.concatenate([np.zeros(0), *errors])
+
     def rate_errors(self, time: float) -> Vector:
         """Return how far rates of equations that are differences may be off, (n_equations,) [m/s].
 

@@ -59,10 +59,15 @@ def rope(points, stiffness, damping, length, slack):
     return machine.run().tension(made)
 
 
-def drive_joint(joint, value, rate, second_rate, of):
+def drive_joint(joint, value, rate, second_rate, of, as_constraint=False):
     machine = Machine()
     drive = machine.scene.drive_joint(
-        machine[joint], value, rate=rate, second_rate=second_rate, of=of
+        machine[joint],
+        value,
+        rate=rate,
+        second_rate=second_rate,
+        of=of,
+        as_constraint=as_constraint,
     )
     return machine.run().joint_force(drive)
 
@@ -141,7 +146,8 @@ def coupling_calls():
         Call("winch with a length", winch, path | {"length": lambda t: 2.0**0.5 + t**3}),
         Call("rope", rope, {"points": None, "stiffness": 100.0, "damping": 0.1, "length": 1.5,
                             "slack": 1e-3}),
-        Call("drive_joint", drive_joint, {"joint": "hinge", "value": 0.0} | rates | of),
+        Call("drive_joint", drive_joint,
+             {"joint": "hinge", "value": 0.0, "as_constraint": False} | rates | of),
         Call("drive_joint, a slide", drive_joint,
              {"joint": "slide", "value": lambda t: t**3} | rates | of),
         Call("joint_spring", joint_spring,

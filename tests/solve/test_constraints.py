@@ -346,12 +346,12 @@ def test_what_does_not_repeat_is_not_warned_of():
     ancf.simulate(repeated(rope, lambda s, b: s.winch([(0, 1), b.start])), 0.01, 1e-3)
 
 
-def two_wheels(**drives):
+def two_wheels(angles):
     """Two discs on pins, of which a gear makes the first turn twice as far as the second."""
     scene = ancf.Scene((0.0, 0.0))
     pins = [scene.pin(scene.add_body(mass=1, inertia=1, position=(x, 0)).origin) for x in (0, 1)]
-    for pin, angle in zip(pins, drives["angles"], strict=True):
-        scene.drive_joint(pin, ancf.Ramp(angle, 1.0, smooth=True))
+    for pin, angle in zip(pins, angles, strict=True):
+        scene.drive_joint(pin, ancf.Ramp(angle, 1.0, smooth=True), as_constraint=True)
     scene.gear(*pins, 2.0)
     return scene
 

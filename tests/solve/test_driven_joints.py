@@ -256,3 +256,95 @@ def test_runs_to_an_accuracy_begin_each_with_the_turns_of_the_start():
     assert run.finished
     assert run.stats.runs > 1
     np.testing.assert_allclose(run.position(rod.end)[-1], [1.0, 0.0], atol=1e-4)
+
+
+def arm(as_constraint=False, angle=TURNS, **body):
+    """A driven crank with a rod that swings at its end."""
+    scene = ancf.Scene((0.0, -9.81))
+    crank = scene.add_body(ancf.Rod(0.5), mass=1.0, position=(0, 0), **body)
+    rod = scene.add_body(ancf.Rod(1.0), mass=2.0, position=(0.5, 0))
+    pin = scene.pin(crank.origin)
+    scene.connect(crank.end, rod.origin)
+    return scene, crank, rod, pin, scene.drive_joint(pin, angle, as_constraint=as_constraint)
+
+
+SLOW = ancf.Ramp(2.0 * math.pi, 2.0, smooth=True)
+
+
+def test_an_angle_by_numbering_is_the_same_motion_as_by_an_equation():
+    runs = []
+    for as_constraint in (False, True):
+        scene, crank, rod, pin, drive = arm(as_constraint, SLOW)
+        run = ancf.simulate(scene, 2.0, 2e-3, integrator=ancf.DormandPrince())
+        forces = run.joint_force(drive).moment, run.joint_force(pin).force
+        runs.append((run.position(rod.end), run.velocity(rod.end), *forces))
+        spins = run.body(crank).angular_velocity
+        np.testing.assert_allclose(spins, SLOW.rate(run.t), atol=1e-12)
+        assert run.system.n_free + run.system.n_multipliers == (11 if as_constraint else 7)
+    for found, expected in zip(*runs, strict=True):
+        np.testing.assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
+
+
+def test_angle_angular_velocity_and_acceleration_are_exact_by_numbering():
+    spins = []
+    for as_constraint in (False, True):
+        scene, crank, *_ = arm(as_constraint, SLOW)
+        run = ancf.simulate(scene, 2.4, 4e-3, integrator=DAMPED)
+        turn = run.body(crank)
+        np.testing.assert_allclose(np.unwrap(turn.angles), SLOW(run.t), atol=1e-7)
+        spins.append(np.abs(turn.angular_velocity - SLOW.rate(run.t)).max())
+    assert spins[0] < 1e-13
+    assert spins[1] > 1e-4
+
+
+def test_a_function_without_rates_turns_a_body_by_numbering_too():
+    scene, crank, _, _, drive = arm(angle=lambda t: t**3)
+    run = ancf.simulate(scene, 1.0, 5e-3)
+    np.testing.assert_allclose(np.unwrap(run.body(crank).angles), run.t**3, atol=1e-12)
+    np.testing.assert_allclose(run.body(crank).angular_velocity, 3.0 * run.t**2, atol=1e-6)
+    assert np.isfinite(run.joint_force(drive).moment).all()
+
+
+def test_the_axes_of_a_body_that_is_turned_at_the_start_count():
+    quarter = math.pi / 2
+    scene = ancf.Scene((0.0, 0.0))
+    crank = scene.add_body(ancf.Rod(0.5), mass=1.0, position=(1, 0), orientation=quarter)
+    load = scene.add_body(mass=1.0, inertia=0.1, position=(1, 0.5))
+    pin = scene.pin(crank.origin)
+    scene.connect(crank.end, load.origin)
+    scene.drive_joint(pin, SLOW)
+    run = ancf.simulate(scene, 1.0, 0.01)
+    angle = quarter + SLOW(run.t)
+    end = np.stack([1.0 + 0.5 * np.cos(angle), 0.5 * np.sin(angle)], axis=1)
+    np.testing.assert_allclose(run.position(crank.end), end, atol=1e-12)
+
+
+def test_equations_stay_where_numbering_would_leave_nothing_or_clash():
+    scene = ancf.Scene((0.0, -9.81))
+    body = scene.add_body(mass=1.0, inertia=1.0, position=(0, 0))
+    scene.drive_joint(scene.pin(body.origin), SLOW)
+    run = ancf.simulate(scene, 2.0, 0.01)
+    np.testing.assert_allclose(np.unwrap(run.body(body).angles), SLOW(run.t), atol=1e-9)
+    slide = ancf.Scene((0.0, -9.81))
+    box = slide.add_body(mass=1.0, inertia=1.0, position=(0, 0))
+    slide.drive_joint(slide.pin(box.at((0.2, 0.0))), 0.0)
+    slide.prismatic(box.at((0.4, 0.0)), axis=(1, 0))
+    with pytest.raises(SingularSceneError, match=r"drive of the angle .* holds nothing that can"):
+        ancf.simulate(slide, 0.1, 0.01)
+
+
+def test_a_run_with_a_driven_angle_goes_on_over_many_turns():
+    scene, crank, rod, *_ = arm()
+    solver = {"solver": ancf.Newton()}
+    whole = ancf.simulate(scene, 2.0, 0.002, **solver)
+    first = ancf.simulate(scene, 1.2, 0.002, **solver)
+    rest = ancf.simulate(scene, 2.0, 0.002, start=first.last, **solver)
+    np.testing.assert_array_equal(rest.position(rod.end)[-1], whole.position(rod.end)[-1])
+    np.testing.assert_allclose(rest.position(crank.end)[-1], (0.5, 0.0), atol=1e-12)
+
+
+def test_an_angle_that_begins_elsewhere_or_with_another_speed_is_refused():
+    with pytest.raises(ancf.InputError, match=r"begins 0.296 rad and more from where"):
+        ancf.simulate(arm(angle=lambda t: 0.3 + t**3)[0], 0.1, 0.01)
+    with pytest.raises(ancf.InputError, match=r"with another angular velocity .* 3 rad/s"):
+        ancf.simulate(arm(angle=lambda t: 3.0 * t)[0], 0.1, 0.01)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.course import Course
+from ancfsparse.scene.course import Angles, Course, Places, SpinRates, Spins
 from ancfsparse.scene.joints.freedoms import measure
 from ancfsparse.scene.joints.joint import Builder, Joint, Led, Vector
 
@@ -30,6 +31,53 @@ class Times:
         return self.factor * course
 
 
+@dataclass(frozen=True)
+class Direction:
+    """A vector that turns with a prescribed angle, or a rate of it.
+
+    Parameters
+    ----------
+    given : tuple of Places
+        The angle [rad], and as many of its rates as are needed.
+    vector : tuple of float
+        The vector where the angle is zero.
+    """
+
+    given: tuple[Places, ...]
+    vector: tuple[float, float]
+
+    def __call__(self, t: ArrayLike) -> Vector:
+        """Return it at a time, (2,), or at many, (k, 2) [1, 1/s or 1/s2]."""
+        angle, *rates = (_at(each, t) for each in self.given)
+        along = np.cos(angle), np.sin(angle)
+        u, v = self.vector
+        out = np.stack([along[0] * u - along[1] * v, along[1] * u + along[0] * v], axis=-1)
+        across = np.stack([-out[..., 1], out[..., 0]], axis=-1)
+        if not rates:
+            return np.asarray(out)
+        if len(rates) == 1:
+            return np.asarray(rates[0][..., None] * across)
+        return np.asarray(rates[1][..., None] * across - rates[0][..., None] ** 2 * out)
+
+
+def turned(course: Course, vector: Vector) -> Course:
+    """Return the motion of a vector, (2,), that turns with a prescribed angle."""
+    given = course.places, course.rates, course.second_rates
+    along = float(vector[0]), float(vector[1])
+    places = Angles(course.places.subject, 2, Direction(given[:1], along))
+    if given[1] is None or given[2] is None:
+        return Course(places, None, None)
+    rates = Spins(given[1].subject, 2, Direction((given[0], given[1]), along))
+    second = SpinRates(given[2].subject, 2, Direction((given[0], given[1], given[2]), along))
+    return Course(places, rates, second)
+
+
+def _at(given: Places, t: ArrayLike) -> Vector:
+    function: Any = given.value
+    value = function(t) if callable(function) else function
+    return np.asarray(value, dtype=float)
+
+
 @dataclass(frozen=True, eq=False)
 class Driven(Joint):
     """Prescribe what a joint leaves free.
@@ -42,15 +90,24 @@ class Driven(Joint):
         ``"angle"`` or ``"displacement"``.
     course : Course
         It over time [rad or m].
+    as_constraint : bool
+        Prescribe it by an equation also where numbering could.
     """
 
     joint: Joint
     of: str
     course: Course
+    as_constraint: bool = False
     name = "drive"
 
     def lower(self, builder: Builder) -> None:
-        """State ``factor (h(q) - s(t)) = 0``, in metres."""
+        """Prescribe the direction of a planar body, or state ``factor (h(q) - s(t)) = 0`` [m]."""
+        if self.turns_body and builder.turns:
+            body, _ = self.joint.sides
+            columns = builder.kind(body).columns("r_x")
+            vector = np.asarray(body.beam.vectors[0, 0])
+            builder.drive(builder.rows(body)[0, columns], turned(self.course, vector))
+            return
         factor = self.joint.arm if self.of == "angle" else 1.0
         builder.equation(
             self.label,
@@ -58,6 +115,13 @@ class Driven(Joint):
             measures=[(factor, measure(builder, self.joint, self.of))],
             led=Led(self.course, 0, Times(factor)),
         )
+
+    @property
+    def turns_body(self) -> bool:
+        """Whether it can be made by numbering: it turns a planar body against the ground."""
+        a, b = self.joint.sides
+        at_ground = b is None and self.of == "angle" and not self.as_constraint
+        return at_ground and a.beam.dim == 2 and a.beam.masses is not None
 
     @property
     def nodes(self) -> tuple[Node, ...]:
@@ -81,5 +145,5 @@ class Driven(Joint):
 
     @property
     def has_multipliers(self) -> bool:
-        """Whether it is made by an equation: always."""
-        return True
+        """Whether it certainly makes an equation."""
+        return not self.turns_body

@@ -46,7 +46,15 @@ class Led(NamedTuple):
 
 
 class Builder(Protocol):
-    """What joints are lowered to; coordinates are numbers that it gives out."""
+    """What joints are lowered to; coordinates are numbers that it gives out.
+
+    Attributes
+    ----------
+    turns : bool
+        Whether angles may be prescribed by numbering.
+    """
+
+    turns: bool
 
     def kind(self, node: Node) -> ElementKind:
         """Return the element at a node, which has the names of its coordinates."""
@@ -165,6 +173,11 @@ class Joint(ABC):
     @property
     def has_multipliers(self) -> bool:
         """Whether it certainly makes equations."""
+        return False
+
+    @property
+    def turns_body(self) -> bool:
+        """Whether it prescribes the direction of a body, which numbering can do."""
         return False
 
     @property
