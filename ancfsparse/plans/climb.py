@@ -87,13 +87,13 @@ def climb(
             names, left = stay, kept
     if first == CABLE:
         string = _string(pilots, found, finer, fixed_steps, fixed)
-        if string is not None and _work(string) < _work(found):
+        if string is not None and _price(string) < _price(found):
             of = [name for name, each in string.model.rungs.items() if each == STRING]
             some = "" if len(of) == len(string.model.rungs) else f" for {' and '.join(of)}"
             return string, [f"bending adds less than the error, so strings are enough{some}", *(
                 why if some else why[1:])]  # fmt: skip
-        if string is not None:
-            share = _work(string) / _work(found)
+        if string is not None and _price(string)[0] <= 1.0:
+            share = _price(string)[1] / _price(found)[1]
             why.append(f"strings would do too, but take {share:.2g} times the work: more elements")
     both = zip(left, effects, strict=True)
     return found.with_effects([own | of_way(each) for own, each in both]), why
@@ -145,9 +145,10 @@ def _limp(
     )
 
 
-def _work(found: Found) -> float:
-    finest, steps = found.choice()
-    return found.cost.amount(steps, found.coordinates(finest))
+def _price(found: Found) -> tuple[float, float]:
+    """Return by how many times the best choice misses the error, 1 if it does not; and its work."""
+    choice = found.choice()
+    return max(1.0, found.missed(*choice)), found.work(*choice)
 
 
 def _sentences(

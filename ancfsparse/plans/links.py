@@ -56,7 +56,7 @@ def links(pilots: Pilots) -> Links:
     if pilots.t_end is None or isinstance(pilots.integrator, Way):
         return Links()
     gravity = float(np.linalg.norm(pilots.scene.gravity))
-    beams = {beam.name: beam for beam in undecided(pilots.scene)}
+    beams = {b.name: b for b in undecided(pilots.scene) if isinstance(b, Beam)}
     names = [
         name
         for name in possible(pilots.scene)

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from ancfsparse.errors import InputError
 from ancfsparse.plans.rods import rod_of
 from ancfsparse.scene import Beam, ElasticBody, Node, Scene
 from ancfsparse.scene.automatic import decided, on
 from ancfsparse.scene.beams import BeamSpec
+from ancfsparse.scene.mesh import MeshSpec
 from ancfsparse.scene.spec import Point, Whole
 
 
@@ -71,9 +73,9 @@ class Model:
         return replace(self, counts=open_)
 
 
-def undecided(scene: Scene) -> list[Beam]:
-    """Return the beams of which something is open."""
-    return [body for body in scene.beams if isinstance(body, Beam) and body.automatic]
+def undecided(scene: Scene) -> list[ElasticBody]:
+    """Return the beams and meshes of which something is open."""
+    return [body for body in scene.beams if body.automatic]
 
 
 def built(scene: Scene, model: Model) -> Scene:
@@ -102,10 +104,13 @@ def built(scene: Scene, model: Model) -> Scene:
     for record in scene.records:
         if isinstance(record, BeamSpec) and record.name in beams:
             beam = beams[record.name]
+            assert isinstance(beam, Beam)
             if model.rungs.get(beam.name) == RIGID:
                 rod_of(beam).build(new)
                 continue
             record = replace(record, **_changes(beam, model, inner[beam.name]))
+        elif isinstance(record, MeshSpec) and record.name in beams:
+            record = _of_mesh(record, model.rungs[record.name])
         record.moved(move).build(new)
     return new
 
@@ -148,20 +153,33 @@ def spread(scene: Scene, finest: float) -> dict[str, int]:
     return {name: max(1, round(finest * each / longest)) for name, each in lengths.items()}
 
 
-def _inner_nodes(scene: Scene, beams: Mapping[str, Beam]) -> dict[str, set[float]]:
+def _inner_nodes(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict[str, set[float]]:
     """Return the shares of the length at which records refer to inner nodes of the handles."""
     inner: dict[str, set[float]] = {name: set() for name in beams}
 
     def note(reference: Whole) -> Whole:
         if isinstance(reference, Point) and reference.body in beams and reference.xi == 0.0:
             beam = beams[reference.body]
-            if 0 < reference.index < beam.n_elements:
+            if isinstance(beam, Beam) and 0 < reference.index < beam.n_elements:
                 inner[beam.name].add(reference.index / beam.n_elements)
         return reference
 
     for record in scene.records:
         record.moved(note)
     return inner
+
+
+def _of_mesh(record: MeshSpec, rung: Rung) -> MeshSpec:
+    """Return the record of a mesh with an element.
+
+    Raises
+    ------
+    InputError
+        If it is neither a string nor a cable.
+    """
+    if rung.options or rung == RIGID:
+        raise InputError(f"{record.name} is a mesh, which has strings or cables, and not {rung}")
+    return replace(record, element=rung.element)
 
 
 def _changes(beam: Beam, model: Model, inner: set[float]) -> dict[str, Any]:

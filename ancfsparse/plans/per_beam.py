@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.plans.models import Rung, built, spread
+from ancfsparse.plans.models import Model, Rung, built, spread
 from ancfsparse.plans.neglected import bending_effect
 from ancfsparse.plans.pilots import Pilot, Pilots
 from ancfsparse.plans.rungs import NEGLIGIBLE, left_out, model_of, open_beams
@@ -33,17 +33,24 @@ def refusing(
     fixed : mapping of str to Rung, optional
         Elements of beams that were chosen before.
     """
-    names = [name for name in open_beams(scene) if name not in (fixed or {})]
+    fixed = dict(fixed or {})
+    names = [name for name in open_beams(scene) if name not in fixed]
+    if _takes(scene, model_of(scene, rung, fixed)):
+        return []
     if not 1 < len(names) <= MOST:
         return names
-    out = []
-    for name in names:
-        model = model_of(scene, other, {**(fixed or {}), name: rung})
-        try:
-            built(scene, model.with_counts(spread(scene, 4.0)))
-        except InputError:
-            out.append(name)
-    return out
+    alone = ({**fixed, name: rung} for name in names)
+    takes = [_takes(scene, model_of(scene, other, each)) for each in alone]
+    return [name for name, able in zip(names, takes, strict=True) if not able]
+
+
+def _takes(scene: Scene, model: Model) -> bool:
+    """Whether a scene takes elements."""
+    try:
+        built(scene, model.with_counts(spread(scene, 4.0)))
+    except InputError:
+        return False
+    return True
 
 
 def staying(

@@ -218,7 +218,8 @@ class Bodies(Records):
             The two nodes of every edge, numbered from 0.
         element : str or ElementKind
             ``"string"`` (no bending stiffness, three coordinates a node in space), ``"l2t2"``
-            (planar cable) or ``"thin"`` (cable), or a cable of your own, as in `add_beam`.
+            (planar cable) or ``"thin"`` (cable), or a cable of your own, as in `add_beam`; or
+            ``"auto"``: `ancf.plan` chooses strings or cables.
         section : Rectangle, Circle, Tube, IBeam, Polygon or Section
             Cross-section of all edges.  A spatial cable needs ``inertia_y`` equal to
             ``inertia_z``.
@@ -256,6 +257,9 @@ class Bodies(Records):
 
         label = self._label(name, "mesh")
         given = {"strain": strain}
+        open_ = isinstance(element, str) and element == "auto"
+        if open_ and slack is None:
+            element = "thin"
         made = element if slack is None else slack_string(label, element, self.dim, slack)
         mesh = mesh_of(
             label,
@@ -270,9 +274,11 @@ class Bodies(Records):
             smooth,
             velocity,
         )
+        if open_:
+            mesh = replace(mesh, automatic=("element",))
         record = MeshSpec(
             *mesh.given(),
-            element,
+            "auto" if open_ else element,
             section,
             material,
             mesh.n_each,

@@ -93,3 +93,48 @@ def test_what_the_scene_refuses_is_no_candidate():
     assert "clamp" in refused[str(STRING)]
     assert "bends alike" in refused[str(CABLE)]
     assert str(Rung("thick", {"curvature": "section"})) == "\"thick\" curvature='section'"
+
+
+def net(pull, radius, element="auto", n=2):
+    """Four by four meshes of cables, whose rim is pulled apart and which sag by their weight."""
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    x = np.linspace(0.0, 1.0, 5)
+    nodes = np.array([(a, b, 0.0) for a in x for b in x])
+    number = np.arange(25).reshape(5, 5)
+    edges = np.concatenate([
+        np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1),
+        np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1),
+    ])  # fmt: skip
+    made = ancf.Circle(radius), ancf.Material(1e8, 1000)
+    mesh = scene.add_mesh(nodes, edges, element, *made, n_elements=n)
+    for k in np.unique([*number[[0, -1]].ravel(), *number[:, [0, -1]].ravel()]).tolist():
+        scene.drive(mesh.node(k), nodes[k] + pull * (nodes[k] - 0.5) * (1.0, 1.0, 0.0))
+    return scene, mesh, mesh.node(12)
+
+
+@pytest.mark.parametrize(("pull", "radius", "rung"), [(0.02, 0.002, STRING), (0.002, 0.02, CABLE)])
+def test_a_net_under_tension_gets_strings_where_bending_does_not_matter(pull, radius, rung):
+    scene, mesh, middle = net(pull, radius)
+    plan = ancf.plan(scene, quantity=ancf.static_deflection(middle), error="3 %")
+    assert plan.model.rungs == {mesh.name: rung}
+    assert "is a mesh, which has strings or cables" in str(plan)
+    fine, _, its = net(pull, radius, "thin", 8)
+    exact = ancf.solve_static(fine).displacement(its)
+    found = plan.run().position(middle)[-1] - middle.position
+    assert np.linalg.norm(found - exact) <= plan.predictions[0].asked
+    with pytest.raises(ancf.InputError, match="element='auto', which a plan decides"):
+        ancf.solve_static(scene)
+    with pytest.raises(ancf.InputError, match="slack of mesh 1 is of strings alone"):
+        scene.add_mesh(
+            [(0, 0, 2), (1, 0, 2)], [(0, 1)], "auto", ancf.Circle(0.01), RUBBER, slack=0.01
+        )
+
+
+def test_strings_are_tried_for_a_single_line_too():
+    scene = ancf.Scene()
+    made = ancf.Circle(0.002), ancf.Material(1e9, 1000)
+    line = scene.add_beam("auto", (0, 0), (1, 0), "auto", *made, tension=20.0)
+    scene.pin(line.start)
+    scene.pin(line.end)
+    plan = ancf.plan(scene, 0.3, ancf.position(line.at(0.5)), "25 %")
+    assert rung_of(plan) == STRING or "strings would do too" in str(plan)
