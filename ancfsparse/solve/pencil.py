@@ -72,13 +72,16 @@ class Pencil:
 
     @property
     def stiffest(self) -> Vector:
-        """Largest stiffness of each vector along any axis, of its coordinates, (n_free,) [N/m]."""
+        """Largest stiffness of each slope along any axis, of its coordinates, (n_free,) [N/m, N m].
+
+        The rounding of stress is a share of it; a string, which has no slopes, has that of its
+        positions.  Zero for all other coordinates.
+        """
         n = self.system.n_free
-        own = np.zeros(self.system.n_all)
+        own, largest = np.zeros((2, self.system.n_all))
         own[:n] = np.abs(self.stiffness.diagonal())
-        largest = own.copy()
         for kind, table in zip(self.system.kinds, self.system.places, strict=True):
-            for name in kind.vectors:
+            for name in kind.vectors[1:] or kind.vectors:
                 places = table[:, kind.columns(name)]
                 np.maximum.at(largest, places, own[places].max(axis=1, keepdims=True))
         return largest[:n]

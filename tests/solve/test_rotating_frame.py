@@ -72,6 +72,21 @@ def test_a_rotating_string():
     np.testing.assert_allclose(squares[2:], (5.0, 6.0, 14.0), rtol=5e-3)
 
 
+@pytest.mark.parametrize("n", [8, 32])
+def test_a_free_rotation_is_zero_also_beside_large_stiffness(n):
+    """Stress by strains of 1e-7 rounds to 5e-10 of the centrifugal forces: that is no growth."""
+    scene = ancf.Scene((0.0, 0.0, 0.0))
+    rope = scene.add_beam(
+        "thin", (0, 0, 0), (1, 0, 0), n, ancf.Circle(1e-4), ancf.Material(1e12, 4e3)
+    )
+    scene.pin(rope.start)
+    scene.rotating_frame((0.0, 0.0, 7.0))
+    found = ancf.complex_modes(ancf.solve_static(scene), 3)
+    assert found.eigenvalues[0] == 0.0
+    assert found.stable
+    assert 2.0 * np.pi * found.frequencies[1] == pytest.approx(7.0, rel=1e-7)
+
+
 def test_the_stretch_of_a_spinning_bar():
     """tan(a L) / a - L with a^2 = rho Omega^2 / E, for strains linear in the displacement."""
     scene = ancf.Scene((0.0, 0.0))
@@ -80,8 +95,12 @@ def test_the_stretch_of_a_spinning_bar():
     scene.clamp(bar.start, stretch="free")
     scene.rotating_frame(60.0)
     a = 60.0 * np.sqrt(120.0 / 2.8e9)
-    found = ancf.solve_static(scene).position(bar.end)[0] - 10.0
+    rest = ancf.solve_static(scene)
+    found = rest.position(bar.end)[0] - 10.0
     assert found == pytest.approx(np.tan(10.0 * a) / a - 10.0, rel=1e-4)
+    # The root pulls with E A times its strain, 1 / cos(a L) - 1.
+    pull = 2.8e7 * (1.0 / np.cos(10.0 * a) - 1.0)
+    np.testing.assert_allclose(rest.reaction(bar.start), (-pull, 0.0), rtol=1e-4, atol=1e-6)
 
 
 @pytest.mark.parametrize("speed", [0.5, 2.0, 3.0])
