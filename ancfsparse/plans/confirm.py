@@ -113,9 +113,12 @@ def _corrected(
         while high - low > 0.01:
             share = 0.5 * (low + high)
             low, high = (low, share) if _left(pairs, share) < far else (share, high)
-        scale = max(1.0, far / _left(pairs, low))
+        left = _left(pairs, low)
         new = [each.with_order(low * each.order) for each, _, _ in pairs]
-        new = [replace(each, error=scale * each.error) for each in new]
+        if left > 0.0:
+            new = [replace(each, error=max(1.0, far / left) * each.error) for each in new]
+        else:  # no difference at all was foreseen
+            new = [replace(each, error=each.error + far) for each in new]
         times[i] = new[0]
         if meshes:
             meshes[i] = new[1]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.checks import check_flag
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.models import Model, built
 from ancfsparse.plans.planar import InPlane
@@ -217,6 +218,7 @@ class Plan:
             What is done is kept where a step fails, and goes on with half of it; otherwise meshes
             and steps are refined until two runs agree, or the scene is planned again with steps.
         """
+        check_flag("verify", verify)
         plan, run = carried_out(self, options)
         off = measured(plan, run) if verify else ()
         return PlannedRun(**{name: getattr(run, name) for name in Trajectory.__dataclass_fields__},

@@ -26,6 +26,8 @@ from ancfsparse.words import shown
 
 # By default a film lasts as long as the motion, within these limits [s].
 SHORTEST, LONGEST = 2.0, 10.0
+# Most pictures of a film, and pixels per inch: an hour at 25 per second, and as fine as print.
+MOST_PICTURES, MOST_DPI = 90_000, 1200
 # Colours in a GIF, and the shades of each up to white.
 SHADES = {"k": 32, "C0": 24, "C1": 16}
 
@@ -60,14 +62,21 @@ def animate(
     """
     target = file_name("a film", path)
     writer = _writer(target, check_count("fps", fps))
-    check_count("dpi", dpi, 10)
+    if check_count("dpi", dpi, 10) > MOST_DPI:
+        raise InputError(f"dpi must be at most {MOST_DPI}, got {shown(dpi)}")
     check_flag("progress", progress)
     if not target.absolute().parent.is_dir():
         raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
     lasts = float(t[-1] - t[0])
     if seconds is None:
         seconds = min(max(lasts, SHORTEST), LONGEST)
-    n_frames = max(2, round(check_positive("seconds of a film", seconds, "s") * fps))
+    n_frames = check_positive("seconds of a film", seconds, "s") * fps
+    if n_frames > MOST_PICTURES:
+        raise InputError(
+            f"a film of {seconds:g} s with {fps:g} pictures per second has more than "
+            f"{MOST_PICTURES} pictures: make it shorter, or take fewer per second"
+        )
+    n_frames = max(2, round(n_frames))
     rows = _rows(t, n_frames)
     distinct, place = np.unique(rows, return_inverse=True)
     states = film(outline, rows_of(q, distinct))

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_finite
-from ancfsparse.results.mode_shapes import ModeShapes
+from ancfsparse.results.mode_shapes import ModeShapes, check_amplitude
 from ancfsparse.results.source import Array, SolvedSystem
 from ancfsparse.system.state import State
 
@@ -92,7 +91,7 @@ class ComplexModes(ModeShapes):
         State
             At the time of `about`.
         """
-        unit = check_finite("amplitude", amplitude, "m") * self._unit(mode)
+        unit = check_amplitude(amplitude) * self._unit(mode)
         rate = self.eigenvalues[mode]
         moved = replace(self.about, q=self.about.q + unit.real, v=(rate * unit).real)
         return replace(moved, a=(rate**2 * unit).real, b=None, memory={})

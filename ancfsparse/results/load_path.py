@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError
+from ancfsparse.results.indices import check_index
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.results.stats import RunStats
 from ancfsparse.scene import Node
 from ancfsparse.system.state import State
-from ancfsparse.words import shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,12 +97,9 @@ class LoadPath:
         point : int
             Its number, from 0; from the last one if negative.
         """
-        if isinstance(point, bool) or not isinstance(point, (int, np.integer)):
-            raise InputError(f"point is a number such as 0, got {shown(point)}")
-        if not -len(self) <= point < len(self):
-            raise InputError(f"point counts from 0 to {len(self) - 1}, got {point}")
-        q, rest = self.q[int(point)], np.zeros(self.q.shape[1])
-        return self.system.state(self.t, q, rest, rest, self.lam[int(point)])
+        k = check_index("point", point, len(self))
+        rest = np.zeros(self.q.shape[1])
+        return self.system.state(self.t, self.q[k], rest, rest, self.lam[k])
 
     def plot(self, node: Node, axis: int = -1, *, ax: Axes | None = None) -> Axes:
         """Draw the multiples of the loads over the displacement of a point.

@@ -8,15 +8,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ancfsparse.checks import check_finite
+from ancfsparse.checks import MODERATE, check_finite
 from ancfsparse.errors import InputError
+from ancfsparse.results.indices import check_index
 from ancfsparse.results.source import Array, SolvedSystem, combine
 from ancfsparse.scene import Node
 from ancfsparse.system.state import State
-from ancfsparse.words import shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+def check_amplitude(amplitude: object) -> float:
+    """Return an amplitude [m] whose products with frequencies are in the range of numbers."""
+    size = check_finite("amplitude", amplitude, "m")
+    if abs(size) > MODERATE:
+        raise InputError(f"amplitude must be at most {MODERATE:g} m, got {size:g} m")
+    return size
 
 
 class ModeShapes(ABC):
@@ -81,17 +89,13 @@ class ModeShapes(ABC):
         State
             At the time of `about`.
         """
-        moved = self.about.q + check_finite("amplitude", amplitude, "m") * self._unit(mode).real
+        moved = self.about.q + check_amplitude(amplitude) * self._unit(mode).real
         rest = np.zeros_like(moved)
         return replace(self.about, q=moved, v=rest, a=rest, b=None, memory={})
 
     def _unit(self, mode: object) -> Array:
         """Return the shape whose real part moves the node that moves farthest by 1 m."""
-        if isinstance(mode, bool) or not isinstance(mode, (int, np.integer)):
-            raise InputError(f"mode is a number such as 0, got {shown(mode)}")
-        if not -len(self) <= mode < len(self):
-            raise InputError(f"mode counts from 0 to {len(self) - 1}, got {mode}")
-        shape, dim = self.shapes[int(mode)], self.system.scene.dim
+        shape, dim = self.shapes[check_index("mode", mode, len(self))], self.system.scene.dim
         moves = [
             np.sum(shape.real[p[:, :dim]] ** 2, axis=1).max() for p in self.about.layout.places
         ]
@@ -128,5 +132,5 @@ class ModeShapes(ABC):
 
         unit, q = self._unit(mode).real, self.about.q
         if amplitude is not None:
-            amplitude = check_finite("amplitude", amplitude, "m")
+            amplitude = check_amplitude(amplitude)
         return plot_mode(self.system, q, unit, amplitude, self._name(mode), ax=ax, view=view)

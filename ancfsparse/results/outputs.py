@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, cast
 
 from numpy.typing import ArrayLike
 
+from ancfsparse.errors import InputError
 from ancfsparse.scene import Body, Node, check_point
+from ancfsparse.words import shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -117,6 +119,8 @@ class Outputs:
         from ancfsparse.results.pictures import outline_for
 
         run = cast("Trajectory", self)
+        if not isinstance(trace, (list, tuple)):
+            raise InputError(f"trace must be a list such as [rod.end], got {shown(trace)}")
         paths = [run.position(check_point("a trace", node)) for node in trace]
         return animate(
             outline_for(run.system, of), run.t, run.q, path, seconds=seconds, fps=fps, dpi=dpi,

@@ -13,6 +13,7 @@ from ancfsparse.checks import check_choice, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.results.columns import UNITS
 from ancfsparse.results.drawing import Canvas, film
+from ancfsparse.results.indices import check_index
 from ancfsparse.results.load_path import LoadPath
 from ancfsparse.results.outline import Outline, outline_of
 from ancfsparse.results.plots import nearest
@@ -143,13 +144,12 @@ def plot_path(path: LoadPath, node: Node, axis: int, ax: Axes | None) -> Axes:
     """Draw loads over the displacement of a point; see `LoadPath.plot`."""
     ax = _empty(ax)
     moved = path.displacement(node)
-    if isinstance(axis, bool) or axis not in range(-moved.shape[1], moved.shape[1]):
-        raise InputError(f"axis counts from 0 to {moved.shape[1] - 1}, got {shown(axis)}")
+    axis = check_index("axis", axis, moved.shape[1])
     x, stable = moved[:, axis], path.stable
     ax.plot(x, path.factors, "C0--", linewidth=1.0)
     ax.plot(x, np.where(stable, path.factors, np.nan), "C0-", linewidth=1.8)
     ax.plot(x[path.turns], path.limits, "ko", markersize=4)
-    ax.set_xlabel(f"displacement along {'xyz'[axis % moved.shape[1]]} [m]")
+    ax.set_xlabel(f"displacement along {'xyz'[axis]} [m]")
     ax.set_ylabel("times the loads")
     return ax
 

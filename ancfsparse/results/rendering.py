@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ancfsparse.checks import check_finite
+from ancfsparse.checks import check_finite, check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.results.drawing import EYE, upright
 from ancfsparse.results.hdf5 import file_name
@@ -62,7 +62,10 @@ def render(
         raise InputError(f"view must be elevation and azimuth in degrees, got {shown(view)}")
     tilt, turn = (np.radians(check_finite("view", each, "degrees")) for each in view)
     if not (isinstance(size, tuple) and len(size) == 2 and all(each in SIZES for each in size)):
-        raise InputError(f"size must be two numbers of pixels such as (1000, 750), got {size}")
+        raise InputError(
+            f"size must be two numbers of pixels such as (1000, 750), got {shown(size)}"
+        )
+    check_flag("strain", strain)
     axes = upright(outline.gravity) if outline.dim == 3 else [0, 1, 2]
     if outline.dim == 2:  # seen from the front
         tilt, turn, axes = 0.0, 0.5 * np.pi, [0, 2, 1]

@@ -48,13 +48,7 @@ def replaced(
                 "or load to change first"
             )
         return build(scene, scene.records, gravity)
-    try:
-        record = scene.record_of(handle)
-    except (KeyError, TypeError):  # of another scene, or none
-        raise InputError(
-            "replaced needs a handle that a method of this scene returned, such as a beam, a "
-            f"joint or a load, got {shown(handle)}"
-        ) from None
+    record = scene.record_of(handle)
     for name in changes:
         check_choice(f"argument of {record.method}", name, record.given)
     other = replace(record, **{name: _as_data(scene, value) for name, value in changes.items()})

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.checks import check_finite
+from ancfsparse.checks import MODERATE, check_finite
 from ancfsparse.errors import InputError, with_unit
 from ancfsparse.scene.add_couplings import freedom_of
 from ancfsparse.scene.attached import Attached
@@ -299,4 +299,7 @@ def _not_negative(what: str, value: object, unit: str) -> float:
     number = check_finite(what, value, unit)
     if number < 0.0:
         raise InputError(f"{what} must not be negative, got {with_unit(number, unit)}")
+    if number > MODERATE:  # products with masses and times leave the range of numbers
+        most, got = with_unit(MODERATE, unit), with_unit(number, unit)
+        raise InputError(f"{what} must be at most {most}, got {got}")
     return number

@@ -86,8 +86,25 @@ class Records:
         return tuple(self._built.values())
 
     def record_of(self, handle: object) -> Spec:
-        """Return the record that a handle was built from."""
-        return self._built[handle]
+        """Return the record that a handle was built from.
+
+        Parameters
+        ----------
+        handle : Body, Joint, Load or Attached
+            What a method of this scene has returned.
+
+        Raises
+        ------
+        InputError
+            If it is of another scene, or no handle.
+        """
+        try:
+            return self._built[handle]
+        except (KeyError, TypeError):  # or what has no hash
+            raise InputError(
+                "what a scene recorded is found by a handle that a method of this scene returned, "
+                f"such as a beam, a joint or a load, got {shown(handle)}"
+            ) from None
 
     def _take(self, body: AnyBody, record: Spec) -> AnyBody:
         if isinstance(body, ElasticBody):

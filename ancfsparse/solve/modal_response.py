@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_reals
+from ancfsparse.checks import MODERATE, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.machine import check_room
 from ancfsparse.results import RunStats, Trajectory
@@ -105,9 +105,11 @@ def _damping(modes: Modes, damping: ArrayLike | None) -> Vector:
     """Return the damping rates c of all modes [1/s]."""
     if damping is None:
         return modes.damping_rates
-    needed = f"a ratio from 0 on, or {len(modes)} of them"
+    needed = f"a ratio from 0 to {MODERATE:g}, or {len(modes)} of them"
     ratios = check_reals("damping", damping, needed)
-    if ratios.shape not in ((), (len(modes),)) or not np.all((ratios >= 0.0) & (ratios < np.inf)):
+    if ratios.shape not in ((), (len(modes),)) or not np.all(
+        (ratios >= 0.0) & (ratios <= MODERATE)
+    ):
         raise InputError(f"damping must be {needed}, got {shown(damping)}")
     return np.asarray(4.0 * np.pi * modes.frequencies * ratios)
 

@@ -12,6 +12,7 @@ from typing import Any, TextIO
 from ancfsparse.errors import InputError
 from ancfsparse.sweeps.point import Row, Task
 from ancfsparse.sweeps.samples import Point
+from ancfsparse.words import shown
 
 # First key of the first line.
 MARK = "ancfsparse sweep"
@@ -39,10 +40,12 @@ class Ledger:
         self._file: TextIO | None = None
         self._head = {
             MARK: 1,
-            "build": getattr(task.build, "__qualname__", repr(task.build)),
+            "build": getattr(task.build, "__qualname__", None) or _written("build", task.build),
             "quantities": list(task.quantities),
             "t_end": task.t_end,
-            "options": {name: repr(value) for name, value in sorted(task.options.items())},
+            "options": {
+                name: _written(name, value) for name, value in sorted(task.options.items())
+            },
         }
         if path is not None and path.exists():
             self._read(path)
@@ -130,3 +133,11 @@ class Ledger:
 def key(point: Point) -> str:
     """Return a text that is equal for equal points alone."""
     return json.dumps(point, sort_keys=True)
+
+
+def _written(name: str, option: object) -> str:
+    """Write an option whole, which shows whether it has changed."""
+    try:
+        return repr(option)
+    except Exception as error:  # a repr of the caller's may raise anything
+        raise InputError(f"{name} of a sweep cannot be written: it is {shown(option)}") from error

@@ -40,10 +40,9 @@ def grid(**values: Iterable[Any]) -> list[Point]:
     """
     columns = {}
     for name, each in values.items():
-        if isinstance(each, str) or not isinstance(each, Iterable):
-            raise InputError(
-                f"the values of {name} must be a list, got {shown(each)}: try [{each}]"
-            )
+        if isinstance(each, str) or not _has_several(each):
+            got = shown(each)
+            raise InputError(f"the values of {name} must be a list, got {got}: try [{got}]")
         columns[name] = list(each)
         if not columns[name]:
             raise InputError(f"{name} has no values: give at least one")
@@ -116,7 +115,7 @@ def checked_points(points: Any) -> list[Point]:
         If there are no points, if names differ, or if a value cannot be kept in a file.
     """
     rows = points.to_dict("records") if hasattr(points, "to_dict") else points
-    if isinstance(rows, Mapping) or not isinstance(rows, Iterable):
+    if isinstance(rows, Mapping) or not _has_several(rows):
         raise InputError(
             f"points of a sweep must be a list of dictionaries, got {shown(points)}: try "
             "ancf.grid(length=[1.0, 2.0])"
@@ -136,6 +135,11 @@ def checked_points(points: Any) -> list[Point]:
     if not out:
         raise InputError("the sweep has no points")
     return out
+
+
+def _has_several(values: object) -> bool:
+    """Whether values can be taken one by one, unlike those of an array without dimensions."""
+    return isinstance(values, Iterable) and getattr(values, "shape", None) != ()
 
 
 def _plain(k: int, name: str, value: Any) -> bool | int | float | str:

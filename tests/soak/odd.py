@@ -9,6 +9,7 @@ import ancfsparse as ancf
 from tests.soak.callables import calls
 from tests.soak.couplings import coupling_calls
 from tests.soak.mechanisms import mechanism_calls
+from tests.soak.outputs import output_calls
 from tests.soak.report import Report
 from tests.soak.values import VALUES
 
@@ -26,7 +27,7 @@ def run(seed, index):
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         try:
-            every = calls() + mechanism_calls() + coupling_calls()
+            every = all_calls()
             for _ in range(AT_ONCE):
                 find, was_refused = spoil(rng, every[rng.integers(len(every))])
                 finds += find
@@ -34,6 +35,11 @@ def run(seed, index):
         finally:
             os.chdir(before)
     return Report("called", finds, f"{AT_ONCE} calls, {refused} refused")
+
+
+def all_calls():
+    """Give the calls of all kinds, which share files in the folder of work."""
+    return calls() + mechanism_calls() + coupling_calls() + output_calls()
 
 
 def spoil(rng, call):
