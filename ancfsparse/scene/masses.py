@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite, check_reals, check_vector
+from ancfsparse.checks import MODERATE, check_finite, check_reals, check_vector
 from ancfsparse.errors import InputError, with_unit
 from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.bodies import Node
@@ -195,6 +195,12 @@ class Masses(Records):
             x, y, z = check_vector(what, angular_velocity, 3, "rad/s").tolist()
             given = (x, y, z)
             spin = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        largest, most = float(np.abs(spin).max()), math.sqrt(MODERATE)
+        if largest > most:
+            raise InputError(
+                f"{what} must be at most {most:g} rad/s, whose squares are in the range of "
+                f"floating-point numbers, got {largest:g} rad/s"
+            )
         place = np.zeros(self.dim)
         if point is not None:
             place = check_vector("point of the rotating frame", point, self.dim, "m")

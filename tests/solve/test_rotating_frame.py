@@ -272,5 +272,7 @@ def test_a_rotating_frame_is_written_and_checked(tmp_path):
     planar = ancf.Scene((0.0, 0.0))
     with pytest.raises(ancf.InputError, match="angular velocity of the rotating frame"):
         planar.rotating_frame((0.0, 0.0, 1.0))
+    with pytest.raises(ancf.InputError, match=r"at most 1e\+50 rad/s"):
+        planar.rotating_frame(1e150)
     with pytest.raises(ancf.InputError, match="point of the rotating frame"):
         planar.rotating_frame(1.0, point=(0.0, 0.0, 1.0))
