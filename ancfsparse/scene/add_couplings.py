@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ancfsparse.scene.joints.gear import Gear
     from ancfsparse.scene.joints.slide import Slide
     from ancfsparse.scene.joints.winch import Winch
+    from ancfsparse.scene.mesh import Mesh
     from ancfsparse.scene.signal import Signal
 
 
@@ -163,16 +164,17 @@ class Couplings(Records):
         record = DrivenSpec(reference, value, rate, second_rate, of, flag)
         return self._add_partial(Driven(joint, freedom, course, flag), record)
 
-    def slide(self, point: Node, along: Beam, *, lateral: ArrayLike | None = None) -> Slide:
-        """Let a point slide along a beam without friction, from element to element.
+    def slide(self, point: Node, along: Beam | Mesh, *, lateral: ArrayLike | None = None) -> Slide:
+        """Let a point slide along a beam or a mesh without friction, from element to element.
 
         Parameters
         ----------
         point : Node
             The point, such as ``carriage.origin``, of another body or beam; on the axis of the
             beam at the start.
-        along : Beam
-            The beam, with an axis that has slopes.  A point that comes to its end ends the run,
+        along : Beam or Mesh
+            The beam, with an axis that has slopes; or a mesh, along the line that the point is on
+            at the start, straight on at crossings.  A point that comes to its end ends the run,
             with an error that keeps the states before.
         lateral : array_like, shape (3,), optional
             In space a direction that the axis does not turn to, such as the horizontal one across a
@@ -186,14 +188,16 @@ class Couplings(Records):
         Raises
         ------
         InputError
-            If the point is not on the beam, or of it.
+            If the point is not on the beam, or of it, or on a closed line of a mesh.
         """
         from ancfsparse.scene.beams import Beam
-        from ancfsparse.scene.joints.slide import Slide
+        from ancfsparse.scene.joints.between import normals
+        from ancfsparse.scene.joints.slide import Slide, elements_under
+        from ancfsparse.scene.mesh import Mesh
 
         node = self._mine("a slide", check_end("a slide", point))
-        if not isinstance(along, Beam):
-            raise InputError(f"a slide needs a beam to slide along, got {shown(along)}")
+        if not isinstance(along, Beam | Mesh):
+            raise InputError(f"a slide needs a beam or a mesh to slide along, got {shown(along)}")
         self._own("a slide", along)
         if node.beam is along:
             raise InputError(f"{node!r} is a point of {along.name} and cannot slide along itself")
@@ -202,7 +206,13 @@ class Couplings(Records):
                 f"{along.name} is made of strings, whose axis has corners at the nodes, and a "
                 "slide needs a smooth one: take element='thin'"
             )
-        axes = np.asarray(along.axes_of(0))
+        if isinstance(along, Beam):
+            elements, axes = np.arange(along.n_elements), np.asarray(along.axes_of(0))
+        else:
+            elements = elements_under(node, along)
+            ends = along.positions[along.row_nodes[along.ends[elements[0]]]]
+            axis = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+            axes = np.vstack([axis, normals(axis)])
         across = axes[0]
         if lateral is None and self.dim == 3:
             across = axes[1:][np.argmin(np.abs(axes[1:] @ self.gravity))]
@@ -215,7 +225,7 @@ class Couplings(Records):
                 )
             across = across / length
         record = SlideSpec(node.reference, Whole(along.name), specified(lateral))
-        return self._add_partial(Slide(node, along, across), record)
+        return self._add_partial(Slide(node, along, elements, across), record)
 
     def gear(
         self,

@@ -58,7 +58,7 @@ def mesh_of(
     if not (kind.is_cable or kind.is_string):
         raise InputError(
             f"{label} cannot be made of {element!r}: its corners would have to be rigid, and a "
-            "mesh has hinges; take 'thin', or join beams of add_beam with connect"
+            "mesh has hinges; take 'thin', or weld thick beams by add_frame"
         )
     check_make(label, kind, section, material)
     if isinstance(section, Taper):

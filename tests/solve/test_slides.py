@@ -187,7 +187,7 @@ def test_bad_arguments_of_slides():
     scene, rope, body, _ = rope_of_the_paper(4)
     with pytest.raises(ancf.InputError, match=r"cannot slide along itself"):
         scene.slide(rope.node(2), rope)
-    with pytest.raises(ancf.InputError, match="needs a beam to slide along"):
+    with pytest.raises(ancf.InputError, match="needs a beam or a mesh to slide along"):
         scene.slide(body.origin, body)
     off = scene.add_body(mass=0.1, inertia=1e-4, position=(0.5, 0.2))
     scene.slide(off.origin, rope)
@@ -219,3 +219,80 @@ def test_a_point_slides_far_in_statics_however_fine_the_mesh():
         scene.spring(box.at((0.0, 0.005)), (0.9, 1.0), stiffness=1.0, length=0.0)
         found.append(ancf.solve_static(scene).position(box.origin))
     np.testing.assert_allclose(found[:2], found[2:] * 2, rtol=0.0, atol=2e-5)
+
+
+def cross(n=4, strain="biot", z=()):
+    """Two crossing cables of a mesh whose ends are held, the first along x with elements of 2 m."""
+    side = math.sqrt(12.0 * 0.0833333 / 1e4)
+    material = ancf.Material(1e4 / side**2, 0.4 / side**2)
+    scene = ancf.Scene((0.0, -G, *(0.0 for _ in z)))
+    nodes = [(0, 0, *z), (1, 0, *z), (2, 0, *z), (1, 1, *z), (1, -1, *z)]
+    net = scene.add_mesh(
+        nodes, [(0, 1), (2, 1), (3, 1), (1, 4)], "thin", ancf.Rectangle(side, side), material,
+        n_elements=n, strain=strain,
+    )  # fmt: skip
+    for k in (0, 2, 3, 4):
+        scene.pin(net.node(k))
+    return scene, net
+
+
+def test_a_bead_on_a_line_of_a_mesh_moves_as_on_a_beam_and_passes_the_crossing():
+    side = math.sqrt(12.0 * 0.0833333 / 1e4)
+    material = ancf.Material(1e4 / side**2, 0.4 / side**2)
+    paths = []
+    for along in ("beam", "mesh"):
+        scene = ancf.Scene((0.0, -G))
+        if along == "beam":
+            rope = scene.add_beam(
+                "thin", (0, 0), (2, 0), 8, ancf.Rectangle(side, side), material, strain="biot"
+            )
+            ends, middle = (rope.start, rope.end), rope.node(4)
+        else:
+            rope = scene.add_mesh(
+                [(0, 0), (1, 0), (2, 0)], [(0, 1), (2, 1)], "thin",
+                ancf.Rectangle(side, side), material, n_elements=4, strain="biot",
+            )  # fmt: skip
+            ends, middle = (rope.node(0), rope.node(2)), rope.node(1)
+        for node in ends:
+            scene.pin(node)
+        bead = scene.add_body(mass=0.1, inertia=1e-4, position=(0.6, 0), velocity=(2.0, 0.0))
+        scene.slide(bead.origin, rope)
+        run = ancf.simulate(scene, 0.4, 1e-3, integrator=DAMPED, tolerance=1e-11)
+        paths.append(np.hstack([run.position(bead.origin), run.position(middle)]))
+    assert paths[0][-1, 0] > 1.1  # beyond the node of three edges
+    np.testing.assert_allclose(paths[1], paths[0], atol=1e-8)
+
+
+def test_a_bead_goes_straight_on_at_a_crossing():
+    scene, net = cross()
+    bead = scene.add_body(mass=0.1, inertia=1e-4, position=(0.6, 0), velocity=(3.0, 0.0))
+    slide = scene.slide(bead.origin, net)
+    run = ancf.simulate(scene, 0.3, 1e-3, integrator=DAMPED)
+    assert run.position(bead.origin)[-1, 0] > 1.2
+    assert np.abs(run.position(bead.origin)[:, 1]).max() < 0.1
+    assert np.isfinite(run.joint_force(slide).force).all()
+    assert run.energy.drift < 1e-2
+
+
+def test_a_ring_slides_along_a_net_in_space_and_off_its_end():
+    scene, net = cross(z=(0,))
+    ring = scene.add_body(ancf.Sphere(0.01), mass=0.1, position=(0.6, 0, 0), velocity=(3.0, 0, 0))
+    scene.slide(ring.origin, net, lateral=(0, 0, 1))
+    with pytest.raises(ancf.LoadFailure, match=r"along mesh 0 ran off its end") as found:
+        ancf.simulate(scene, 1.0, 2e-3, integrator=DAMPED)
+    assert found.value.trajectory.position(ring.origin)[-1, 0] > 1.9
+
+
+def test_closed_lines_of_meshes_and_strings_are_refused():
+    angle = np.linspace(0.0, 2.0 * math.pi, 13)[:-1]
+    scene = ancf.Scene((0.0, 0.0))
+    ring = [(k, (k + 1) % 12) for k in range(12)]
+    net = scene.add_mesh(
+        np.stack([np.cos(angle), np.sin(angle)], axis=1), ring, "thin", ancf.Circle(0.01),
+        ancf.Material(1e7, 1e3), smooth=60.0,
+    )  # fmt: skip
+    bead = scene.add_body(mass=0.1, inertia=1e-4, position=(1.0, 0.0))
+    with pytest.raises(ancf.InputError, match="on a closed line of mesh 0"):
+        scene.slide(bead.origin, net)
+    with pytest.raises(ancf.InputError, match="needs a beam or a mesh to slide along, got None"):
+        scene.slide(bead.origin, None)
