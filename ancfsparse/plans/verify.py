@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from ancfsparse.integrators import Explicit
 from ancfsparse.plans.marching import march
 from ancfsparse.plans.models import RIGID, Model, Rung, built, refined
 from ancfsparse.plans.pilots import distance
@@ -79,4 +80,7 @@ def _beside(plan: Plan, finer: Scene, run: Trajectory) -> Trajectory:
         dt = plan.t_end / (more * plan.steps)
         return simulate(finer, plan.t_end, dt, integrator=DEFAULT, save_every=more)
     every = FINER_STEPS * run.settings["save_every"]
-    return march(replace(plan, steps=FINER_STEPS * plan.steps), finer, save_every=every)
+    # Explicit steps may be too long for the finer mesh.
+    integrator = DEFAULT if isinstance(plan.integrator, Explicit) else plan.integrator
+    shorter = replace(plan, steps=FINER_STEPS * plan.steps, integrator=integrator)
+    return march(shorter, finer, save_every=every)

@@ -195,6 +195,11 @@ def _where(system: SolvedSystem, body: ElasticBody, s: Where) -> tuple[ElasticBo
     if isinstance(listed, Sequence) and any(isinstance(each, Node) for each in listed):
         listed = [system.own(each) if isinstance(each, Node) else each for each in listed]
     own: Any = system.own(body)
+    if not own.n_elements:
+        raise InputError(
+            f"{body.name} is a rigid rod in this run, which has no strains and no forces in "
+            "sections: ask for them in the plan, or give the beam an element"
+        )
     return own, _points_on(own, listed)
 
 

@@ -98,7 +98,13 @@ def test_short_stiff_links_are_rigid():
 def test_what_must_bend_is_not_rigid():
     scene, rod = swing()
     assert possible(scene) == [rod.name]
-    assert ancf.plan(scene, 0.2, ancf.position(rod.end), 1e-3).model.rungs == {rod.name: RIGID}
+    plan = ancf.plan(scene, 0.2, ancf.position(rod.end), 1e-3)
+    assert plan.model.rungs == {rod.name: RIGID}
+    run = plan.run()
+    assert np.allclose(np.linalg.norm(run.position(rod.at(0.5)), axis=1), 0.5, atol=1e-9)
+    for of_section in (run.strain, run.section_force, run.curvature):
+        with pytest.raises(ancf.InputError, match="is a rigid rod in this run"):
+            of_section(rod)
     for quantity, error in (
         (ancf.position(rod.end), 1e-6),
         (ancf.section_force(rod.at(0.5)), "20 %"),

@@ -1,0 +1,40 @@
+"""Plans that take central differences where their stable step is no burden."""
+
+import numpy as np
+
+import ancfsparse as ancf
+
+
+def line(element="auto", n="auto", radius=0.02):
+    """A slightly taut line that begins to fall."""
+    scene = ancf.Scene()
+    made = ancf.Circle(radius), ancf.Material(1e8, 1000)
+    cord = scene.add_beam(element, (0, 0), (1, 0), n, *made, tension=1e6 * radius**2)
+    scene.pin(cord.start)
+    scene.pin(cord.end)
+    return scene, cord.at(0.5)
+
+
+def test_a_short_motion_on_a_coarse_mesh_is_marched_explicitly():
+    scene, point = line()
+    plan = ancf.plan(scene, 0.02, ancf.position(point), "1 %")
+    assert plan.integrator == ancf.CentralDifference()
+    assert "the stable step of central differences is no burden" in str(plan)
+    assert plan.dt <= ancf.stable_step(plan.build(), plan.integrator)
+    run = plan.run(verify=True)
+    fine, its = line("thin", 32)
+    motion = ancf.simulate(fine, 0.02, run.t[1] / 16, save_every=16)
+    off = np.linalg.norm(run.position(point) - motion.position(its), axis=1).max()
+    assert off <= plan.predictions[0].asked
+    assert run.measured[0] <= plan.predictions[0].asked
+    implicit = ancf.plan(
+        scene, 0.02, ancf.position(point), "1 %", integrator=ancf.GeneralizedAlpha(0.9)
+    )
+    assert run.stats.residual_evaluations < implicit.run().stats.residual_evaluations
+    assert run.stats.solves + run.stats.factorizations < 2 * run.stats.steps
+
+
+def test_a_stiff_mesh_is_not():
+    scene, point = line(radius=0.2)
+    plan = ancf.plan(scene, 0.5, ancf.position(point), "3 %")
+    assert plan.integrator != ancf.CentralDifference()
