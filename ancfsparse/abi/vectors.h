@@ -74,6 +74,32 @@ static inline double vec_weigh_apart(const double *w, const double *x, const dou
     return vec_total(total) + rest;
 }
 
+/* The products that an update with a pair takes: y.y / w, s.y, p.y, and s.s w, p.p w. */
+static inline void vec_pair(const double *w, const double *inverse, const double *s, const double *y,
+                            const double *p, ptrdiff_t n, double *out)
+{
+    vec total[5] = {{0}}, si, yi, pi, wi;
+    double rest[5] = {0};
+    ptrdiff_t i = 0;
+    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
+        si = vec_load(s + i), yi = vec_load(y + i), pi = vec_load(p + i), wi = vec_load(w + i);
+        total[0] += vec_load(inverse + i) * yi * yi;
+        total[1] += si * yi;
+        total[2] += pi * yi;
+        total[3] += wi * si * si;
+        total[4] += wi * pi * pi;
+    }
+    for (; i < n; ++i) {
+        rest[0] += inverse[i] * y[i] * y[i];
+        rest[1] += s[i] * y[i];
+        rest[2] += p[i] * y[i];
+        rest[3] += w[i] * s[i] * s[i];
+        rest[4] += w[i] * p[i] * p[i];
+    }
+    for (int k = 0; k < 5; ++k)
+        out[k] = vec_total(total[k]) + rest[k];
+}
+
 /* Sums of w (x - y)^2 and of w (x - z)^2, and y takes the place of z. */
 static inline void vec_compare(const double *w, const double *x, const double *y, double *z,
                                ptrdiff_t n, double *of_y, double *of_z)

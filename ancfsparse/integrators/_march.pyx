@@ -163,7 +163,8 @@ cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
         if start != self.a0:
             for i in range(piece, stop):
                 self.q[i] += self.scale * (start[i] - self.a0[i])
-        total += way(self, piece, stop)
+        if self.measures:
+            total += way(self, piece, stop)
         piece = stop
     self.squares[part] = total
     if self.corrected or self.elsewhere or start != self.a0:

@@ -148,8 +148,13 @@ cdef class TimeLoop:
         """
         self.motion.softness = softness
 
-    def weigh(self, const double[::1] mass, double total):
-        """Weight the norms by mass: the mass of each coordinate, and that of all positions."""
+    def weigh(self, const double[::1] mass, double total, bint measures=True):
+        """Weight the norms by mass: the mass of each coordinate, and that of all positions.
+
+        ``measures`` is whether the displacement of each step is measured, which bounds on
+        corrections depend on.
+        """
+        self.motion.measures = measures
         self.mass = mass
         self.interface.mass, self.interface.mass_total = &mass[0], total
         self.interface.inverse_mass = kept(self.arrays, "inverse_mass", 1.0 / np.asarray(mass))

@@ -36,6 +36,7 @@ cdef struct Drives:
 cdef struct Motion:
     const ancf_system *system
     ptrdiff_t n_free, n_all, m, n_parts
+    bint measures  # whether displacements are measured, for bounds on corrections
     bint corrected  # whether the iterate is no longer the predictor
     bint elsewhere  # whether the last predictor did not use the last acceleration
     bint ahead  # whether v0 and the work of the loads are already those of the current step

@@ -27,6 +27,18 @@ cdef struct DenseData:
     const double *weights  # inner product of Broyden's update, NULL for the plain one
 
 
+cdef enum:
+    CACHE_LINE = 8  # numbers
+
+
+cdef double *aligned(dict own, str name, ptrdiff_t n) except NULL:
+    """Allocate zeros from the start of a cache line, so that no vector crosses one."""
+    cdef double[::1] room = np.zeros(n + CACHE_LINE)
+    cdef ptrdiff_t past = <ptrdiff_t>&room[0] // <ptrdiff_t>sizeof(double) % CACHE_LINE
+    own[name] = room = room[CACHE_LINE - past : CACHE_LINE - past + n]
+    return &room[0]
+
+
 cdef class Dense:
     """The inverse as a dense matrix that keeps all pairs of the run (``memory="full"``).
 
@@ -44,30 +56,26 @@ cdef class Dense:
 
     cdef ancf_inverse interface
     cdef DenseData data
-    cdef object owner, columns, terms, work, weights
+    cdef object owner, weights
     cdef dict own
     cdef readonly object capsule
 
     def __cinit__(self, seed, str rule, weights=None):
         cdef DenseData *data = &self.data
-        cdef double[:, ::1] columns
-        cdef double[:, :, ::1] terms
-        cdef double[:, ::1] work
         cdef double[::1] weights_view
-        self.owner = seed
+        self.owner, self.own = seed, {}
         data.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         data.rule = RULES[rule]
         data.n = data.seed.n
         data.padded = (data.n + 7) // 8 * 8
-        self.columns = np.zeros((data.n, data.padded))
-        self.terms, self.work = np.zeros((2, 2, data.padded)), np.zeros((2, data.padded))
-        columns, terms, work = self.columns, self.terms, self.work
-        data.columns, data.a, data.w = &columns[0, 0], &terms[0, 0, 0], &terms[1, 0, 0]
-        data.product, data.unit = &work[0, 0], &work[1, 0]
+        data.columns = aligned(self.own, "columns", data.n * data.padded)
+        data.a = aligned(self.own, "a", 2 * data.padded)
+        data.w = aligned(self.own, "w", 2 * data.padded)
+        data.product = aligned(self.own, "product", data.padded)
+        data.unit = aligned(self.own, "unit", data.padded)
         if weights is not None:
             self.weights = weights_view = np.array(weights, dtype=float)
             data.weights = &weights_view[0]
-        self.own = {}
         set_guard(&data.guard, self.own, np.ones(data.n), 0.0, INFINITY)
         self.interface.context, self.interface.n = data, data.n
         self.interface.reseed, self.interface.forget = dense_reseed, dense_forget
@@ -95,16 +103,17 @@ cdef class Dense:
     @property
     def matrix(self):
         """The inverse as an array (n, n), including the newest pair."""
-        n = self.data.n
-        full = self.columns[:, :n].T.copy()
-        for k in range(self.data.pending):
-            full += np.outer(self.terms[0, k, :n], self.terms[1, k, :n])
+        n, padded = self.data.n, self.data.padded
+        full = np.reshape(self.own["columns"], (n, padded))[:, :n].T.copy()
+        for k in range(0, self.data.pending * padded, padded):
+            full += np.outer(self.own["a"][k : k + n], self.own["w"][k : k + n])
         return full
 
     @matrix.setter
     def matrix(self, value):
         self.data.pending = 0
-        self.columns[:, : self.data.n] = np.asarray(value).T
+        columns = np.reshape(self.own["columns"], (self.data.n, self.data.padded))
+        columns[:, : self.data.n] = np.asarray(value).T
 
     def apply(self, const double[::1] r):
         """Return ``H r``."""
@@ -215,8 +224,8 @@ cdef int dense_learn(void *context, const double *s, const double *y, const doub
                      double *z) noexcept nogil:
     cdef DenseData *self = <DenseData *>context
     cdef ptrdiff_t n = self.n, i, j
-    cdef int terms, k
-    cdef double delta, factor, ss
+    cdef int terms
+    cdef double delta, factor, other, ss
     cdef const double *weighed = s  # D s
     dense_apply(context, r_new, z)
     terms = pair_terms(self.rule, 1, n, s, y, z, &self.guard, self.a, self.w, self.padded)
@@ -233,9 +242,13 @@ cdef int dense_learn(void *context, const double *s, const double *y, const doub
             return 0
         for j in range(n):
             self.w[j] = dot(self.columns + j * self.padded, weighed, n) / delta
-    for k in range(terms):
-        factor = dot(self.w + k * self.padded, r_new, n)
+    factor = dot(self.w, r_new, n)
+    if terms == 1:
         for i in range(n):
-            z[i] += factor * self.a[k * self.padded + i]
+            z[i] += factor * self.a[i]
+    else:
+        other = dot(self.w + self.padded, r_new, n)
+        for i in range(n):
+            z[i] += factor * self.a[i] + other * self.a[self.padded + i]
     self.pending = terms
     return 1

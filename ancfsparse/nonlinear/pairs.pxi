@@ -12,6 +12,8 @@ cdef extern from "vectors.h":
         ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
     double weigh "vec_weigh_parts" (
         ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
+    void vec_pair(const double *, const double *, const double *, const double *, const double *,
+                  ptrdiff_t, double *) noexcept nogil
     void scaled "vec_scale_parts" (
         ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
     void combined "vec_sum_parts" (
@@ -76,25 +78,35 @@ cdef int pair_terms(Rule rule, ptrdiff_t parts, ptrdiff_t n, const double *s, co
     ``p = H r_new``, so ``h = H y = p + s`` and ``u = s - h = -p``.  For Broyden's update a[0] is u,
     and the caller sets w.
     """
-    cdef double sy, yh, uy, yy
-    yy = weigh(parts, guard.inverse, y, n)
+    cdef double[5] products
+    cdef double yy, sy, py, ss, pp, yh
+    if parts == 1 and rule != BROYDEN:
+        vec_pair(guard.weight, guard.inverse, s, y, p, n, &products[0])
+        yy, sy, py, ss, pp = products[0], products[1], products[2], products[3], products[4]
+    else:
+        yy = weigh(parts, guard.inverse, y, n)
+        sy = py = ss = pp = 0.0
+        if rule != BROYDEN:
+            py = dot_parts(parts, p, y, n)
+        if rule == DAVIDON:
+            pp = weigh(parts, guard.weight, p, n)
+        elif rule != BROYDEN:
+            sy, ss = dot_parts(parts, s, y, n), weigh(parts, guard.weight, s, n)
     if not yy > guard.smallest_y * guard.smallest_y:
         return 0
     if rule == BROYDEN:
         scaled(parts, a, -1.0, p, n)
         return 1
     if rule == DAVIDON:  # equation 14: u u^T / (u.y)
-        uy = -dot_parts(parts, p, y, n)
-        if vanishes(uy, weigh(parts, guard.weight, p, n), yy):
+        if vanishes(py, pp, yy):
             return 0
         scaled(parts, w, -1.0, p, n)
-        scaled(parts, a, -1.0 / uy, p, n)
+        scaled(parts, a, 1.0 / py, p, n)
         return 1
-    sy = dot_parts(parts, s, y, n)
-    yh = sy + dot_parts(parts, p, y, n)
+    yh = sy + py
     if not alike(sy, yh, guard.largest_ratio):
         return 0
-    if vanishes(sy, weigh(parts, guard.weight, s, n), yy):
+    if vanishes(sy, ss, yy):
         return 0
     combined(parts, w + stride, 1.0, p, 1.0, s, n)  # h
     if rule == DFP:  # equation 15: s s^T / (s.y) - h h^T / (y.h)

@@ -105,7 +105,7 @@ def prepare(
     criterion = Criterion(system, integrator, tolerance)
     march = make_march(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))
     recall_contributions(state, system)  # the march has begun them
-    march.weigh(criterion.mass, criterion.total)
+    march.weigh(criterion.mass, criterion.total, criterion.at(dt).by_correction)
     if system.prescribed:
         from ancfsparse.solve.drives import drive_march
 
