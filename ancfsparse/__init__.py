@@ -34,7 +34,7 @@ from ancfsparse.integrators import (
     RungeKuttaNystrom,
 )
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
-from ancfsparse.results import Equilibrium, Trajectory, load
+from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import (
     Circle,
     IBeam,
@@ -67,6 +67,7 @@ if TYPE_CHECKING:
         strain,
         velocity,
     )
+    from ancfsparse.results.files import load
     from ancfsparse.scene.curves import Arc, Helix
     from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
     from ancfsparse.solve.assemble import assemble
@@ -170,6 +171,7 @@ _ON_DEMAND = {
     "frequency": "plans",
     "grid": "sweeps",
     "latin_hypercube": "sweeps",
+    "load": "results.files",
     "load_path": "solve.load_path",
     "modal_response": "solve.modal_response",
     "modes": "solve.modes",

@@ -34,6 +34,13 @@ def shown(value: object) -> str:
         return f"an object of type {type(value).__name__}"
 
 
+def checksum(data: bytes) -> str:
+    """Return 16 digits that stand for data too long to show."""
+    from hashlib import sha256  # loads OpenSSL
+
+    return sha256(data).hexdigest()[:16]
+
+
 class _Short(reprlib.Repr):
     """Keep texts, numbers and handles whole; shorten long tables."""
 

@@ -7,7 +7,6 @@ Pictures are in `ancfsparse.results.plots` (`snapshots`, `edge_lines`, `centre_l
 
 from ancfsparse.results.energy import Energy
 from ancfsparse.results.equilibrium import Equilibrium
-from ancfsparse.results.files import load
 from ancfsparse.results.source import SolvedSystem
 from ancfsparse.results.stats import Event, RunStats
 from ancfsparse.results.trajectory import Trajectory
@@ -19,5 +18,4 @@ __all__ = [
     "RunStats",
     "SolvedSystem",
     "Trajectory",
-    "load",
 ]

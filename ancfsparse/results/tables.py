@@ -6,7 +6,6 @@ They support what results need of an array: ``shape``, rows ``[i]`` and ``[i:j]`
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -133,6 +132,8 @@ class StoredState:
         InputError
             If the file is damaged or was replaced.
         """
+        import json  # what runs in memory do not need
+
         with opened(self.path, self.run) as file:
             rows = whole(self.path, LAST, file[LAST][:])
             texts = json.loads(text_of(file, MEMORY))
@@ -149,6 +150,8 @@ class StoredState:
 
 def state_as_stored(state: State) -> tuple[Array, Array, str]:
     """Return what a file keeps of a last state: vectors (k, n), multipliers (m,), and a text."""
+    import json
+
     memory: dict[str, Any] = dict(state.memory)
     vectors = {} if state.b is None else {"b0": state.b}
     for name in [name for name in memory if np.shape(memory[name]) == state.q.shape]:

@@ -12,7 +12,6 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,7 +24,7 @@ from ancfsparse.scene.functions import sendable
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.sections import AnySection, parameters_of
 from ancfsparse.scene.spec import Point, Whole
-from ancfsparse.words import shown
+from ancfsparse.words import checksum, shown
 
 if TYPE_CHECKING:
     from ancfsparse.scene.joints import Builder
@@ -254,7 +253,7 @@ class ElasticBody(Body):
             else " ".join([self.element, *self.options.values()]),
             "section": repr(self.section),
             "material": repr(self.material),
-            "mesh": f"{self.n_elements} elements, {sha256(links.tobytes()).hexdigest()[:16]}",
+            "mesh": f"{self.n_elements} elements, {checksum(links.tobytes())}",
         }
 
     def free_of_stress(self, ends: Vector, t: float | None = None) -> Vector:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from hashlib import sha256
 
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.spec import OfJoint, Point, Whole
-from ancfsparse.words import numbers
+from ancfsparse.words import checksum, numbers
 
 # Longer descriptions are cut here and end in a checksum.
 LONGEST = 200
@@ -81,4 +80,4 @@ def _by_value(text: str) -> str:
 def _short(text: str) -> str:
     if len(text) <= LONGEST:
         return text
-    return f"{text[:LONGEST]}... {sha256(text.encode()).hexdigest()[:16]}"
+    return f"{text[:LONGEST]}... {checksum(text.encode())}"

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from hashlib import sha256
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,7 @@ from ancfsparse.checks import (
 )
 from ancfsparse.errors import InputError
 from ancfsparse.scene.signal import Shaped, Signal, Value, checked_value
-from ancfsparse.words import shown
+from ancfsparse.words import checksum, shown
 
 Vector = NDArray[np.float64]
 
@@ -151,7 +150,7 @@ class Table(Signal):
     def describe(self) -> str:
         """Describe it by a checksum of all its numbers."""
         numbers = np.concatenate([self.times, self.values.ravel()]).astype("<f8")
-        return f"{self!r} {sha256(numbers.tobytes()).hexdigest()[:16]}"
+        return f"{self!r} {checksum(numbers.tobytes())}"
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from hashlib import blake2b
 from typing import Any
 
 import numpy as np
@@ -54,6 +53,8 @@ def cheapest(
 
 def _digest(indptr: Indices, indices: Indices, n_positive: int) -> bytes:
     """Return a number of 128 bits that only equal patterns have in common."""
+    from hashlib import blake2b  # loads OpenSSL
+
     digest = blake2b(f"{n_positive} {indptr.dtype} {indices.dtype}".encode(), digest_size=16)
     digest.update(indptr.tobytes())
     digest.update(indices.tobytes())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -14,7 +13,6 @@ from numpy.typing import NDArray
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.machine import GIGABYTE
 from ancfsparse.results import RunStats, Trajectory
-from ancfsparse.results.files import read
 from ancfsparse.results.hdf5 import file_name
 from ancfsparse.results.tables import Chosen
 from ancfsparse.scene import Node
@@ -129,6 +127,8 @@ class Record:
         """Refuse a run whose states cannot fit on the disk."""
         width = self._system.n_all if self._places is None else len(self._places)
         needed = 8.0 * self._rows * (3 * width + self._system.n_multipliers + 1)
+        import shutil  # loads compression
+
         free = shutil.disk_usage(output.parent).free
         free += output.stat().st_size if output.exists() else 0  # it is replaced
         if needed > free:
@@ -192,6 +192,8 @@ class Record:
         if self._kept is not None:
             return self._kept.trajectory(self._system, self._settings)
         assert self._output is not None
+        from ancfsparse.results.files import read  # what runs in memory do not need
+
         return read(self._output, self._system)
 
 

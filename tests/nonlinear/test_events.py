@@ -7,7 +7,8 @@ from handmade import Equations
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome, Rung
 from ancfsparse.problems import pendulum
-from ancfsparse.results import Event, load
+from ancfsparse.results import Event
+from ancfsparse.results.files import load
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
 

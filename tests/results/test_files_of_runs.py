@@ -11,8 +11,8 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
-from ancfsparse.results import load
 from ancfsparse.results.claim import check_replaceable
+from ancfsparse.results.files import load
 from ancfsparse.results.writer import Writer
 
 

@@ -9,7 +9,8 @@ import matplotlib as mpl
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.results import load, plots
+from ancfsparse.results import plots
+from ancfsparse.results.files import load
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.results import load
+from ancfsparse.results.files import load
 from tests.soak.report import Report
 
 STEPS, DT = 40_000, 5e-4

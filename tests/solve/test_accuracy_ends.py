@@ -8,7 +8,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import AccuracyFailure
 from ancfsparse.problems import pendulum
-from ancfsparse.results import load
+from ancfsparse.results.files import load
 from tests.solve.accuracy_problems import (
     swinging_pendulum,
 )

@@ -12,7 +12,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from ancfsparse.results import load
+from ancfsparse.results.files import load
 
 NEWTON = ancf.Newton()
 

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import ancfsparse as ancf
-from ancfsparse.results import load
+from ancfsparse.results.files import load
 
 REFERENCES = Path(__file__).parents[1] / "references" / "moving_supports.toml"
 NEWTON = ancf.Newton()

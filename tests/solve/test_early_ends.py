@@ -10,7 +10,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import LoadFailure
 from ancfsparse.integrators import CentralDifference, EnergyMomentum, RungeKuttaNystrom
-from ancfsparse.results import load
+from ancfsparse.results.files import load
 from ancfsparse.results.writer import Writer
 from ancfsparse.solve import fixed, record
 

@@ -11,9 +11,8 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
-from ancfsparse.results import load
+from ancfsparse.results.files import load
 from ancfsparse.scene import Scene
-from ancfsparse.solve import record
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
@@ -165,7 +164,7 @@ FULL = """
 import resource, sys
 import ancfsparse as ancf
 from ancfsparse.errors import OutputFailure
-from ancfsparse.results import load
+from ancfsparse.results.files import load
 scene = ancf.Scene()
 rod = scene.add_beam("thin", (0, 0), (2, 0), 100, ancf.Circle(0.01), ancf.Material(1e8, 4000.0))
 scene.pin(rod.start)
@@ -198,7 +197,7 @@ def test_a_full_disk_is_told_and_what_was_written_is_kept(tmp_path):
 
 def test_states_that_no_disk_can_take_are_refused_at_once(tmp_path, monkeypatch):
     usage = type("Usage", (), {"free": 1000})()
-    monkeypatch.setattr(record.shutil, "disk_usage", lambda _: usage)
+    monkeypatch.setattr("shutil.disk_usage", lambda _: usage)
     message = r"states would take .* GB, but only 1e-06 GB are free in .*: try a larger save_every"
     with pytest.raises(InputError, match=message):
         run_to(tmp_path / "run.h5")

@@ -8,7 +8,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError, StepFailure
-from ancfsparse.results import load
+from ancfsparse.results.files import load
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve import memory, record
 from ancfsparse.system import System
