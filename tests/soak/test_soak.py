@@ -107,12 +107,14 @@ def test_a_step_that_rises_is_compared_with_all_that_newton_would_try():
     assert motions.run(0, 156).finds == []
 
 
-def test_where_rounding_decides_what_newton_finds_a_stop_is_no_false_alarm(monkeypatch):
-    # Newton's method takes 25 corrections to a solution of step 188 that gains nothing; from states
-    # that differ by 1e-14, 17 of 20 times, all its fallbacks end in the one that the run took.
-    assert motions.run(0, 3573).finds == []
-    monkeypatch.setattr(motions, "SHAKEN", 0)
-    assert motions.run(0, 3573).finds != []
+@pytest.mark.parametrize("often", [2, 7])
+def test_where_rounding_decides_what_newton_finds_most_of_its_solutions_count(monkeypatch, often):
+    # Its method takes 25 corrections to a solution of step 188 of motion 3573 that gains nothing;
+    # from states that differ by 1e-14, 17 of 20 times, its fallbacks end in the one of the run.
+    gains = iter([-68.0] * often + [131.0] * (1 + motions.SHAKEN - often))
+    monkeypatch.setattr(motions, "gain_by_newton", lambda *_: next(gains))
+    stop = ancf.EnergyGain(131.0, 5500.0, 0.01, 1.9, 189, 0.01)
+    assert bool(motions.alarm(None, None, stop)) == (often == 7)
 
 
 def test_a_step_with_softer_constraints_in_which_a_run_is_stopped_is_counted():
@@ -177,7 +179,7 @@ def test_a_hidden_scale_is_found(monkeypatch):
         return 1e-9
 
     monkeypatch.setattr(Criterion, "smallest_change", smallest_change)
-    assert units.run(4, 1262).outcome == "differ"
+    assert [units.run(4, index).outcome for index in (0, 1, 3)] == ["differ"] * 3
 
 
 def test_what_rounding_decides_is_told_from_what_units_decide():
