@@ -215,6 +215,7 @@ def economy_command(
     scenes: Annotated[
         list[str] | None, typer.Option("--scene", help="A scene, once for each [default: all].")
     ] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Scenes at once, in processes.")] = 1,
     output: OutputOption = Path("results"),
     page: PageOption = None,
 ) -> None:
@@ -222,7 +223,8 @@ def economy_command(
     ECONOMY.check(output, page)
     for name in scenes or ():
         check_choice("scene", name, ECONOMY_CASES)
-    report(ECONOMY, ECONOMY.run(scenes or tuple(ECONOMY_CASES), progress=True), output, page)
+    result = ECONOMY.run(scenes or tuple(ECONOMY_CASES), jobs=jobs, progress=True)
+    report(ECONOMY, result, output, page)
 
 
 @study.command("units")

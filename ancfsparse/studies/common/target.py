@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -29,10 +30,11 @@ class Target:
         """Whether it is reached."""
         return self.value <= self.wanted if self.at_most else self.value >= self.wanted
 
-    def record(self) -> dict[str, str | float | bool]:
-        """Return it for JSON."""
+    def record(self) -> dict[str, str | float | bool | None]:
+        """Return it for JSON, which has no infinite numbers: null."""
         bound = "at_most" if self.at_most else "at_least"
-        return {"what": self.what, "value": self.value, bound: self.wanted, "met": self.met}
+        value = self.value if math.isfinite(self.value) else None
+        return {"what": self.what, "value": value, bound: self.wanted, "met": self.met}
 
     def __str__(self) -> str:
         """Put value, aim and verdict on one line."""

@@ -10,7 +10,10 @@ import math
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, replace
+from functools import partial
+from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -29,7 +32,7 @@ from ancfsparse.studies.peers.environment import environment
 REQUESTS = (0.03, 0.003, 0.0003)
 """Errors that are asked for, over the size of the quantity [-]."""
 
-FEWEST = 25  # steps, and powers of two times as many
+FEWEST, MOST = 25, 51200  # steps of the search, which are powers of two times the fewest
 INTEGRATORS: tuple[Implicit | Explicit, ...] = (
     GeneralizedAlpha(0.9),
     Newmark(0.0),
@@ -142,19 +145,42 @@ class _Tried:
 def economy(
     scenes: Sequence[str] = tuple(CASES),
     requests: Sequence[float] = REQUESTS,
+    jobs: int = 1,
     progress: bool = False,
 ) -> Economy:
-    """Plan every scene for every error, and search for what would have been cheapest."""
-    outcomes: list[Outcome] = []
-    for name in bar(scenes, "scene", progress):
-        case = CASES[name]
-        reference = Reference(case, min(requests))
-        tried = list(_searched(case, reference, min(requests)))
-        for asked in requests:
-            best = _best(tried, asked)
-            outcomes.append(_planned(name, case, reference, asked, best))
-    settings = {"requests": list(requests), "scenes": list(scenes), **environment()}
-    return Economy(outcomes, settings)
+    """Plan every scene for every error, and search for what would have been cheapest.
+
+    Parameters
+    ----------
+    scenes : sequence of str, optional
+        Names of `CASES`.
+    requests : sequence of float, optional
+        Errors over the size of the quantity [-].
+    jobs : int, optional
+        Scenes that are looked at at once, each in a process of its own.
+    progress : bool, optional
+        Whether to draw a bar.
+    """
+    look = partial(_scene, requests=tuple(requests))
+    if jobs == 1:
+        found = [look(name) for name in bar(scenes, "scene", progress)]
+    else:
+        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+            tasks = [pool.submit(look, name) for name in scenes]
+            with bar(len(tasks), "scene", progress) as shown:
+                for _ in as_completed(tasks):
+                    shown.update()
+            found = [each.result() for each in tasks]
+    settings = {"requests": list(requests), "scenes": list(scenes), "jobs": jobs, **environment()}
+    return Economy([each for some in found for each in some], settings)
+
+
+def _scene(name: str, requests: Sequence[float]) -> list[Outcome]:
+    """Look at one scene."""
+    case = CASES[name]
+    reference = Reference(case, min(requests))
+    tried = list(_searched(case, reference, min(requests)))
+    return [_planned(name, case, reference, each, _best(tried, each)) for each in requests]
 
 
 def _searched(case: Case, reference: Reference, least: float) -> Iterator[_Tried]:
@@ -182,7 +208,7 @@ def _steps(case: Case, made: Made, integrator: Implicit | Explicit) -> Sequence[
     """Return the numbers of steps that are tried."""
     if case.t_end is None:
         return (1,)
-    steps = [FEWEST << k for k in range((case.steps // 2 // FEWEST).bit_length())]
+    steps = [FEWEST << k for k in range((min(case.steps // 2, MOST) // FEWEST).bit_length())]
     if not isinstance(integrator, Explicit):
         return steps
     try:

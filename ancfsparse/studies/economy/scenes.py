@@ -243,11 +243,13 @@ CASES: dict[str, Case] = {
     "steel pendulum": Case(_pendulum(STEEL), 2.0),
     "pendulum in space": Case(_pendulum(ROD, 3), 2.0, THIN),
     "whirled in space": Case(_whirled, 1.0, THIN),
-    "velocity of a pendulum": Case(_pendulum(FLEXIBLE, ask=plans.velocity), 2.0),
-    "slope of a pendulum": Case(_pendulum(FLEXIBLE, ask=plans.slope_angle), 2.0),
+    "velocity of a pendulum": Case(_pendulum(FLEXIBLE, ask=plans.velocity), 2.0, steps=25600),
+    "slope of a pendulum": Case(_pendulum(FLEXIBLE, ask=plans.slope_angle), 2.0, steps=25600),
     "energy of a pendulum": Case(_pendulum(FLEXIBLE, ask=lambda end: plans.energy("kinetic")), 2.0),
-    "cantilever, sudden load": Case(_cantilever(FLEXIBLE, (0.0, 0.2)), 2.0),
-    "cantilever, pulse": Case(_cantilever(FLEXIBLE, Pulse((0.0, 2.0), 0.0, 0.05)), 0.5),
+    "cantilever, sudden load": Case(_cantilever(FLEXIBLE, (0.0, 0.2)), 2.0, steps=25600),
+    "cantilever, pulse": Case(
+        _cantilever(FLEXIBLE, Pulse((0.0, 2.0), 0.0, 0.05)), 0.5, steps=25600
+    ),
     "cantilever, wave": Case(_cantilever(FLEXIBLE, _wave), 5.0),
     "moment at a clamp": Case(
         _cantilever(
@@ -275,14 +277,14 @@ CASES: dict[str, Case] = {
         0.1,
         (("thin", {}), ("string", {})),
     ),
-    "shaken rod": Case(_shaken, 3.0),
+    "shaken rod": Case(_shaken, 3.0, steps=25600),
     "mass at the end": Case(_loaded(0.5, 0.0), 2.0),
-    "spring at the end": Case(_loaded(0.0, 50.0), 2.0),
+    "spring at the end": Case(_loaded(0.0, 50.0), 2.0, steps=25600),
     "body at the end": Case(_with_body, 1.0),
     "long rope": Case(_rope, 8.0, THIN, 256, 25600, LONG_MESHES, False),
     "tied net": Case(_tied(5), 0.5, NET, 80, 6400, (10, 20, 30, 40, 60), False),
     "ten links in space": Case(_hanging, 8.0, THIN, 16, 51200, (1, 2, 3, 4, 6, 8), False),
-    "pendulum, 60 s": Case(_pendulum(FLEXIBLE), 60.0, THIN, 32, 204800, (2, 4, 6, 8, 12), False),
+    "pendulum, 60 s": Case(_pendulum(FLEXIBLE), 60.0, THIN, 32, 102400, (2, 4, 6, 8, 12), False),
     "deflection": Case(
         _cantilever(FLEXIBLE, None, ask=plans.static_deflection, gravity=DOWN), None
     ),
