@@ -22,7 +22,10 @@ from ancfsparse.plans.ways import ModalSum, Statics, Way
 from ancfsparse.scene import Scene
 from ancfsparse.solve import stable_step
 
-WAYS: tuple[type[Way], ...] = (Statics, ModalSum)
+# What is tried before marching, where loads are slow, and what is tried where marching takes long:
+# finding modes takes as much as short motions do.
+FIRST: tuple[type[Way], ...] = (Statics,)
+LAST: tuple[type[Way], ...] = (ModalSum,)
 # Pilots of a motion take this many runs of the longest steps at least: those steps, half of them
 # by two integrators, and one more mesh (see `time_error`).
 LEAST_PILOTS = 6.0
@@ -66,28 +69,40 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
         Whether the motion may be found without that integrator.
     """
     why: list[str] = []
-    beside, other = 0.0, None
-    for way in _suiting(pilots) if free else ():
+    beside, other, found, stop = 0.0, None, None, None
+
+    def tried(way: Way) -> Chosen | None:
+        """Return a way with its pilots, None if it does not do."""
+        nonlocal beside
         mine = replace(pilots.with_integrator(way), base=way.fewest)
         try:
             found, reasons = elements(mine, finer, None)
         except AncfError as failure:
             why.append(f"{way} is not possible: {failure}")
             beside += mine.spent
-            continue
+            return None
         excess = _excess(found)
         if excess > 1.0:
             why.append(_missed(way, found, excess))
-        else:
-            other = Chosen(mine, found, (way.reason, *reasons), beside)
-            if _amount(found) <= _least(pilots, found):
-                return other
+        made = Chosen(mine, found, (way.reason, *reasons), beside)
         beside += mine.spent
+        return made if excess <= 1.0 else None
+
+    for way in _suiting(pilots, FIRST) if free else ():
+        other = tried(way)
+        if other is not None and _amount(other.found) <= _least(pilots, other.found):
+            return other
     try:
         found, reasons = elements(pilots, finer, fixed_steps)
-    except (StepFailure, PlanFailure):
-        if other is None:
-            raise
+    except (StepFailure, PlanFailure) as failure:
+        stop = failure
+    if free and (found is None or _excess(found) > 1.0 or _amount(found) > FREE):
+        for way in _suiting(pilots, LAST):
+            other = tried(way) or other
+    if stop is not None and other is None:
+        raise stop
+    if found is None:
+        assert other is not None
         return other
     explicit = _explicit(pilots, found) if free and pilots.t_end is not None else None
     if explicit is not None:
@@ -170,13 +185,13 @@ def _with_links(
     return found.with_effects(both), why + more
 
 
-def _suiting(pilots: Pilots) -> Iterator[Way]:
-    """Give the ways that may do."""
+def _suiting(pilots: Pilots, kinds: Sequence[type[Way]]) -> Iterator[Way]:
+    """Give the ways of some kinds that may do."""
     scene = _coarse(pilots)
     if scene is None or pilots.t_end is None:
         return
     moved = [replace(each, quantity=each.quantity.on(scene)) for each in pilots.wanted]
-    for kind in WAYS:
+    for kind in kinds:
         try:
             way = kind.fit(scene, pilots.t_end, moved)
         except AncfError:  # what is wrong is stated where motions are tried

@@ -213,10 +213,15 @@ def _reasons(
     )
     for name, part in (("mesh", found.mesh), ("steps", found.time)):
         if part is not None and not all(each.settled for each in part.estimates):
+            reserve = "" if found.chosen else ", and half of the error stays in reserve"
             out.append(
                 f"pilots of the {name} do not show the order of the method, so the more "
-                "pessimistic order is used, and half of the error stays in reserve"
+                f"pessimistic order is used{reserve}"
             )
+    if found.chosen is not None:
+        out.append(
+            "the run was made as the last pilot, and is as far from those before as foreseen"
+        )
     for body in scene.beams:
         if "n_elements" not in body.automatic:
             share = max(each / most for each, most in zip(found.given, found.asked, strict=True))
