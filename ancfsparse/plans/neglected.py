@@ -18,6 +18,7 @@ from ancfsparse.errors import ApproximateModes
 from ancfsparse.plans.frequency_effects import frequency_effects
 from ancfsparse.plans.quantities import Frequency, Position, Quantity
 from ancfsparse.plans.section_energies import (
+    axial_energies,
     cable_energies,
     edges,
     rotary_energy,
@@ -75,7 +76,8 @@ def neglected_effects(
         - ``"shear"``: of cables, whose sections stay at right angles to the axis.
         - ``"torsion"``: of cables in space.
         - ``"rotary inertia"``: of cables, whose mass is on their axis.
-        - ``"stretch"``: by which converged elements differ, since their bending depends on it.
+        - ``"stretch"``: by which converged elements differ, since their tension and their bending
+          depend on it in several ways.
         - ``"bending"``: of strings.
         - ``"inertia"``: of a quasi-static run.
 
@@ -85,12 +87,12 @@ def neglected_effects(
     -----
     Energies that are neglected over those that are kept, integrated over the beams and largest over
     time: shear ``Q^2/kGA : M^2/EI``, torsion ``T^2/GJ : M^2/EI``, rotary inertia ``rho I w^2 : rho
-    A v^2`` with the angular velocity w of the axis, stretch ``2 eps M^2/EI : M^2/EI``, bending of
-    strings ``EI kappa^2 : N phi^2`` with the curvature of the polygon and its angle phi to the
-    chord.  Inertia: ``2 y'' / omega^2`` for a quantity y and the lowest frequency, and ``y' /
-    omega`` for what sets in with a rate.  Beside richer models they are right within a factor of 2
-    where the effect is below 10 % (tests/plans/test_neglected.py).  Frequencies have estimates of
-    their own, `frequency_effects`.
+    A v^2`` with the angular velocity w of the axis, stretch ``2 eps M^2/EI : M^2/EI`` or, if that
+    is more, ``3/2 eps N^2/EA : N^2/EA + M^2/EI``, bending of strings ``EI kappa^2 : N phi^2`` with
+    the curvature of the polygon and its angle phi to the chord.  Inertia: ``2 y'' / omega^2`` for a
+    quantity y and the lowest frequency, and ``y' / omega`` for what sets in with a rate.  Beside
+    richer models they are right within a factor of 2 where the effect is below 10 %
+    (tests/plans/test_neglected.py).  Frequencies have estimates of their own, `frequency_effects`.
     """
     if isinstance(quantity, Frequency):
         return frequency_effects(scene, run, quantity)
@@ -99,8 +101,8 @@ def neglected_effects(
     cables = [b for b in beams if b.kind.is_cable]
     strings = [b for b in beams if b.kind.is_string]
     shares: dict[str, float] = {}
+    bending, shear, stretch = (np.zeros(len(run.t)) for _ in range(3))
     if cables:
-        bending, shear, stretch = (np.zeros(len(run.t)) for _ in range(3))
         for body in cables:
             one, two, three = cable_energies(run, body)
             bending, shear, stretch = bending + one, shear + two, stretch + three
@@ -130,6 +132,13 @@ def neglected_effects(
     if march is not None and UNLIKELY * dense * heavy > enough:
         dense = _response(scene, whole, quantity, march, _denser)
     effects = {name: soft * share for name, share in shares.items()}
+    if cables or strings:
+        axial, differ = (np.sum(each, axis=0) for each in zip(
+            *(axial_energies(run, body) for body in beams), strict=True))  # fmt: skip
+        taut, tense = _size(quantity, whole), _ratio(differ, axial + bending)
+        if march is not None and FLOOR_SHARE * taut * tense > enough:
+            taut = _response(scene, whole, quantity, march, _slacker)
+        effects["stretch"] = max(effects.get("stretch", 0.0), taut * tense)
     if strings:  # tension resists, which material does not change
         effects["bending"] = shares["bending"] * _size(quantity, whole)
     if cables and not still:
@@ -193,12 +202,17 @@ def _response(
     return float(np.linalg.norm(off, axis=1).max()) / PROBE
 
 
+def _slacker(body: ElasticBody) -> dict[str, Any]:
+    """Return what makes a body softer in every way."""
+    less = (1.0 - PROBE) * body.material.youngs_modulus
+    return {"material": replace(body.material, youngs_modulus=less)}
+
+
 def _softer(body: ElasticBody) -> dict[str, Any]:
     """Return what makes a body softer in bending, and as stiff along its axis as it is."""
     section, less = body.section, 1.0 - PROBE
     if isinstance(section, Taper):
-        material = body.material
-        return {"material": replace(material, youngs_modulus=less * material.youngs_modulus)}
+        return _slacker(body)
     _, about_y, about_z = principal_axes(section)
     softer = Section(
         area=section.area,

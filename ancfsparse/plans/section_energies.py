@@ -28,6 +28,19 @@ def cable_energies(run: Trajectory, body: ElasticBody) -> tuple[Array, Array, Ar
     return bending.sum(axis=1), shear.sum(axis=1), (2.0 * bending * np.abs(strain)).sum(axis=1)
 
 
+def axial_energies(run: Trajectory, body: ElasticBody) -> tuple[Array, Array]:
+    """Return the energy of tension, and by how much measures of strain differ in it, (k,) [J].
+
+    Green's strain gives 1 + 3/2 eps times the tension of the change of length, to first order.
+    """
+    force, strain = run.section_force(body).N, run.strain(body)
+    k = len(run.t)
+    squares = np.square(force).reshape(k, body.n_elements, -1).mean(axis=2)
+    stretched = np.abs(strain).reshape(k, body.n_elements, -1).mean(axis=2)
+    axial = 0.5 * body.lengths * squares / body.stiffnesses()["axial_stiffness"]
+    return axial.sum(axis=1), (1.5 * axial * stretched).sum(axis=1)
+
+
 def torsion_energy(scene: Scene, run: Trajectory, body: ElasticBody) -> Array:
     """Return the energy of twist that joints and moments would put into a cable, (k,) [J].
 

@@ -5,6 +5,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.plans.neglected import flexibility, neglected_effects
+from ancfsparse.plans.pilots import at_rest
 
 FACTOR = 2.0
 """Within which estimates are right."""
@@ -146,6 +147,33 @@ def test_stretch(youngs):
     found = neglected_effects(scene, run, ancf.position(end), march)
     close(found["stretch"], truth)
     assert found["shear"] < found["stretch"]
+
+
+@pytest.mark.parametrize("element", ["thin", "string"])
+@pytest.mark.parametrize("pull", [0.005, 0.02])
+def test_stretch_of_taut_lines(pull, element):
+    """The sag of a line that is pulled: Green's strain makes it 1 + 3/2 of its strain tauter."""
+
+    def sagging(kind, n, **options):
+        scene = ancf.Scene(gravity=(0.0, -9.81))
+        made = ancf.Circle(0.002), ancf.Material(1e8, 1000.0)
+        line = scene.add_beam(kind, (0, 0), (1, 0), n, *made, **options)
+        scene.pin(line.start)
+        scene.drive(line.end, (1.0 + pull, 0.0))
+        rest = ancf.solve_static(scene)
+        return scene, line.at(0.5), rest
+
+    y = []
+    for strain in ("green", "biot"):
+        _, middle, rest = sagging("thin", 32, strain=strain)
+        y.append(rest.displacement(middle)[1])
+    scene, middle, rest = sagging(element, 16)
+
+    def march(changed):
+        return at_rest(ancf.solve_static(changed))
+
+    found = neglected_effects(scene, at_rest(rest), ancf.static_deflection(middle), march)
+    assert found["stretch"] == pytest.approx(abs(y[1] - y[0]), rel=0.3)
 
 
 @pytest.mark.parametrize("slow", [8.0, 40.0])
