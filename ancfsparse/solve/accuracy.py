@@ -277,7 +277,9 @@ def _reason(
     if other is None:
         return f"{taken}, the only way for this scene and what was asked for"
     mine, its = (costs[ways.index(each)] for each in (way, other))
-    if mine == 0.0 or its == math.inf:
+    if other.failure is not None:
+        return f"{taken}, as {other.name} failed"
+    if mine == 0.0:
         return f"{taken}, with steps so long that no other way was tried"
     return f"{taken}, expected to cost {mine / its:.2g} times as much as {other.name} by counts"
 

@@ -48,6 +48,9 @@ FASTER, MOST_UNSTABLE = 1.1, 5
 # The same with bodies, which turn within the first steps by so much at most [rad]: nothing but
 # constraints that cannot be met limits their steps.
 MUCH_FASTER, TURN = 2.0, 1.0
+# The same at most, to the power of how many runs became unstable: they may end at coordinates far
+# from all of the motion, whose vibrations are faster by any factor.
+MOST_FASTER = 2.0
 # Steps that are taken in one go at most, and coordinates of all of them.
 CHUNK, COORDINATES = 2000, 4_000_000
 
@@ -185,7 +188,8 @@ class ExplicitMarch:
                 if outcome != Outcome.NOT_FINITE:
                     omega = fastest_vibration(system, self._seed, q, load, lam)
                 faster = FASTER if self._saddle is None else MUCH_FASTER
-                self.omega = max(omega, faster * self.omega)
+                most = MOST_FASTER**self._unstable
+                self.omega *= min(max(omega / self.omega, faster), most)
                 return None
             now = last
         count_forces(stats, integrator)

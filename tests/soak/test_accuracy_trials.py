@@ -30,3 +30,14 @@ def test_a_chaotic_motion_ends_early_by_an_implicit_integrator():
     with pytest.raises(ancf.AccuracyFailure, match="chaotic motion") as caught:
         accuracy.solve(*accuracy.trial(51, 351))
     assert caught.value.trajectory.stats.residual_evaluations < 300_000
+
+
+def test_a_run_that_became_unstable_does_not_shorten_steps_by_its_last_coordinates():
+    # A spinning chain stretches, and the first run ends 100 km away: from what vibrates there steps
+    # were taken 100 000 times too short, and 62 million forces evaluated.
+    drawn, error, integrator = accuracy.trial(903, 27)
+    run = accuracy.solve(drawn, error, integrator)
+    assert run.stats.solver.startswith("RungeKuttaNystrom(order=8)")
+    assert run.stats.residual_evaluations < 60_000
+    exact = accuracy.fixed(drawn, 8000, {"integrator": ancf.RungeKuttaNystrom(8)})
+    assert accuracy.apart(accuracy.positions(run), accuracy.positions(exact)) <= error

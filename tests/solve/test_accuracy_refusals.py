@@ -108,3 +108,12 @@ def test_a_motion_that_forgets_its_start_ends_early():
     assert caught.value.error > 0.05
     assert caught.value.trajectory.stats.residual_evaluations < 800_000  # a second or two
     assert caught.value.runs <= 15
+
+
+def test_a_way_that_failed_is_named(monkeypatch):
+    monkeypatch.setattr("ancfsparse.solve.explicit_march.MARGIN", 3.0)  # steps too long by far
+    monkeypatch.setattr("ancfsparse.solve.explicit_march.MOST_UNSTABLE", 1)
+    scene, _ = pendulum("l2t2", 2)
+    run = ancf.simulate(scene, 0.2, accuracy=1e-4)
+    assert run.stats.solver.startswith("GeneralizedAlpha")
+    assert run.stats.solver.endswith("as RungeKuttaNystrom(order=4) failed")
