@@ -21,8 +21,11 @@ Vector = NDArray[np.float64]
 # States between two steps at which the rank is looked at, and how much more independent constraints
 # are at the farther end of a step.
 BETWEEN, FAR = 32, 4.0
+SHARES = np.linspace(0.0, 1.0, BETWEEN + 1)[:, None]
 # Steps of a motion in which it is looked at, at most.
 MOST_LOOKS = 16
+# Steps before one that shows a place in which an earlier one is sought.
+MOST_STEPS = 1024
 # Second differences of multipliers that stand out, over those some steps away; and their least
 # size, in energy, beside the largest of all multipliers.
 OUT, AWAY, LEAST = 10.0, (3, 4), 1e-6
@@ -70,7 +73,8 @@ class LostRank:
             for step in (slice(k - 1, k + 1), slice(k, k + 2)):
                 place = self._place(t[step], q[step], v[step])
                 if place is not None:
-                    self.time, self._looks = place, 0
+                    before = self._earlier(t[: k + 1], q[: k + 1], v[: k + 1])
+                    self.time, self._looks = place if before is None else before, 0
                     return
 
     def warn(self) -> None:
@@ -91,24 +95,37 @@ class LostRank:
                 stacklevel=6,
             )
 
+    def _earlier(self, t: Vector, q: Vector, v: Vector) -> float | None:
+        """Return the first place in the last of some steps, which multipliers stepped over [s]."""
+        first = self._dependent(self._system.q0, 0.0)
+        for k in range(max(0, len(t) - MOST_STEPS), len(t) - 1):
+            step = slice(k, k + 2)
+            near = BETWEEN * self._turn(between.cubic(SHARES, t[k + 1] - t[k], *q[step], *v[step]))
+            if max(self._dependent(end, near) for end in q[step]) > first:
+                place = self._place(t[step], q[step], v[step])
+                if place is not None:
+                    return place
+        return None
+
     def _place(self, t: Vector, q: Vector, v: Vector) -> float | None:
         """Return when more constraints than at the start are dependent between two states [s]."""
-        share = np.linspace(0.0, 1.0, BETWEEN + 1)
-        states = between.cubic(share[:, None], t[1] - t[0], *q, *v)
-        slopes = np.ones(q.shape[1], dtype=bool)
-        slopes[self._system.positions] = False
-        # Independent by less than vectors turn from one of these states to the next.
-        turn = float(np.max(np.abs(np.diff(states[:, slopes], axis=0)), initial=0.0))
-
-        def dependent(x: Vector, share: float) -> int:
-            return nearly_dependent(self._system, x, share)
-
+        states = between.cubic(SHARES, t[1] - t[0], *q, *v)
+        turn = self._turn(states)
         # Constraints that are so at both ends are so for longer, by the shape of the mechanism.
-        first = dependent(self._system.q0, turn)
-        if all(dependent(end, FAR * turn) > first for end in q):
+        first = self._dependent(self._system.q0, turn)
+        if all(self._dependent(end, FAR * turn) > first for end in q):
             return None
-        lost = [dependent(x, turn) > first for x in states]
-        return float(t[0] + share[lost].mean() * (t[1] - t[0])) if any(lost) else None
+        lost = [self._dependent(x, turn) > first for x in states]
+        return float(t[0] + SHARES[lost].mean() * (t[1] - t[0])) if any(lost) else None
+
+    def _turn(self, states: Vector) -> float:
+        """Return by how much vectors turn from one state to the next, the most."""
+        slopes = np.ones(states.shape[1], dtype=bool)
+        slopes[self._system.positions] = False
+        return float(np.max(np.abs(np.diff(states[:, slopes], axis=0)), initial=0.0))
+
+    def _dependent(self, q: Vector, share: float) -> int:
+        return nearly_dependent(self._system, q, share)
 
 
 def _outliers(energy: Vector) -> NDArray[np.intp]:
