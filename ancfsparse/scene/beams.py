@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
@@ -158,16 +159,23 @@ class Beam(ElasticBody):
             parts["eigenstrain"] += f" + {', '.join(each)}"
         return parts
 
-    def free_of_stress(self, ends: Vector, t: float | None = None) -> Vector:
+    def free_of_stress(self, ends: Vector) -> Vector:
         """Return the coordinates of both nodes of every element without stress, (n, 2, n_c)."""
         if self.eigen is None:
             return ends
         from ancfsparse.scene.eigenstrain import strained_ends
 
-        eigen = self.eigen
-        if t is not None and self.changing is not None:
-            eigen = eigen + self.eigen_changes(np.array([t]))
-        return strained_ends(self.kind, ends, self.lengths, eigen)
+        return strained_ends(self.kind, ends, self.lengths, self.eigen)
+
+    def free_of_stress_at(self, ends: Vector, elements: NDArray[np.intp], times: Vector) -> Vector:
+        """Return the same of some elements at many times of a changing eigenstrain."""
+        assert self.eigen is not None
+        from ancfsparse.scene.eigenstrain import strained_ends
+
+        eigen = self.eigen[elements] + self.eigen_changes(times)[:, None]
+        all_ends = np.tile(ends[elements], (len(times), 1, 1))
+        lengths = np.tile(self.lengths[elements], len(times))
+        return strained_ends(self.kind, all_ends, lengths, eigen.reshape(len(lengths), -1))
 
     @property
     def strains_change(self) -> bool:

@@ -256,18 +256,12 @@ class ElasticBody(Body):
             "mesh": f"{self.n_elements} elements, {checksum(links.tobytes())}",
         }
 
-    def free_of_stress(self, ends: Vector, t: float | None = None) -> Vector:
+    def free_of_stress(self, ends: Vector) -> Vector:
         """Return the coordinates of both nodes of every element without stress, (n, 2, n_c).
 
-        `ends` holds those of the reference shape, from which they may differ by eigenstrains, at a
-        time `t` [s] by those that change too.
+        `ends` holds those of the reference shape, from which they may differ by eigenstrains.
         """
         return ends
-
-    @property
-    def strains_change(self) -> bool:
-        """Whether its shape without stress changes with time: not that of a mesh."""
-        return False
 
     @property
     def speed(self) -> float:

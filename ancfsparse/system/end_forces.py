@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from ancfsparse.dispatch import compiled
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.layout import pack
-from ancfsparse.scene import ElasticBody
-from ancfsparse.system.contributions.elements import base_parameters
+from ancfsparse.scene import Beam, ElasticBody
+from ancfsparse.system.contributions.elements import base_parameters, of_reference
+from ancfsparse.system.numbering import reference
 
 Array = NDArray[np.float64]
 
@@ -51,11 +52,10 @@ def end_forces(
     if body.strains_damped:
         kernels.append(("damping", body.viscosities()))
     for name, common in kernels:
-        if not body.strains_change:
-            base = np.tile(base_parameters(body, kind, common)[elements], (len(ends), 1))
-        else:
-            parts = [base_parameters(body, kind, common, t)[elements] for t in times.tolist()]
-            base = np.concatenate(parts)
+        base = np.tile(base_parameters(body, kind, common)[elements], (len(ends), 1))
+        if isinstance(body, Beam) and body.strains_change:
+            free = body.free_of_stress_at(reference(body)[body.ends], elements, times)
+            base[:, of_reference(kind)] = free.reshape(len(base), -1)
         layout = pack(kind, places, places, base)
         arrays = layout.gather, layout.scatter, layout.set_of, layout.parameters
         call(kind.kernels[name], *arrays, q, v, out, 1)

@@ -142,6 +142,21 @@ def test_reactions_and_section_forces_are_those_of_the_time():
     assert run.energy.elastic[-1] == pytest.approx(stored, rel=1e-2)
 
 
+def test_section_forces_of_many_states_need_few_evaluations_of_strains(monkeypatch):
+    from ancfsparse.scene import eigenstrain
+
+    calls, strained_ends = [], eigenstrain.strained_ends
+    monkeypatch.setattr(
+        eigenstrain, "strained_ends", lambda *given: calls.append(1) or strained_ends(*given)
+    )
+    scene, rod = beam("thin", 2, 4, eigenstrain=ancf.Sine(1e-4, 3.0), strain="biot")
+    scene.clamp(rod.start)
+    run = ancf.simulate(scene, 0.1, 1e-3)
+    calls.clear()
+    run.section_force(rod, [0.3, 0.7])
+    assert 0 < len(calls) < 10 < len(run.t)
+
+
 def test_heat_buckles_a_pinned_beam_at_eulers_load():
     # N = -E A e reaches pi^2 EI / L^2 at e = pi^2 I / (A L^2).
     heat = ancf.Table([0.0, 1.0], [2e-5, 2e-5], outside="hold")

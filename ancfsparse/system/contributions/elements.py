@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.kernels.catalog import REFERENCE, ElementKind
@@ -123,10 +124,8 @@ def _damping(body: ElasticBody, kind: ElementKind, places: Places) -> dict[str, 
     return flags | {"damping_set_of": layout.set_of, "damping_parameters": layout.parameters}
 
 
-def base_parameters(
-    body: ElasticBody, kind: ElementKind, common: Mapping[str, float], t: float | None = None
-) -> Vector:
-    """Return the base parameters of every element, (n_e, n_base), at a time with changing strains.
+def base_parameters(body: ElasticBody, kind: ElementKind, common: Mapping[str, float]) -> Vector:
+    """Return the base parameters of every element, (n_e, n_base), without changing eigenstrains.
 
     Elements have lengths and, if curved, coordinates free of strain of their own.
     """
@@ -135,7 +134,11 @@ def base_parameters(
         if not name.startswith(REFERENCE):
             base[:, k] = body.lengths if name == "length" else common[name]
     if kind.is_curved:
-        columns = [name.startswith(REFERENCE) for name in kind.parameters]
-        ends = body.free_of_stress(reference(body)[body.ends], t)
-        base[:, columns] = ends.reshape(body.n_elements, -1)
+        ends = body.free_of_stress(reference(body)[body.ends])
+        base[:, of_reference(kind)] = ends.reshape(body.n_elements, -1)
     return base
+
+
+def of_reference(kind: ElementKind) -> NDArray[np.intp]:
+    """Return which base parameters are coordinates free of strain, in their order."""
+    return np.flatnonzero([name.startswith(REFERENCE) for name in kind.parameters])
