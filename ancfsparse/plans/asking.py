@@ -113,7 +113,8 @@ def energy(part: str = "total", *, at: str = "saved") -> EnergyOf:
     Returns
     -------
     Quantity
-        For `plan` and `simulate`; relative errors refer to its largest change.
+        For `plan` and `simulate`; relative errors refer to its largest change, which the total
+        energy has where loads, drives or damping do work.
 
     Raises
     ------

@@ -241,7 +241,7 @@ def tolerances(wanted: Sequence[Wanted], pilot: Pilot) -> list[float]:
     """
     out = [each.tolerance(h) for each, h in zip(wanted, pilot.histories, strict=True)]
     for each, tolerance in zip(wanted, out, strict=True):
-        if tolerance == 0.0:
+        if tolerance == 0.0 or (each.relative and not each.quantity.varies(pilot.run)):
             raise InputError(
                 f"the {each.quantity.name} does not change, so it has no relative error: give an "
                 f"absolute one, such as error=1e-3 [{each.quantity.unit or '-'}]"

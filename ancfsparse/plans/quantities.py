@@ -113,6 +113,10 @@ class Quantity(ABC):
         """Return what relative errors refer to: the largest magnitude over time [unit]."""
         return float(np.linalg.norm(history, axis=1).max())
 
+    def varies(self, run: Trajectory) -> bool:
+        """Whether it is more than an error of the steps that changes it."""
+        return True
+
     def difference(self, one: Array, other: Array) -> Array:
         """Return by how much values differ, of the shape of both [unit]."""
         return one - other
@@ -302,6 +306,11 @@ class EnergyOf(Quantity):
     def history(self, run: Trajectory) -> Array:
         """Return energies (k, 1) [J]."""
         return np.asarray(getattr(run.energy, self.part))[:, None]
+
+    def varies(self, run: Trajectory) -> bool:
+        """Whether it is more than an error of the steps that changes it."""
+        energy = run.energy
+        return self.part != "total" or bool(energy.work.any() or energy.dissipated.any())
 
     def size(self, history: Array) -> float:
         """Return the largest change since the start [J]."""

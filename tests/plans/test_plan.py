@@ -110,6 +110,16 @@ def test_what_does_not_converge_is_no_plan():
         ancf.plan(scene, 0.5, ancf.position(rope.at(0.6)), "0.3 %")
 
 
+def test_a_conserved_energy_has_no_relative_error():
+    scene, rod = pendulum("thin", "auto")
+    with pytest.raises(
+        ancf.InputError, match="total energy does not change, so it has no relative"
+    ):
+        ancf.plan(scene, 0.1, [ancf.position(rod.end), ancf.energy()], ["1 %", "1 %"])
+    scene.point_force(rod.end, (1.0, 0.0))  # its work changes the energy
+    assert ancf.plan(scene, 0.1, ancf.energy(), "1 %").is_met
+
+
 def test_an_error_beyond_reach_is_stated():
     """The bending moment after a shock has waves of all lengths, which decay slowly."""
     scene = ancf.Scene((0, 0))
