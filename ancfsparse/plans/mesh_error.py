@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
+from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.plans.models import Model, spread
 from ancfsparse.plans.pilots import Pilot, Pilots, distances, tolerances
 from ancfsparse.plans.richardson import Estimate, estimate
@@ -15,6 +17,8 @@ from ancfsparse.scene import Scene
 # four, the motion of the paper's pendulum is so rough that shorter steps do not converge.
 COARSEST, GROWTH = 8.0, 1.5
 MOST_MESHES = 12
+# How often nodes are spread by what pilots show.
+MOST_GRADES = 2
 # An error so many times the one asked for can be extrapolated from: if its order has shown, if
 # another has shown, and if two meshes cannot show it.  `confirmed` looks whether it is right.
 FAR, NEAR, SMALL = 12.0, 1.0, 0.4
@@ -52,8 +56,11 @@ def mesh_error(
     steps: int,
     order: int,
     affordable: Callable[[Pilot], bool],
+    graded: Callable[[MeshError, bool], Model | None] = lambda found, done: None,
 ) -> MeshError:
     """Refine the mesh until the error of every quantity can be predicted.
+
+    Where a pilot shows that fewer graded elements will do, these are refined in place of others.
 
     Parameters
     ----------
@@ -69,6 +76,9 @@ def mesh_error(
         Order of positions in the length of the elements.
     affordable : callable
         Whether a finer mesh than this last one may still be tried.
+    graded : callable, optional
+        Returns the model with other grades where they pay, else None, by what runs have shown, and
+        by whether no more would be made.
 
     Raises
     ------
@@ -76,17 +86,36 @@ def mesh_error(
         If a run on a finer mesh needs shorter steps than `time_error` has found.
     """
     runs: list[Pilot] = []
+    best: MeshError | None = None
+    left = MOST_GRADES
     while len(runs) < MOST_MESHES:
-        run = _run(pilots, model.with_counts(spread(pilots.scene, finest)), steps)
+        try:
+            run = _run(pilots, model.with_counts(spread(pilots.scene, finest)), steps)
+        except (InputError, StepFailure):
+            if best is None:
+                raise
+            return best  # only graded meshes fail
         if not runs or elements_of(run) > elements_of(runs[-1]):
             runs.append(run)
         finest *= GROWTH
         if len(runs) < 2:
             continue
-        estimates = mesh_estimates(pilots, runs, order)
-        if _enough(pilots, runs, estimates) or (len(runs) > 2 and not affordable(runs[-1])):
+        found = MeshError(mesh_estimates(pilots, runs, order), tuple(runs))
+        enough = _enough(pilots, runs, found.estimates)
+        done = enough or (len(runs) > 2 and not affordable(runs[-1]))
+        other = graded(found, done) if left and (done or len(runs) > 2) else None
+        if other is not None:
+            best = found if best is None else min(best, found, key=partial(_price, pilots))
+            left, model, finest, runs = left - 1, other, finest / GROWTH**2, []
+        elif done:
             break
-    return MeshError(estimates, tuple(runs))
+    return found if best is None else min(found, best, key=partial(_price, pilots))
+
+
+def _price(pilots: Pilots, found: MeshError) -> float:
+    """Return how many elements are predicted to reach the errors asked for."""
+    asked = tolerances(pilots.wanted, found.runs[-1])
+    return max(each.needed(most) for each, most in zip(found.estimates, asked, strict=True))
 
 
 def _run(pilots: Pilots, model: Model, steps: int) -> Pilot:

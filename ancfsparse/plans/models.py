@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.errors import InputError
+from ancfsparse.plans.grades import Grade
 from ancfsparse.plans.rods import rod_of
 from ancfsparse.scene import Beam, ElasticBody, Node, Scene
 from ancfsparse.scene.automatic import decided, on
@@ -62,10 +63,13 @@ class Model:
         Element of every beam whose element is open, by its name.
     counts : mapping of str to int
         Number of elements of every beam whose mesh is open, by its name.
+    grades : mapping of str to Grade
+        How they are spread on beams that have no elements of one length, by its name.
     """
 
     rungs: Mapping[str, Rung] = field(default_factory=dict)
     counts: Mapping[str, int] = field(default_factory=dict)
+    grades: Mapping[str, Grade] = field(default_factory=dict)
 
     def with_counts(self, counts: Mapping[str, int]) -> Model:
         """Return the same elements on another mesh; rigid rods have none."""
@@ -92,7 +96,7 @@ def built(scene: Scene, model: Model) -> Scene:
     beams = {beam.name: beam for beam in undecided(scene)}
     if not beams:
         return scene
-    inner = _inner_nodes(scene, beams)
+    inner = inner_nodes(scene, beams)
     new = type(scene)(scene.gravity)
 
     def move(reference: Whole) -> Whole:
@@ -153,7 +157,7 @@ def spread(scene: Scene, finest: float) -> dict[str, int]:
     return {name: max(1, round(finest * each / longest)) for name, each in lengths.items()}
 
 
-def _inner_nodes(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict[str, set[float]]:
+def inner_nodes(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict[str, set[float]]:
     """Return the shares of the length at which records refer to inner nodes of the handles."""
     inner: dict[str, set[float]] = {name: set() for name in beams}
 
@@ -189,8 +193,15 @@ def _changes(beam: Beam, model: Model, inner: set[float]) -> dict[str, Any]:
         rung = model.rungs[beam.name]
         changes |= {"element": rung.element, **rung.options}
     if "n_elements" in beam.automatic:
-        changes |= _mesh(model.counts[beam.name], sorted(inner))
+        count, grade = model.counts[beam.name], model.grades.get(beam.name)
+        changes |= _graded(count, sorted(inner), grade) if grade else _mesh(count, sorted(inner))
     return changes
+
+
+def _graded(count: int, inner: list[float], grade: Grade) -> dict[str, Any]:
+    """Return a graded mesh of about so many elements with nodes at inner places."""
+    nodes = grade.mesh(count, inner)
+    return {"n_elements": len(nodes) - 1, "nodes": tuple(nodes.tolist())}
 
 
 def _mesh(count: int, inner: list[float]) -> dict[str, Any]:

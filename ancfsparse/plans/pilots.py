@@ -208,7 +208,8 @@ def rounded(steps: float, base: int) -> int:
 def _key(model: Model) -> tuple[object, ...]:
     """Return what a model is known by."""
     rungs = sorted((name, str(rung)) for name, rung in model.rungs.items())
-    return (*rungs, *sorted(model.counts.items()))
+    grades = sorted((name, grade.below) for name, grade in model.grades.items())
+    return (*rungs, *sorted(model.counts.items()), *grades)
 
 
 def at_rest(equilibrium: Equilibrium) -> Trajectory:

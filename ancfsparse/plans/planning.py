@@ -12,6 +12,7 @@ from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.asking import checked
 from ancfsparse.plans.choice import Chosen, choose
 from ancfsparse.plans.confirm import confirmed
+from ancfsparse.plans.grading import described as spread_by
 from ancfsparse.plans.models import built, refined, spread, undecided
 from ancfsparse.plans.pilots import FEWEST, Pilots
 from ancfsparse.plans.planar import InPlane, planar
@@ -211,6 +212,8 @@ def _reasons(
         f"the largest part of the error is that of the {NAMES[largest]}, "
         f"{worst.sources[largest]:.1e} of {worst.asked:.1e} {worst.wanted.quantity.unit}".rstrip()
     )
+    if found.model.grades:
+        out.append(spread_by(found.model.grades))
     for name, part in (("mesh", found.mesh), ("steps", found.time)):
         if part is not None and not all(each.settled for each in part.estimates):
             reserve = "" if found.chosen else ", and half of the error stays in reserve"

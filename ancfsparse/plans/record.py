@@ -241,7 +241,8 @@ def described(
     """Write elements, mesh, step and integrator in one line."""
     alike: dict[str, list[str]] = {}
     for name in dict.fromkeys([*model.rungs, *model.counts]):
-        words = [f"{model.counts[name]} elements"] if name in model.counts else []
+        graded = "graded " if name in model.grades else ""
+        words = [f"{model.counts[name]} {graded}elements"] if name in model.counts else []
         words += [str(model.rungs[name])] if name in model.rungs else []
         alike.setdefault(" ".join(words), []).append(name)
     parts = [

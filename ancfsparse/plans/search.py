@@ -10,7 +10,15 @@ import numpy as np
 
 from ancfsparse.errors import PlanFailure
 from ancfsparse.plans import costs
-from ancfsparse.plans.mesh_error import COARSEST, MeshError, elements_of, given_error, mesh_error
+from ancfsparse.plans.grading import grades
+from ancfsparse.plans.mesh_error import (
+    COARSEST,
+    GROWTH,
+    MeshError,
+    elements_of,
+    given_error,
+    mesh_error,
+)
 from ancfsparse.plans.models import Model, order_of, spread, undecided
 from ancfsparse.plans.pilots import FREE, Pilot, Pilots, rounded, tolerances
 from ancfsparse.plans.sampling import between
@@ -34,6 +42,9 @@ SHARE = 0.15
 MOST_COARSE = 4.0
 # Meshes are compared at steps whose own error is at most so many times the one asked for.
 STEADY = 3.0
+# Nodes are spread otherwise where the mesh needs so many times as many elements; and where no more
+# pilots would be made, if at least this work is saved, a few times what the set-up of two takes.
+PAYING, LEAST_SAVED = 1.5, 2e6
 
 
 @dataclass(frozen=True)
@@ -224,21 +235,40 @@ def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int |
     order = _order(pilots.scene, model)
     finest, coarse, time = _coarse(pilots, model)
     steps = _steady(pilots, time)
-    is_open = bool(coarse.counts)
 
     def affordable(last: Pilot) -> bool:
         """Whether a finer pilot costs little beside the run that is planned."""
         return pilots.spent < max(FREE, SHARE * last.cost.amount * time.runs[-1].steps / steps)
 
-    mesh = mesh_error(pilots, coarse, finest, steps, order, affordable) if is_open else None
     given = (0.0,) * len(pilots.wanted)
+
+    def found(mesh: MeshError | None) -> Found:
+        """Return what pilots on several meshes have shown."""
+        last = mesh.runs[-1] if mesh else time.runs[-1]
+        own = model if mesh is None else replace(model, grades=last.model.grades)
+        asked = tuple(tolerances(pilots.wanted, last))
+        cost = costs.model(pilots.costs)
+        base = pilots.base if pilots.t_end is not None else 1
+        return Found(own, time, mesh, given, asked, cost, fixed_steps, base=base)
+
+    def graded(mesh: MeshError, done: bool) -> Model | None:
+        """Return graded meshes where they take less work with two pilots, in place of the next."""
+        last = mesh.runs[-1]
+        spread_, gain = grades(pilots.scene, last)
+        if gain < PAYING:
+            return None
+        planned = found(mesh)
+        work = planned.work(*planned.choice())
+        more = 1.0 + 1.0 / GROWTH - (0.0 if done else GROWTH)
+        saved = work * (1.0 - 1.0 / gain) - more * last.cost.amount
+        pays = saved > (LEAST_SAVED if done else 0.0)
+        return replace(last.model, grades=spread_) if pays else None
+
     if finer is not None:
         given = tuple(given_error(pilots, finer, coarse, steps, order))
-    last = mesh.runs[-1] if mesh else time.runs[-1]
-    asked = tuple(tolerances(pilots.wanted, last))
-    cost = costs.model(pilots.costs)
-    base = pilots.base if pilots.t_end is not None else 1
-    return Found(model, time, mesh, given, asked, cost, fixed_steps, base=base)
+    is_open = bool(coarse.counts)
+    args = finest, steps, order, affordable, graded
+    return found(mesh_error(pilots, coarse, *args) if is_open else None)
 
 
 def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:

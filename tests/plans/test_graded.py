@@ -1,0 +1,151 @@
+"""Graded meshes: beside analytic solutions, and in plans."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.plans import search
+from ancfsparse.plans.asking import checked
+from ancfsparse.plans.grades import Grade, density
+from ancfsparse.plans.grading import grades
+from ancfsparse.plans.models import Model
+from ancfsparse.plans.pilots import Pilots
+from ancfsparse.plans.wanted import wanted
+from ancfsparse.problems import pendulum
+
+LAYER, STIFFNESS, LOAD = 0.01, 1.0, 1e-6  # sqrt(EI / T) / L, N m2, q L / T
+TENSION = STIFFNESS / LAYER**2
+
+
+def taut(n, nodes=None, diameter=3e-5):
+    """Clamped cable of 1 m under an even load, so thin that it hardly stretches."""
+    scene = ancf.Scene((0.0, 0.0))
+    inertia = np.pi * diameter**4 / 64.0
+    material = ancf.Material(STIFFNESS / inertia, 1e3)
+    rod = scene.add_beam(
+        "thin", (0, 0), (1, 0), n, ancf.Circle(diameter), material, tension=TENSION, nodes=nodes
+    )
+    scene.clamp(rod.start)
+    scene.clamp(rod.end)
+    scene.distributed_force(rod, (0.0, LOAD * TENSION))
+    return scene, rod
+
+
+def deflection(x):
+    """Solve EI w'''' - T w'' = q with w = w' = 0 at both ends [m]."""
+
+    def bent(x):
+        return (np.exp(-x / LAYER) + np.exp(-(1.0 - x) / LAYER)) / (1.0 - np.exp(-1.0 / LAYER))
+
+    return 0.5 * LOAD * (x * (1.0 - x) + LAYER * (bent(x) - bent(0.0)))
+
+
+def error(n, x, nodes=None):
+    """Relative error of the deflection; that of the linear theory is 7e-7."""
+    scene, rod = taut(n, nodes)
+    w = ancf.solve_static(scene).position(rod.at(x * rod.length))[1]
+    return abs(w / deflection(x) - 1.0)
+
+
+def pilot_of(scene, quantity, count, t_end=None, steps=1):
+    asked = wanted(checked(quantity, scene), "1 %")
+    pilots = Pilots(scene, t_end, asked, ancf.GeneralizedAlpha(0.9))
+    return pilots.run(Model(counts={"beam 0": count}), steps)
+
+
+@pytest.mark.parametrize("x", [0.02, 0.5])
+def test_the_error_of_boundary_layers_falls_with_graded_meshes(x):
+    scene, rod = taut("auto")
+    pilot = pilot_of(scene, ancf.static_deflection(rod.end), 18)
+    found, gain = grades(scene, pilot)
+    assert gain > 1.8
+    uniform = [error(n, x) for n in (20, 40, 80)]
+    graded = [error(None, x, found["beam 0"].mesh(n, [])) for n in (20, 40, 80)]
+    # Uniform elements are longer than the layer, so their order has not shown at 20 elements.
+    assert uniform[0] > 4e-3
+    assert graded[0] < uniform[0] / 4.0
+    assert graded[1] < uniform[1] / 15.0
+    assert graded[2] < uniform[2] / 15.0
+    assert np.log2(graded[0] / graded[2]) / 2.0 > 3.3
+
+
+def test_a_plan_takes_graded_elements_where_they_are_fewer(monkeypatch):
+    scene, rod = taut("auto")
+    middle = rod.at(0.5 * rod.length)
+    plan = ancf.plan(scene, quantity=ancf.static_deflection(middle), error="0.03 %")
+    assert "graded elements" in plan.choice
+    assert "times as short there" in str(plan)
+    w = plan.run().position(middle)[-1, 1]
+    assert abs(w / deflection(0.5) - 1.0) < 3e-4
+    with monkeypatch.context() as none:
+        none.setattr(search, "PAYING", np.inf)
+        even = ancf.plan(scene, quantity=ancf.static_deflection(middle), error="0.03 %")
+    assert plan.model.counts["beam 0"] < 0.6 * even.model.counts["beam 0"]
+    assert plan.cost["counted"] < even.cost["counted"]
+    # One rung up, all graded elements are divided alike.
+    assert plan.run(verify=True).measured[0] <= plan.predictions[0].asked
+
+
+def test_a_motion_takes_graded_elements_where_they_are_fewer(monkeypatch):
+    scene, rod = taut("auto", diameter=1e-2)
+    middle = rod.at(0.5 * rod.length)
+    asked = scene, 0.02, ancf.position(middle), "0.3 %"
+    plan = ancf.plan(*asked)
+    assert "graded elements" in plan.choice
+    run = plan.run()
+    monkeypatch.setattr(search, "PAYING", np.inf)
+    even = ancf.plan(*asked)
+    assert plan.model.counts["beam 0"] < 0.7 * even.model.counts["beam 0"]
+    assert plan.cost["counted"] + run_work(plan) < even.cost["counted"] + run_work(even)
+    fine, own = taut(200, diameter=1e-2)
+    exact = ancf.simulate(fine, 0.02, plan.dt / 8, integrator=plan.integrator, save_every=8)
+    far = run.position(middle) - exact.position(own.at(0.5 * own.length))[:: plan.save_every]
+    assert np.linalg.norm(far, axis=1).max() <= plan.predictions[0].asked
+
+
+def run_work(plan):
+    return plan.cost["counted"] / plan.cost["work"]
+
+
+def test_where_nothing_is_concentrated_no_more_pilots_are_run(monkeypatch):
+    scene, rod = pendulum("thin", "auto")
+    asked = scene, 1.0, ancf.position(rod.end), 1e-3
+    plan = ancf.plan(*asked)
+    monkeypatch.setattr(search, "PAYING", np.inf)
+    even = ancf.plan(*asked)
+    assert plan.choice == even.choice
+    assert plan.cost["counted"] == even.cost["counted"]
+
+
+def test_a_point_load_alone_needs_no_graded_mesh():
+    """A cantilever is a cubic on both sides of its load, where r''' jumps at a node."""
+    scene = ancf.Scene((0.0, 0.0))
+    rod = scene.add_beam("thin", (0, 0), (1, 0), "auto", ancf.Circle(0.01), ancf.Material(1e9, 1e3))
+    scene.clamp(rod.start)
+    scene.point_force(rod.at(0.3), (0.0, 1e-4))
+    pilot = pilot_of(scene, ancf.static_deflection(rod.end), 10)
+    assert grades(scene, pilot) == ({}, 1.0)
+
+
+def test_meshes_of_a_grade_keep_inner_places():
+    grade = Grade((0.0, 0.1, 1.0), (0.0, 0.5, 1.0))
+    assert grade.mesh(4, []) == pytest.approx([0.0, 0.05, 0.1, 0.55, 1.0])
+    nodes = grade.mesh(8, [0.3, 0.97])
+    assert {0.0, 0.3, 0.97, 1.0} <= set(nodes.tolist())
+    assert len(nodes) == 9 or len(nodes) == 10
+    assert (np.diff(nodes) > 0.0).all()
+    assert grade.ratio == pytest.approx(9.0)
+
+
+def test_fourth_derivatives_by_nodes_of_a_quintic():
+    """Divided differences of r''' on uneven elements, exact for polynomials of degree 4."""
+    s = np.array([0.0, 0.1, 0.25, 0.3, 0.6, 1.0])
+    r = np.stack([s, 2.0 * s**4], axis=1)[None]
+    slopes = np.stack([np.ones_like(s), 8.0 * s**3], axis=1)[None]
+    f = density(r, slopes, np.diff(s), np.zeros(6, dtype=bool))
+    assert f == pytest.approx(np.full(5, 48.0**2), rel=1e-9)
+    jump = np.zeros(6, dtype=bool)
+    jump[2] = True
+    r[0, 2:, 1] += 1e3 * (s[2:] - s[2]) ** 3
+    slopes[0, 2:, 1] += 3e3 * (s[2:] - s[2]) ** 2
+    assert density(r, slopes, np.diff(s), jump) == pytest.approx(np.full(5, 48.0**2), rel=1e-6)
