@@ -193,7 +193,7 @@ def _suiting(pilots: Pilots, kinds: Sequence[type[Way]]) -> Iterator[Way]:
     moved = [replace(each, quantity=each.quantity.on(scene)) for each in pilots.wanted]
     for kind in kinds:
         try:
-            way = kind.fit(scene, pilots.t_end, moved)
+            way = kind.fit(scene, pilots.t_end, moved, pilots.start)
         except AncfError:  # what is wrong is stated where motions are tried
             continue
         if way is not None:

@@ -33,4 +33,5 @@ def march(plan: Plan, scene: Scene, **options: Any) -> Trajectory:
             )
         return plan.integrator.march(scene, plan.t_end, plan.steps, **options)
     given = {"integrator": plan.integrator, "save_every": plan.save_every, **options}
+    given["start"] = plan.start
     return simulate(scene, plan.t_end, plan.dt, **given)

@@ -161,6 +161,7 @@ def given_error(pilots: Pilots, finer: Scene, model: Model, steps: int, order: i
         pilots.wanted,
         pilots.integrator,
         pilots.base,
+        pilots.start,
         bill=pilots.bill,
     )
     coarse, fine = _run(pilots, model, steps), _run(other, model, steps)

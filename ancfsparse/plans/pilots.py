@@ -82,6 +82,8 @@ class Pilots:
         Of the runs.
     base : int
         Steps of the longest kind.
+    start : str or None
+        ``"equilibrium"`` if motions begin there.
     done, seconds, failure : dict, float, StepFailure or None
         Runs by model and steps, their time [s], and what ended the last that failed.
     systems, bill : dict, list of Counted
@@ -94,6 +96,7 @@ class Pilots:
     wanted: Sequence[Wanted]
     integrator: Implicit | Explicit | Way
     base: int = FEWEST
+    start: str | None = None
     done: dict[tuple[object, ...], Pilot | None] = field(default_factory=dict)
     seconds: float = 0.0
     failure: StepFailure | None = None
@@ -169,7 +172,7 @@ class Pilots:
             save_nodes=None,
             output=None,
             progress=False,
-            start=None,
+            start=self.start if system is None else None,
         )
         return marched(request, system_at_start(request) if system is None else system)
 

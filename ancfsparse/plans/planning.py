@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ancfsparse.checks import check_positive
+from ancfsparse.checks import check_choice, check_positive
 from ancfsparse.errors import InputError, LoadFailure
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.asking import checked
@@ -24,7 +24,7 @@ from ancfsparse.plans.span import span_of
 from ancfsparse.plans.wanted import Wanted, wanted
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.memory import estimate
-from ancfsparse.solve.request import DEFAULT, check_integrator
+from ancfsparse.solve.request import DEFAULT, EQUILIBRIUM, check_integrator
 from ancfsparse.solve.times import count_steps_from
 
 
@@ -36,6 +36,7 @@ def plan(
     *,
     dt: float | None = None,
     integrator: Implicit | Explicit | str = "auto",
+    start: str | None = None,
 ) -> Plan:
     """Choose the cheapest mesh and step that give quantities to their errors.
 
@@ -60,6 +61,9 @@ def plan(
     integrator : Implicit or "auto", optional
         An integrator that is to be kept, `GeneralizedAlpha`, `HHT`, `Newmark` or `EnergyMomentum`;
         ``"auto"`` is ``GeneralizedAlpha(0.9)``.
+    start : "equilibrium", optional
+        The motion begins at rest at the equilibrium at t = 0, which is found on each mesh; by
+        default from the stress-free shape with the initial velocities of the beams.
 
     Returns
     -------
@@ -83,7 +87,9 @@ def plan(
     begin = time.perf_counter()
     check_scene(scene)
     asked = wanted(checked(quantity, scene), error)
-    t_end = _span(asked[0].quantity, t_end, dt)
+    if start is not None:
+        check_choice("start of a plan", start, (EQUILIBRIUM,))
+    t_end = _span(asked[0].quantity, t_end, dt, start)
     named = check_integrator(integrator)
     if isinstance(named, Explicit):
         raise InputError(
@@ -98,7 +104,7 @@ def plan(
         )
     # Equilibria in a plane may give way to its sides, and vibrations may leave it.
     flat = planar(scene) if undecided(scene) and t_end is not None else None
-    arguments = t_end, asked, named, steps, begin
+    arguments = t_end, asked, named, steps, start, begin
     try:
         return _planned(scene, flat, *arguments)
     except LoadFailure:
@@ -114,28 +120,31 @@ def _planned(
     asked: Sequence[Wanted],
     named: Implicit | None,
     steps: int | None,
+    start: str | None,
     begin: float,
 ) -> Plan:
     """Plan in a plane or in space."""
     own = scene if flat is None else flat.scene
     moved = [replace(each, quantity=each.quantity.on(own)) for each in asked]
-    pilots = Pilots(own, t_end, moved, named or DEFAULT, steps or FEWEST)
+    pilots = Pilots(own, t_end, moved, named or DEFAULT, steps or FEWEST, start)
     finer = refined(own)
     chosen = choose(pilots, finer, steps, named is None and steps is None)
     chosen = replace(chosen, found=confirmed(chosen.pilots, chosen.found))
     why = ["the scene moves in a plane, and is solved there"] if flat is not None else []
     chosen = replace(chosen, why=(*why, *chosen.why))
     made = _record(own, t_end, moved, chosen, begin, named is not None)
-    return replace(made, scene=scene, flat=flat)
+    return replace(made, scene=scene, start=start, flat=flat)
 
 
-def _span(first: Quantity, t_end: float | None, dt: float | None) -> float | None:
+def _span(
+    first: Quantity, t_end: float | None, dt: float | None, start: str | None
+) -> float | None:
     """Return the time at the end, None for an equilibrium."""
     if not first.static:
         if t_end is None:
             raise InputError(f"the {first.name} needs a time at the end: give t_end=1.0 [s]")
         return check_positive("t_end", t_end, "s")
-    for name, value in (("t_end", t_end), ("dt", dt)):
+    for name, value in (("t_end", t_end), ("dt", dt), ("start", start)):
         if value is not None:
             raise InputError(
                 f"the {first.name} is one of the equilibrium, which has no time: leave {name} out, "

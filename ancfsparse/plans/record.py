@@ -120,6 +120,8 @@ class Plan:
     cost : Mapping of str to float
         What the plan itself took: ``"seconds"``, ``"runs"``, its counted work, ``"counted"``, in
         that of a residual of one coordinate, and ``"work"``, the same over that of the planned run.
+    start : str or None
+        ``"equilibrium"`` if the motion begins there.
     flat : InPlane or None
         The planar scene that is solved where one in space moves in a plane.
     span : Span or None
@@ -142,6 +144,7 @@ class Plan:
     dearer: Alternative
     reasons: tuple[str, ...]
     cost: Mapping[str, float] = field(default_factory=dict)
+    start: str | None = None
     flat: InPlane | None = None
     answer: Trajectory | None = None
     span: Span | None = None

@@ -83,9 +83,8 @@ def _by_way(plan: Plan, options: Mapping[str, Any]) -> tuple[Plan, Trajectory]:
 
     asked = [(each.wanted.quantity, each.wanted) for each in plan.predictions]
     errors = [f"{100 * w.error!r} %" if w.relative else w.error for _, w in asked]
-    again = planned(
-        plan.source, plan.t_end, [quantity for quantity, _ in asked], errors, integrator=DEFAULT
-    )
+    fixed: dict[str, Any] = {"integrator": DEFAULT, "start": plan.start}
+    again = planned(plan.source, plan.t_end, [each for each, _ in asked], errors, **fixed)
     again = replace(again, scene=plan.scene, flat=plan.flat)
     return carried_out(again, options)
 

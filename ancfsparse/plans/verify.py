@@ -78,7 +78,9 @@ def _beside(plan: Plan, finer: Scene, run: Trajectory) -> Trajectory:
         needed = plan.integrator.steps_to_verify(run, share)
         more = max(1, math.ceil(needed / plan.steps))
         dt = plan.t_end / (more * plan.steps)
-        return simulate(finer, plan.t_end, dt, integrator=DEFAULT, save_every=more)
+        return simulate(
+            finer, plan.t_end, dt, integrator=DEFAULT, save_every=more, start=plan.start
+        )
     every = FINER_STEPS * run.settings["save_every"]
     # Explicit steps may be too long for the finer mesh.
     integrator = DEFAULT if isinstance(plan.integrator, Explicit) else plan.integrator

@@ -23,6 +23,7 @@ from ancfsparse.solve.balance import Balance
 from ancfsparse.solve.modal_response import modal_response
 from ancfsparse.solve.modes import modes
 from ancfsparse.solve.quasi_static import quasi_static
+from ancfsparse.solve.statics import solve_static
 from ancfsparse.system import System
 
 Array = NDArray[np.float64]
@@ -70,7 +71,9 @@ class Way(ABC):
 
     @classmethod
     @abstractmethod
-    def fit(cls, scene: Scene, t_end: float, wanted: Sequence[Wanted]) -> Way | None:
+    def fit(
+        cls, scene: Scene, t_end: float, wanted: Sequence[Wanted], start: str | None = None
+    ) -> Way | None:
         """Return it if it may do for a scene, by what can be seen without a run; else None."""
 
     @abstractmethod
@@ -97,14 +100,25 @@ class Way(ABC):
 
 @dataclass(frozen=True)
 class Statics(Way):
-    """A sequence of equilibria, see `quasi_static`."""
+    """A sequence of equilibria, see `quasi_static`.
+
+    Parameters
+    ----------
+    fewest : int
+        Intervals between the saved states of the first pilot.
+    start : str or None
+        ``"equilibrium"`` if the motion that they stand for begins at the first one.
+    """
 
     fewest: int = field(default=FEWEST, compare=False)
+    start: str | None = None
     order: ClassVar[int] = 2
     options: ClassVar[frozenset[str]] = frozenset({"progress", "tolerance", "seed"})
 
     @classmethod
-    def fit(cls, scene: Scene, t_end: float, wanted: Sequence[Wanted]) -> Way | None:
+    def fit(
+        cls, scene: Scene, t_end: float, wanted: Sequence[Wanted], start: str | None = None
+    ) -> Way | None:
         """Return it where all begins at rest, loads or drives change, and no speed is asked for."""
         if any(_of_speed(each.quantity) for each in wanted):
             return None
@@ -115,11 +129,12 @@ class Statics(Way):
         most = min(1.0, FAR_OFF * max(each.error if each.relative else 1.0 for each in wanted))
         if not changes or hurried(scene, t_end, changes, most):
             return None
-        return cls()
+        return cls(start=start)
 
     def march(self, scene: Scene, t_end: float, steps: int, **options: Any) -> Trajectory:
         """Follow the equilibrium."""
-        return quasi_static(scene, t_end, t_end / steps, **options)
+        first = None if self.start is None else solve_static(scene)
+        return quasi_static(scene, t_end, t_end / steps, start=first, **options)
 
     def calls(self, stats: RunStats, coordinates: int) -> float:
         """Return the work of calls."""
@@ -175,10 +190,12 @@ class ModalSum(Way):
     order: ClassVar[int] = 4
 
     @classmethod
-    def fit(cls, scene: Scene, t_end: float, wanted: Sequence[Wanted]) -> Way | None:
+    def fit(
+        cls, scene: Scene, t_end: float, wanted: Sequence[Wanted], start: str | None = None
+    ) -> Way | None:
         """Return it where loads and velocities move a scene without drives by little."""
         system = System(scene)
-        if system.prescribed or not system.conservative:
+        if start is not None or system.prescribed or not system.conservative:
             return None
         if any(isinstance(each.quantity, Reaction) for each in wanted):
             return None

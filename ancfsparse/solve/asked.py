@@ -34,7 +34,7 @@ def run_as_asked(
     scene, t_end, quantity, error
         As `simulate` takes them.
     fixed : dict
-        Step and integrator, which a plan keeps.
+        Step, integrator and start, which a plan keeps.
     options : dict
         Other arguments of the run.
     refused : dict

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_count, check_finite, check_flag, check_positive
+from ancfsparse.checks import check_choice, check_count, check_finite, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.nonlinear import Method
@@ -31,6 +31,8 @@ from ancfsparse.words import shown
 # Second order, and what the step cannot follow is damped instead of growing (docs/accuracy.md,
 # docs/stability.md): as exact as the trapezoidal rule where that is, and stable where it is not.
 DEFAULT = GeneralizedAlpha(0.9)
+# The start that is found by statics.
+EQUILIBRIUM = "equilibrium"
 # Rotation of a rigid body in a step, beyond which its energy grows with it [rad].
 TURN = 0.07
 
@@ -141,7 +143,7 @@ def check_request(
     save_nodes: Sequence[Node] | None,
     output: str | Path | None,
     progress: bool,
-    start: State | Equilibrium | None,
+    start: State | Equilibrium | str | None,
 ) -> Request:
     """Return the arguments of `simulate` as a request.
 
@@ -151,7 +153,7 @@ def check_request(
         If one of them is invalid.
     """
     check_scene(scene)
-    state = check_start(start)
+    state = check_start(at_equilibrium(scene, start) if isinstance(start, str) else start)
     t_start = 0.0 if state is None else state.t
     if accuracy is not None:
         accuracy = check_positive("accuracy", accuracy, "m")
@@ -192,6 +194,28 @@ def check_request(
         output,
         progress,
     )
+
+
+def at_equilibrium(scene: Scene, start: str) -> Equilibrium:
+    """Return the equilibrium of a scene at t = 0, which ``start="equilibrium"`` asks for.
+
+    Raises
+    ------
+    InputError
+        If `start` is another word, or the scene has initial velocities.
+    EquilibriumFailure
+        If no equilibrium is found.
+    """
+    from ancfsparse.solve.statics import solve_static  # what most runs do not need
+
+    check_choice("start", start, (EQUILIBRIUM,))
+    found = solve_static(scene)
+    if System(scene).v0.any():
+        raise InputError(
+            "start='equilibrium' begins at rest, but the scene has initial velocities: leave them "
+            "or start out"
+        )
+    return found
 
 
 def suited(request: Request, system: System) -> Request:

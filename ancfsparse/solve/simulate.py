@@ -38,7 +38,7 @@ def simulate(
     save_nodes: Sequence[Node] | None = None,
     output: str | Path | None = None,
     progress: bool = False,
-    start: State | Equilibrium | None = None,
+    start: State | Equilibrium | str | None = None,
     quantity: Any = None,
     error: Any = None,
 ) -> Trajectory:
@@ -114,11 +114,12 @@ def simulate(
         it later.
     progress : bool, optional
         Whether to draw a progress bar.
-    start : State or Equilibrium, optional
+    start : State, Equilibrium or "equilibrium", optional
         Where the motion starts: ``run.last`` of an earlier run or file, at its time, or what
-        `solve_static` has returned, at rest at t = 0.  Loads, joints, sections and materials may
-        have changed since, the bodies and their stress-free shapes may not.  By default the motion
-        starts at t = 0 from the stress-free shape with the initial velocities of the beams.
+        `solve_static` has returned, at rest at t = 0; ``"equilibrium"`` calls that.  Loads, joints,
+        sections and materials may have changed since, the bodies and their stress-free shapes may
+        not.  By default the motion starts at t = 0 from the stress-free shape with the initial
+        velocities of the beams.
 
         If scene, integrator and ``dt`` are those of the run that came there, the second run goes
         on with its accelerations, those of the integrator itself included, with its multipliers,
@@ -186,11 +187,13 @@ def simulate(
         }
         if not isinstance(save_every, int) or save_every != 1:
             options["save_every"] = save_every
-        own: dict[str, Any] = {"accuracy": accuracy, "start": start}
+        own: dict[str, Any] = {"accuracy": accuracy}
+        if not isinstance(start, str):
+            own["start"] = start
         refused = {name: each for name, each in own.items() if each is not None}
         if not isinstance(tolerance, str) or tolerance != "default":
             refused["tolerance"] = tolerance
-        fixed = {"dt": dt, "integrator": integrator}
+        fixed = {"dt": dt, "integrator": integrator, "start": start}
         return run_as_asked(scene, t_end, quantity, error, fixed, options, refused)
     request = check_request(
         scene,

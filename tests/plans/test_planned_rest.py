@@ -1,4 +1,4 @@
-"""Plans for equilibria and frequencies beside exact numbers."""
+"""Plans for equilibria and frequencies, and for motions from rest, beside exact numbers."""
 
 import numpy as np
 import pytest
@@ -34,14 +34,52 @@ def test_frequencies_of_a_cantilever_are_eulers():
     assert max(each.error / each.asked for each in plan.predictions) < 1.0
 
 
+@pytest.mark.parametrize("t_end", [1.0, 100.0])
+def test_a_hanging_cable_is_moved_from_its_equilibrium(t_end):
+    section, material = ancf.Circle(0.01), ancf.Material(2e9, 1500.0)
+    ramp = ancf.Ramp((0.1, 0.0, 0.3), 0.5 * t_end, smooth=True) + np.array([1.0, 0.0, 0.0])
+
+    def hung(n):
+        scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
+        line = scene.add_beam("thin", (0, 0, 0), (1, 0, 0), n, section, material, length=1.3)
+        scene.pin(line.start)
+        scene.drive(line.end, ramp)
+        return scene, line
+
+    scene, line = hung("auto")
+    middle = line.at(0.5)
+    given = {"quantity": ancf.position(middle), "error": "2 %", "start": "equilibrium"}
+    run = ancf.simulate(scene, t_end, **given)
+    assert run.plan.is_met
+    # The first state is at rest: without the start it falls.
+    assert np.abs(run.v[0]).max() == 0.0
+    # A finer mesh and shorter steps, from an equilibrium that was found for it.
+    other, beside = hung(24)
+    rest = ancf.solve_static(other)
+    steps = 2000
+    fine = ancf.simulate(other, t_end, t_end / steps, start=rest, save_every=steps // 100)
+    mine = run.position(middle)[:: (len(run.t) - 1) // 100]
+    off = np.linalg.norm(mine - fine.position(beside.at(0.5)), axis=1).max()
+    assert off <= run.plan.predictions[0].asked
+
+
 def test_bad_input_gets_a_sentence():
     scene, rod = cantilever("thin", "auto")
     rest, motion = ancf.static_deflection(rod.end), ancf.position(rod.end)
+    moving, thrown = cantilever("thin", 4)
+    moving = moving.replaced(thrown, velocity=lambda x: x**2 @ [[0, 1], [0, 0]])
     for make, words in (
         (lambda: ancf.plan(scene, 1.0, rest, 1e-3), "leave t_end out"),
         (lambda: ancf.plan(scene, quantity=rest, error=1e-3, dt=1.0), "leave dt out"),
         (lambda: ancf.plan(scene, quantity=motion, error=1e-3), "needs a time at the end"),
         (lambda: ancf.plan(scene, 1.0, [rest, motion], 1e-3), "a plan for each kind"),
+        (
+            lambda: ancf.plan(scene, quantity=rest, error=1e-3, start="equilibrium"),
+            "leave start out",
+        ),
+        (lambda: ancf.plan(scene, 1.0, motion, 1e-3, start="rest"), "start of a plan 'rest'"),
+        (lambda: ancf.simulate(moving, 1.0, 0.1, start="equilibrium"), "begins at rest, but"),
+        (lambda: ancf.simulate(moving, 1.0, 0.1, start="rest"), "unknown start 'rest'"),
         (lambda: ancf.plan(scene), "quantity is empty"),
         (lambda: ancf.plan(scene, quantity=rest), "needs an error"),
         (lambda: ancf.frequency(0), "at least 1"),

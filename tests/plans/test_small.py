@@ -81,12 +81,13 @@ def test_large_motions_are_marched():
 
 
 def test_what_modes_do_not_have_is_marched():
-    def fits(scene, quantity):
-        return ModalSum.fit(scene, 60.0, wanted([quantity], "3 %")) is not None
+    def fits(scene, quantity, start=None):
+        return ModalSum.fit(scene, 60.0, wanted([quantity], "3 %"), start) is not None
 
     scene, point = let_go(1e-4)
     assert fits(scene, ancf.position(point))
     assert not fits(scene, ancf.reaction(point))
+    assert not fits(scene, ancf.position(point), "equilibrium")
     driven, point = let_go(1e-4)
     driven.drive(point, (1.0, 0.01))
     assert not fits(driven, ancf.position(point))
