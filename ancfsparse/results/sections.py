@@ -226,7 +226,7 @@ def _of_point(body: ElasticBody, point: object) -> tuple[int, float]:
     """Return element and place of a point; at a node of a beam, those of the element beyond."""
     if not isinstance(point, Node) or point.beam is not body:
         raise InputError(f"s must be points of {body.name}, got {shown(point)}")
-    if not point.is_node:
+    if point.xi:
         return point.index, point.xi
     if isinstance(body, Mesh):
         raise InputError(

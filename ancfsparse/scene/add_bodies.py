@@ -48,6 +48,7 @@ class Bodies(Records):
         section_strain: str = "consistent",
         up: Direction = None,
         twist: Angle = None,
+        offset: ArrayLike | None = None,
         eigenstrain: Eigenstrain = None,
         eigencurvature: Eigencurvature = None,
         velocity: ArrayLike | VelocityField | None = None,
@@ -118,6 +119,12 @@ class Bodies(Records):
             Of a thick beam in space: angle by which the section is turned further about e_x [rad],
             growing evenly from 0 at the start to this at the end; or a function that maps arc
             lengths (k,) [m] to angles (k,).
+        offset : float or array_like of shape (dim - 1,), optional
+            Of a straight beam of ``"thick"`` with ``curvature="section"``: from the line between
+            `start` and `end` to the centroid of its section, y, in space (y, z), in the axes of the
+            section [m].  ``rod.start``, ``rod.end``, ``rod.node(i)`` and ``rod.at(s)`` are points
+            of the line, so joints and loads there bend the beam as well; ``rod.at(s, y=0)`` is the
+            centroid.
         eigenstrain : float, callable or Signal, optional
             Elongation of the axis that it would have without stress [-], such as thermal expansion
             times a change of temperature; or a function of the arc coordinate s [m], taken in the
@@ -160,14 +167,19 @@ class Bodies(Records):
         )
         if automatic:
             beam = replace(beam, automatic=automatic)
+        line = beam.positions[[0, -1]]
+        if offset is not None:
+            from ancfsparse.scene.off_axis import beside_line  # few beams are
+
+            beam = beside_line(beam, offset)
         if eigenstrain is not None or eigencurvature is not None:
             from ancfsparse.scene.eigenstrain import with_eigenstrain  # few beams have any
 
             beam = with_eigenstrain(beam, eigenstrain, eigencurvature)
         record = BeamSpec(
             element=element,
-            start=None if start is None else beam.positions[0],
-            end=None if end is None else beam.positions[-1],
+            start=None if start is None else line[0],
+            end=None if end is None else line[1],
             n_elements="auto" if "n_elements" in automatic else beam.n_elements,
             section=beam.section,
             material=beam.material,
@@ -182,6 +194,7 @@ class Bodies(Records):
             slack=None if slack is None else float(slack),
             up=specified(up),
             twist=twist if twist is None or callable(twist) else float(twist),
+            offset=_as_given(offset),
             eigenstrain=_as_given(eigenstrain),
             eigencurvature=_as_given(eigencurvature),
             velocity=specified(velocity),

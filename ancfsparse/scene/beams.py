@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -49,6 +49,7 @@ class BeamSpec(Spec):
     slack: float | None = None
     up: Direction = None
     twist: Angle = None
+    offset: Any = None
     eigenstrain: Any = None
     eigencurvature: Any = None
     velocity: tuple[float, ...] | VelocityField | None = None
@@ -61,6 +62,7 @@ class BeamSpec(Spec):
         "length": "m",
         "tension": "N",
         "twist": "rad",
+        "offset": "m",
         "eigencurvature": "1/m",
     }
 
@@ -109,6 +111,9 @@ class Beam(ElasticBody):
         section at every node in the reference shape, or one for all, read-only.
     nodes : tuple of float, or None
         Shares of the length at which its nodes stand, if they were given.
+    offset : tuple of float
+        Where the centroid is beside the line that it was given by, along the vectors of its
+        sections [m]; empty if it is on the line.
     eigen : ndarray, shape (n_elements, 2 or 3), or None
         Eigenstrain [-] and eigencurvature [1/m] of every element, read-only.
     changing : tuple of (Signal or None, Signal or None), or None
@@ -118,6 +123,7 @@ class Beam(ElasticBody):
     arcs: Vector
     frames: Vector
     nodes: tuple[float, ...] | None = None
+    offset: tuple[float, ...] = ()
     eigen: Vector | None = None
     changing: tuple[Signal | None, Signal | None] | None = None
 
@@ -210,7 +216,8 @@ class Beam(ElasticBody):
                 f"{point!r} cannot be moved to {n_each} elements, since {self.name} has nodes of "
                 f"its own: take a multiple of {self.n_elements}"
             )
-        return Point(self.name, *resettled(point.index, point.xi, self.n_elements, n_each))
+        place = resettled(point.index, point.xi, self.n_elements, n_each)
+        return Point(self.name, *place, point.offsets)
 
     def finer(self, times: int) -> dict[str, Any]:
         """Return what changes in its record if every element is divided."""
@@ -254,7 +261,9 @@ class Beam(ElasticBody):
 
     def say(self, point: Node) -> str:
         """Describe where a point is."""
-        return f"{self.name} at s = {self.arc(point):.6g} m"
+        pairs = zip("yz", point.offsets[1:], strict=False)
+        beside = "".join(f", {name} = {each:.6g} m" for name, each in pairs)
+        return f"{self.name} at s = {self.arc(point):.6g} m{beside}"
 
     def hint(self, point: Node) -> str:
         """Describe which node to take instead of a point inside an element."""
@@ -267,26 +276,70 @@ class Beam(ElasticBody):
     @property
     def start(self) -> Node:
         """The first node."""
-        return Node(self, 0)
+        return self.node(0)
 
     @property
     def end(self) -> Node:
         """The last node."""
-        return Node(self, self.n_elements)
+        return self.node(self.n_elements)
 
-    def at(self, s: float) -> Node:
-        """Return the point at an arc coordinate of the reference shape.
+    def node(self, i: int) -> Node:
+        """Return one of the nodes; of a beam with an `offset` the point of its line there.
+
+        Parameters
+        ----------
+        i : int
+            Number of the node, from 0.
+
+        Returns
+        -------
+        Node
+            Its handle.
+        """
+        return replace(super().node(i), offsets=self.line)
+
+    @property
+    def line(self) -> tuple[float, ...]:
+        """Where the line that it was given by is, along the vectors of its sections [m]."""
+        return tuple(0.0 - each for each in self.offset)
+
+    def at(self, s: float, *, y: float | None = None, z: float | None = None) -> Node:
+        """Return the point at an arc coordinate of the reference shape, on the axis or beside it.
 
         Parameters
         ----------
         s : float
             Distance from the start along the undeformed axis [m], 0 to ``length``.
+        y, z : float, optional
+            Place in the section, from its centroid along its height and width [m]; by default the
+            point is on the axis, and of a beam with an `offset` on the line it was given by.  A
+            force there acts on the section together with its moment about the centroid.  It needs
+            ``"thick"`` with ``curvature="section"``.
 
         Returns
         -------
         Node
             A node where `s` falls on one (to rounding), else a point inside an element.
         """
+        point = self._at(s)
+        if y is None and z is None:
+            return point
+        from ancfsparse.scene.off_axis import offsets_of  # few beams have such points
+
+        return replace(
+            point, offsets=offsets_of(self, 0.0 if y is None else y, 0.0 if z is None else z)
+        )
+
+    def point(self, place: Point) -> Node:
+        """Return the handle of a point that is data."""
+        point = super().point(replace(place, offsets=()))
+        if not place.offsets:
+            return replace(point, offsets=())
+        from ancfsparse.scene.off_axis import checked_offsets
+
+        return replace(point, offsets=checked_offsets(self, place.offsets))
+
+    def _at(self, s: float) -> Node:
         distance = check_finite(f"arc coordinate s on {self.name}", s, "m")
         share = distance / self.length * self.n_elements
         if not self._is_even:
@@ -299,8 +352,8 @@ class Beam(ElasticBody):
             )
         nearest = round(share)
         if abs(share - nearest) <= NODE_SNAP:
-            return Node(self, nearest)
-        return Node(self, int(share), share - int(share))
+            return Node(self, nearest, 0.0, self.line)
+        return Node(self, int(share), share - int(share), self.line)
 
     def parameters(self) -> dict[str, float]:
         """Give the base parameters of the kernels, the same for every element of the beam.

@@ -190,6 +190,12 @@ class Body(ABC):
         tail, head = self.positions[self.row_nodes[self.ends[element]]]
         return np.asarray((1.0 - xi) * tail + xi * head)
 
+    def vectors_at(self, point: Node) -> Vector:
+        """Return the vectors of a body or a beam at a point in the reference shape, (k, dim)."""
+        last = len(self.vectors) - 1
+        tail, head = (self.vectors[min(point.index + i, last)] for i in (0, 1))
+        return np.asarray((1.0 - point.xi) * tail + point.xi * head)
+
     @abstractmethod
     def describe(self) -> dict[str, str]:
         """Describe for the digest of a scene what decides how it moves, but for its shape."""
@@ -348,8 +354,8 @@ class Node:
     xi : float, optional
         Share of the element's length, in (0, 1) inside an element, 0 at a node.
     offsets : tuple of float, optional
-        Of a point of a rigid body its coordinates along the vectors of the body [m]; empty at its
-        origin.
+        Of a point of a rigid body, or beside the axis of a beam, its coordinates along the vectors
+        there [m]; empty at the origin and on the axis.
     """
 
     beam: Body
@@ -380,9 +386,7 @@ class Node:
     def position(self) -> Vector:
         """Position in the reference shape, shape (dim,) [m]."""
         nodes = self.beam.positions
+        place = self.beam.inside(self.index, self.xi) if self.xi else np.array(nodes[self.index])
         if self.offsets:
-            vectors = self.beam.vectors[self.index, : len(self.offsets)]
-            return np.asarray(nodes[self.index] + np.array(self.offsets) @ vectors)
-        if self.is_node:
-            return np.array(nodes[self.index])
-        return self.beam.inside(self.index, self.xi)
+            place += np.array(self.offsets) @ self.beam.vectors_at(self)[: len(self.offsets)]
+        return place

@@ -45,7 +45,7 @@ def digest(scene: Records) -> dict[str, str]:
         if reference.xi:
             inside = f" + {reference.of(scene).xi:.9g}"
         if reference.offsets:
-            inside = f" + {numbers(reference.offsets)}"
+            inside += f" + {numbers(reference.offsets)}"
         return f"{here}, {reference.index}{inside}"
 
     parts = {"gravity": numbers(scene.gravity)}

@@ -64,7 +64,8 @@ class Point(Whole):
         Fraction of the element's length, in (0, 1) inside an element, 0 at a node.  Along an edge
         of a mesh it counts from the first node of the edge, as given.
     offsets : tuple of float, optional
-        Of a point of a rigid body that is not its origin, its coordinates in the body [m].
+        Of a point of a rigid body that is not its origin, its coordinates in the body [m]; of a
+        point beside the axis of a beam those along r_x, r_y and r_z [m].
     """
 
     index: int

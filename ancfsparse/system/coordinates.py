@@ -127,13 +127,17 @@ class Coordinates:
     def _interpolate(self, node: Node, vector: str, inside: Vector) -> tuple[Places, Vector]:
         """Weigh the ends of an element, or take this vector of a node as it is."""
         kind = self.kind_of(node.beam)
-        if node.offsets and vector == "r":
-            return weighed(kind, self.rows(node)[0], node.offsets)
-        if node.is_node or node.offsets:
+        offsets = node.offsets if vector == "r" else ()
+        if offsets and not node.xi:
+            return weighed(kind, self.rows(node)[0], offsets)
+        if not node.xi:
             places = self.rows(node)[0] if vector == "r" else self.place(node)
             return places[kind.columns(vector)][:, None], np.ones(1)
         ends = self.places[self._of(node.beam)][node.beam.ends[node.index]]
         each = [end[kind.columns(name)] for end in ends for name in kind.axis]
+        for name, offset in zip(("r_y", "r_z"), offsets[1:], strict=False):
+            each += [end[kind.columns(name)] for end in ends]
+            inside = np.append(inside, [(1.0 - node.xi) * offset, node.xi * offset])
         return np.stack(each, axis=1), inside
 
     @staticmethod

@@ -68,16 +68,18 @@ def at_node(kind: ElementKind, row: Places, offsets: Sequence[float] = ()) -> tu
     row : (n_c,) int32
         Their places.
     offsets : sequence of float, optional
-        Of a point of a rigid body, its coordinates [m].
+        Of a point of a rigid body or beside the axis of a beam, its coordinates [m].
     """
-    names = [name for name in NODAL if name in kind.vectors]
+    names = _names(kind)
     place = np.stack([row[kind.columns(name)] for name in names])
     weight = np.eye(len(names))[: 1 + _n_axes(kind)]
     weight[0, 1 : 1 + len(offsets)] = offsets
     return place[None], weight[None]
 
 
-def inside(kind: ElementKind, ends: Places, xi: Vector, lengths: Vector) -> tuple[Places, Vector]:
+def inside(
+    kind: ElementKind, ends: Places, xi: Vector, lengths: Vector, offsets: Sequence[float] = ()
+) -> tuple[Places, Vector]:
     """Return places (n, width, dim) and weights (n, 1 + n_axes, width) inside elements.
 
     Parameters
@@ -90,8 +92,10 @@ def inside(kind: ElementKind, ends: Places, xi: Vector, lengths: Vector) -> tupl
         Places within the elements, from 0 to 1.
     lengths : (n,) float
         Of the elements [m].
+    offsets : sequence of float, optional
+        Coordinates of points beside the axis along r_x, r_y and r_z [m].
     """
-    names = [name for name in NODAL if name in kind.vectors]
+    names = _names(kind)
     k = len(names)
     place = np.stack([ends[:, end, kind.columns(name)] for end in (0, 1) for name in names], axis=1)
     weight = np.zeros((len(ends), 1 + _n_axes(kind), 2 * k))
@@ -100,7 +104,14 @@ def inside(kind: ElementKind, ends: Places, xi: Vector, lengths: Vector) -> tupl
     weight[:, 1, axis] = slope_weights(xi, lengths, kind.is_string)
     for row in range(2, weight.shape[1]):  # section vectors are linear along an element
         weight[:, row, row], weight[:, row, k + row] = 1.0 - xi, xi
+    for column, offset in enumerate(offsets[1:], 2):
+        weight[:, 0, column], weight[:, 0, k + column] = (1.0 - xi) * offset, xi * offset
     return place, weight
+
+
+def _names(kind: ElementKind) -> list[str]:
+    """Return the vectors of a node; in the plane r_z is one number across it, and none of them."""
+    return [name for name in NODAL[: 1 + kind.dim] if name in kind.vectors]
 
 
 def _n_axes(kind: ElementKind) -> int:

@@ -202,12 +202,12 @@ def _follower(load: PointForce | DistributedForce, system: Places, first: int) -
         factor = (beam.lengths[:, None] * shares * load.factors(_arcs(beam, xi))).ravel()
     else:
         node, kind, factor = load.node, load.node.beam.kind, np.ones(1)
-        if node.is_node or node.offsets:
+        if not node.xi:
             place, weight = at_node(kind, system.place(node), node.offsets)
         else:
             ends = system.elements(node.beam)[node.index].reshape(1, 2, -1)
             length = node.beam.lengths[[node.index]]
-            place, weight = inside(kind, ends, np.array([node.xi]), length)
+            place, weight = inside(kind, ends, np.array([node.xi]), length, node.offsets)
     return Follower(place, weight, np.tile(column, (len(place), 1)), factor)
 
 

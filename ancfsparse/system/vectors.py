@@ -56,7 +56,7 @@ def vectors_of(
 def weighed(
     kind: ElementKind, row: NDArray[np.int32], offsets: Sequence[float]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return places (dim, p) and weights (p,) of a point of a rigid body.
+    """Return places (dim, p) and weights (p,) of a point of a rigid body or beside a node.
 
     Parameters
     ----------

@@ -81,6 +81,9 @@ def calls():
     scene, rod = scene_of()
     space, spatial = scene_of(3)
     other = scene.add_beam("thin", (1, 0), (1, 1), 2, SECTION, MATERIAL)
+    stocky = space.add_beam(
+        "thick", (0, 3, 0), (1, 3, 0), 2, SECTION, MATERIAL, curvature="section"
+    )
     mesh = scene.add_mesh([(5, 0), (6, 0), (6, 1)], [(0, 1), (1, 2)], "thin", SECTION, MATERIAL)
     moving, tip = held_scene()
     moving.save("good.json")
@@ -126,6 +129,9 @@ def calls():
              {"element": "thick", "curve": ancf.Helix(1.0, 0.1, 2.0), "n_elements": 8,
               "section": SECTION, "material": MATERIAL, "rest": "straight", "twist": 1.0}),
         Call("add_beam, slack", scene.add_beam, beam | {"element": "string", "slack": 1e-3}),
+        Call("add_beam, eccentric", space.add_beam,
+             beam | {"element": "thick", "start": (0, 4, 0), "end": (1, 4, 0),
+                     "curvature": "section", "offset": (0.1, 0.2)}),
         Call("add_mesh", scene.add_mesh, net),
         Call("add_mesh, spatial", space.add_mesh, net | {"nodes": [(7, 0, 0), (8, 0, 0)]}),
         Call("add_frame", space.add_frame,
@@ -156,6 +162,7 @@ def calls():
         Call("Scene.load", ancf.Scene.load, {"path": "good.json"}),
         Call("Beam.node", rod.node, {"i": 1}),
         Call("Beam.at", rod.at, {"s": 0.3}),
+        Call("Beam.at, beside the axis", stocky.at, {"s": 0.3, "y": 0.01, "z": 0.02}),
         Call("Mesh.node", mesh.node, {"i": 1}),
         Call("Mesh.at", mesh.at, {"edge": 0, "s": 0.3}),
         Call("simulate", ancf.simulate, march),

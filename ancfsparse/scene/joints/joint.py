@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -241,7 +242,9 @@ def check_end(what: str, node: object) -> Node:
     node : object
         What was given.
     """
-    return node if isinstance(node, Node) and node.offsets else check_node(what, node)
+    if isinstance(node, Node) and node.offsets and not node.xi:
+        return node
+    return check_node(what, node)
 
 
 def check_turns(what: str, node: Node) -> Node:
@@ -272,7 +275,7 @@ def check_other_body(what: str, a: Node, b: Node) -> None:
 
 
 def check_node(what: str, node: object) -> Node:
-    """Return `node` if it is a node of the mesh.
+    """Return `node` if it is a node of the mesh; of a point beside it in a section, the node.
 
     Parameters
     ----------
@@ -287,10 +290,12 @@ def check_node(what: str, node: object) -> Node:
         The node.
     """
     point = check_point(what, node)
+    if point.offsets and not point.xi and point.beam.n_elements:
+        return replace(point, offsets=())
     if not point.is_node:
         raise InputError(
             f"{what} needs a node, but {point!r} "
-            + ("is another point" if point.offsets else f"lies inside element {point.index}")
+            + (f"lies inside element {point.index}" if point.xi else "is another point")
             + f": {point.beam.hint(point)}"
         )
     return point
