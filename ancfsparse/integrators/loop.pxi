@@ -51,7 +51,7 @@ cdef class TimeLoop:
     cdef ancf_equations interface
     cdef Motion motion
     cdef object owner, loads  # kept alive: pointers refer to the loads until new ones are set
-    cdef const double[::1] mass
+    cdef const double[::1] mass, dead_load
     cdef dict arrays
     cdef readonly object capsule
     cdef readonly ptrdiff_t steps  # accepted so far
@@ -80,7 +80,8 @@ cdef class TimeLoop:
         motion.jumps.size = kept(own, "size", abs(amplitudes))
         motion.jumps.past = kept(own, "past", 0.0 * amplitudes)
         motion.jumps.jump = kept(own, "jump", 0.0 * amplitudes)
-        motion.dead_load = kept(own, "dead_load", dead_load)
+        self.dead_load = dead_load
+        motion.dead_load = &self.dead_load[0]
         motion.r = kept(own, "r", np.zeros(len(q)))
         motion.phi = kept(own, "phi", np.zeros(len(lam)))
         self.set_threads(1)
@@ -174,12 +175,12 @@ cdef class TimeLoop:
 
     @property
     def memory(self):
-        """What the next steps depend on besides the state: energy watch, history of the loads."""
-        out = {"watch": watch_memory(&self.motion.watch)}
-        for name in REMEMBERED:
-            if name in self.arrays:
-                out[name] = self.arrays[name].copy()
-        return out
+        """What the next steps depend on besides the state: energy watch, history of the loads.
+
+        The arrays are not copied, since copies would set the peak of large runs: no step may follow.
+        """
+        out = {name: self.arrays[name] for name in REMEMBERED if name in self.arrays}
+        return out | {"watch": watch_memory(&self.motion.watch)}
 
     def recall(self, memory):
         """Restore the `memory` of a time loop that reached the current state."""

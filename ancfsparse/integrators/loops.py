@@ -25,7 +25,7 @@ class Loop(Protocol):
 
     @property
     def memory(self) -> dict[str, Any]:
-        """What the next steps depend on in addition to the state."""
+        """What the next steps depend on in addition to the state; valid after the last step."""
 
     @property
     def energy_gain(self) -> tuple[float, float]:

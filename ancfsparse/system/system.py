@@ -164,8 +164,9 @@ class System(Coordinates):
 
     @property
     def dead_load(self) -> Vector:
-        """Gravity and all constant loads together, (n_all,) [N, N m], added up when asked for."""
-        return self.gravity_load + self.loads.constant
+        """Gravity and all constant loads together, (n_all,) [N, N m]; not to be changed."""
+        constant = self.loads.constant
+        return self.gravity_load + constant if constant.any() else self.gravity_load
 
     def energies(
         self, q: Vector, v: Vector, t: Vector | None = None
