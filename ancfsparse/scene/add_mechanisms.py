@@ -173,7 +173,8 @@ class Mechanisms(Records):
         Returns
         -------
         Cylindrical
-            The joint.
+            The joint.  Where the axis is one of space and the origin of a body slides beside the
+            ground, its place across the axis is held by numbering.
         """
         from ancfsparse.scene.joints.between import Cylindrical, normals
 
@@ -196,7 +197,8 @@ class Mechanisms(Records):
         Returns
         -------
         Prismatic
-            The joint.
+            The joint.  Where the axis is one of space and the origin of a body slides beside the
+            ground, its place across the axis is held by numbering.
         """
         from ancfsparse.scene.joints.between import Prismatic, normals
 

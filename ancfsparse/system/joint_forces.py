@@ -62,12 +62,13 @@ class Recorder:
         The coordinates that it fixes or drives.
     shares : bool
         Whether it shares any.
-    turns : bool
-        Whether angles may be prescribed by numbering.
+    turns, lines : bool
+        Whether angles may be prescribed, and slides held, by numbering.
     """
 
     lowering: Lowering
     turns: bool = True
+    lines: bool = True
     equations: list[tuple[Any, Any, Any]] = field(default_factory=list)
     numbers: bool = False
     held: list[Places] = field(default_factory=list)
@@ -93,6 +94,10 @@ class Recorder:
         """Note that coordinates are held."""
         self.numbers = True
         self.held.append(coordinates.ravel())
+
+    def hold(self, coordinates: Places) -> None:
+        """Note that coordinates are held."""
+        self.fix(coordinates)
 
     def drive(self, coordinates: Places, course: Course) -> None:
         """Note that coordinates are prescribed."""
@@ -151,7 +156,8 @@ def joint_force(system: System, joint: Joint, states: States) -> tuple[Vector, V
     if not any(joint is each for each in system.joints):
         raise InputError("the joint is not of the scene that moved: take one of its handles")
     lowering = Lowering(_scene_with(system, system.joints), system.kinds)
-    record = Recorder(lowering, turns=not rows_of(system, joint))
+    by_numbers = not rows_of(system, joint)
+    record = Recorder(lowering, turns=by_numbers, lines=by_numbers)
     joint.lower(record)
     q = _raw(lowering, system, states.q)
     a, _b = joint.sides

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 Places = NDArray[np.int32]
 
+# Share of the gradient of an equation by free coordinates that is rounding.
+IDLE = 1e-9
+
 
 class Lowering:
     """The `Builder` that joints are given; it counts all coordinates, held and shared ones too.
@@ -31,8 +34,8 @@ class Lowering:
         The bodies and joints.
     kinds : sequence of ElementKind
         The element of each body.
-    turns : bool, optional
-        Whether angles may be prescribed by numbering.
+    turns, lines : bool, optional
+        Whether angles may be prescribed, and slides held, by numbering.
 
     Attributes
     ----------
@@ -42,12 +45,20 @@ class Lowering:
         Per body the number of each coordinate of each row.
     n_raw : int
         How many there are.
+    on_lines : list of (k,) int32 arrays
+        Coordinates held in place of equations.
     courses : list of Course
         What coordinates follow that are prescribed.
     """
 
-    def __init__(self, scene: Scene, kinds: Sequence[ElementKind], turns: bool = True) -> None:
-        self.turns = turns
+    def __init__(
+        self,
+        scene: Scene,
+        kinds: Sequence[ElementKind],
+        turns: bool = True,
+        lines: bool = True,
+    ) -> None:
+        self.turns, self.lines = turns, lines
         self.turned = turns and any(joint.turns_body for joint in scene.joints)
         self.raw: list[Places] = []
         self.n_raw = 0
@@ -58,6 +69,7 @@ class Lowering:
             self.raw.append(_counted(body, len(kind.node_coordinates), self.n_raw))
             self.n_raw = int(self.raw[-1][-1, -1]) + 1
         self._fixed: list[Places] = []
+        self.on_lines: list[Places] = []
         self._driven: list[Places] = []
         self.courses: list[Course] = []
         self._led: list[Led | None] = []
@@ -90,6 +102,10 @@ class Lowering:
     def fix(self, coordinates: Places) -> None:
         """Hold coordinates at their reference values."""
         self._fixed.append(coordinates)
+
+    def hold(self, coordinates: Places) -> None:
+        """Hold coordinates in place of equations."""
+        self.on_lines.append(coordinates)
 
     def drive(self, coordinates: Places, course: Course) -> None:
         """Let coordinates follow a prescribed motion, one component of it each."""
@@ -144,10 +160,28 @@ class Lowering:
     def held(self, owner: Places | None) -> NDArray[np.bool_]:
         """Return which coordinates are held, (n_raw,), of shared ones the owner."""
         out = np.zeros(self.n_raw, dtype=bool)
-        if self._fixed:
-            fixed = np.concatenate([each.ravel() for each in self._fixed])
+        if self._fixed or self.on_lines:
+            fixed = np.concatenate([each.ravel() for each in self._fixed + self.on_lines])
             out[fixed if owner is None else owner[fixed]] = True
         return out
+
+    def repeats(self, owner: Places | None, q: NDArray[np.float64]) -> bool:
+        """Whether what lines hold is held again, which equations name and numbering would not.
+
+        The coordinates ``q`` (n_raw,) are those of the reference shape.
+        """
+        others = [each.ravel() for each in self._fixed + self._driven]
+        every = np.concatenate(self.on_lines + others)
+        owners = every if owner is None else owner[every]
+        mine, rest = np.split(owners, [len(self.on_lines)])
+        if len(np.unique(mine)) < len(mine) or np.isin(mine, rest).any():
+            return True
+        held = np.zeros(self.n_raw, dtype=bool)
+        held[owners] = True
+        free = ~(held if owner is None else held[owner])
+        gradients = np.abs(self._equations.jacobian(q))
+        idle = gradients[:, free].sum(axis=1) <= IDLE * gradients.sum(axis=1)
+        return bool(idle[np.array(self._equations.mass) == 0.0].any())
 
     def driven(self, owner: Places | None) -> Places:
         """Return which coordinates follow `courses`, in their order; of shared ones the owner."""

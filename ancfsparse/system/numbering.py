@@ -78,10 +78,15 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
         If an initial velocity moves a held point, or the start is of another scene.
     """
     lowered = Lowering(scene, kinds)
-    owner, held, driven = _numbered(lowered)
+    owner = lowered.owner()
+    if lowered.on_lines and lowered.repeats(owner, _raw_reference(scene, lowered)):
+        lowered = Lowering(scene, kinds, lines=False)
+        owner = lowered.owner()
+    held, driven = lowered.held(owner), lowered.driven(owner)
     if lowered.turned and _clash(owner, held, driven):
-        lowered = Lowering(scene, kinds, turns=False)
-        owner, held, driven = _numbered(lowered)
+        lowered = Lowering(scene, kinds, turns=False, lines=lowered.lines)
+        owner = lowered.owner()
+        held, driven = lowered.held(owner), lowered.driven(owner)
     final, n_free, n_all = _ordered(owner, held, driven)
     n_still = n_all - len(driven)
     constraints = lowered.constraints(final, range(n_free, n_all))
@@ -106,10 +111,11 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
     return Numbering(n_free, n_all, places, constraints, prescribed, q_ref, q, v)
 
 
-def _numbered(lowered: Lowering) -> tuple[Places | None, NDArray[np.bool_], Places]:
-    """Return the owner of every coordinate, which are held, and which are driven."""
-    owner = lowered.owner()
-    return owner, lowered.held(owner), lowered.driven(owner)
+def _raw_reference(scene: Scene, lowered: Lowering) -> NDArray[np.float64]:
+    q = np.empty(lowered.n_raw)
+    for body, raw in zip(scene.bodies, lowered.raw, strict=True):
+        q[raw] = reference(body)
+    return q
 
 
 def _clash(owner: Places | None, held: NDArray[np.bool_], driven: Places) -> bool:
@@ -210,7 +216,7 @@ def _hold_still(
         raise InputError(
             f"the initial velocity moves {len(moving)} held coordinate"
             f"{'s, the first' if len(moving) > 1 else ','} of the {what} of {point} by "
-            f"{held[moving[0]]:.6g} {unit}: give a velocity field that is zero at the joints"
+            f"{held[moving[0]]:.6g} {unit}: give a velocity that the joints allow there"
         )
     held[:] = 0.0
 

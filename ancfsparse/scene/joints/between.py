@@ -105,9 +105,16 @@ class Between(Joint):
             across(builder, label, ones[i], others[j], self.size)
 
     def _share_line(self, builder: Builder, axis: Vector) -> None:
-        """Keep the point of `a` on the line through that of `b` along an axis of `b`."""
+        """Keep the point of `a` on the line through that of `b` along an axis of `b`.
+
+        Beside the ground that holds a coordinate for each axis of space across the line.
+        """
         one, other = self._points(builder)
         for k, normal in enumerate(normals(axis)):
+            held = None if self.b or not builder.lines else one.component(normal)
+            if held is not None:
+                builder.hold(held)
+                continue
             label = f"{self.label}, across {k + 1}"
             across(builder, label, one - other, self._of_b(builder, normal), 1.0)
 

@@ -54,6 +54,13 @@ class Sum:
         constant = np.array([-self.constant[1], self.constant[0]])
         return Sum(({k: -w for k, w in y.items()}, x), constant)
 
+    def component(self, along: Vector) -> Coordinates | None:
+        """Return the coordinate (1,) that is the component along a unit vector; None if none is."""
+        d = int(np.argmax(np.abs(along)))
+        if self.whole is None or np.abs(np.delete(along, d)).max() > ALIGNED:
+            return None
+        return self.whole[[d]]
+
     def __sub__(self, other: Sum) -> Sum:
         """Return the difference of two."""
         terms = []

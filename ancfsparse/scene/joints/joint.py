@@ -53,9 +53,12 @@ class Builder(Protocol):
     ----------
     turns : bool
         Whether angles may be prescribed by numbering.
+    lines : bool
+        Whether `hold` may be used; it may not where joints hold a point several times.
     """
 
     turns: bool
+    lines: bool
 
     def kind(self, node: Node) -> ElementKind:
         """Return the element at a node, which has the names of its coordinates."""
@@ -75,6 +78,10 @@ class Builder(Protocol):
 
     def fix(self, coordinates: Coordinates) -> None:
         """Hold coordinates at their reference values; the force that takes is the reaction."""
+        ...
+
+    def hold(self, coordinates: Coordinates) -> None:
+        """Hold coordinates as `fix` does, in place of equations that hold just these."""
         ...
 
     def drive(self, coordinates: Coordinates, course: Course) -> None:
