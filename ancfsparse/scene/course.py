@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -152,7 +152,7 @@ def course_of(
                 "ring: take Ramp(..., smooth=True), Sine, or a smooth function such as "
                 "scipy.interpolate.CubicSpline(times, values, bc_type='clamped')"
             )
-        rate, second_rate = value.rate, _SecondRate(value)
+        rate, second_rate = _Rate(value, 1), _Rate(value, 2)
     elif rate is None and not callable(value):
         rate = second_rate = _Rest((width,) if width else ())
     if rate is None or second_rate is None:
@@ -165,16 +165,19 @@ def course_of(
 
 
 @dataclass(frozen=True)
-class _SecondRate:
+class _Rate:
     signal: Signal
+    order: int
+    takes_arrays: ClassVar[bool] = True
 
     def __call__(self, t: Any) -> Any:
-        return self.signal.rate(t, 2)
+        return self.signal.rate(t, self.order)
 
 
 @dataclass(frozen=True)
 class _Rest:
     shape: tuple[int, ...]
+    takes_arrays: ClassVar[bool] = True
 
     def __call__(self, t: Any) -> Any:
         return np.zeros((*np.shape(t), *self.shape))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +18,15 @@ Value = float | tuple[float, ...]
 
 
 class Signal(ABC):
-    """A function of time that is evaluated for all times at once."""
+    """A function of time that is evaluated for all times at once.
+
+    Attributes
+    ----------
+    takes_arrays : bool
+        That it is, which other functions with this attribute are too.
+    """
+
+    takes_arrays: ClassVar[bool] = True
 
     @abstractmethod
     def __call__(self, t: ArrayLike) -> Vector:
@@ -56,6 +65,11 @@ class Signal(ABC):
 
     # Arrays must not take a signal for one of their numbers.
     __array_ufunc__ = None
+
+
+def at_once(value: object) -> bool:
+    """Whether a load or motion is a function that takes arrays of any times."""
+    return bool(getattr(value, "takes_arrays", False))
 
 
 @dataclass(frozen=True)

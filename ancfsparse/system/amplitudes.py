@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import LoadFailure
-from ancfsparse.scene import Signal
 from ancfsparse.scene.loads import Applied
+from ancfsparse.scene.signal import at_once
 
 Vector = NDArray[np.float64]
 
-# Fewer times are not worth an array, and so many calls check one: the first time, the last, and
-# others spread between them.
+# Fewer times are not worth an array of what is not a signal, and so many calls check one: the first
+# time, the last, and others spread between them.
 FEW, CHECKS = 32, 8
 # By how much of the largest value an array and a call may differ: both round, not always alike.
 ROUNDING = 1e-12
@@ -61,7 +61,8 @@ class Source:
 
     A function is given arrays of times as long as what it returns for them is what it returns for
     single ones.  That is checked at some times of each array, and what does not depend on the time
-    is not believed.
+    is not believed.  Signals are given arrays of any length, so that their values do not depend on
+    how a run is divided: an array and a call are not always rounded alike.
 
     Parameters
     ----------
@@ -72,6 +73,7 @@ class Source:
     def __init__(self, load: Applied) -> None:
         self.load = load
         self.width = load.shape[0] if load.shape else 1
+        self._always = at_once(load.value)
         self._takes_arrays = True
 
     def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
@@ -91,11 +93,11 @@ class Source:
         """
         if not callable(self.load.value):
             return np.broadcast_to(self.load.at(0.0), (len(times), self.width)), None
-        if self._takes_arrays and len(times) >= FEW:
+        if self._takes_arrays and len(times) >= (1 if self._always else FEW):
             table = self._at_once(times)
             if table is not None:
                 return table, None
-            self._takes_arrays = isinstance(self.load.value, Signal)
+            self._takes_arrays = self._always
         return self._call_by_call(times)
 
     def _at_once(self, times: Vector) -> Vector | None:
@@ -109,7 +111,7 @@ class Source:
                 table = _columns(function(given), len(times), self.width)
         except Exception:  # it may raise anything for an array; single calls show what is wrong
             return None
-        if table is None or isinstance(function, Signal):
+        if table is None or self._always:
             return table
         spread = np.arange(1, CHECKS - 1) * 0.6180339887498949 % 1.0  # the golden ratio
         at = np.array([0, *(len(times) * spread).astype(int), len(times) - 1])

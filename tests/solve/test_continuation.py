@@ -61,6 +61,21 @@ def test_two_parts_are_one_run_bit_for_bit(integrator, as_constraint):
         np.testing.assert_array_equal(getattr(second, name), getattr(whole, name)[rows])
 
 
+@pytest.mark.parametrize("as_constraint", [False, True])
+def test_two_parts_of_a_driven_crank_are_one_run_for_any_number_of_steps(as_constraint):
+    """A function of few times was called time by time, where powers are rounded otherwise."""
+    scene = ancf.Scene((0.0, -9.81))
+    crank = scene.add_body(mass=1.0, inertia=0.05, centre=(0.25, 0), position=(0, 0))
+    rod = scene.add_body(mass=1.0, inertia=0.2, centre=(0.75, 0), position=(0.5, 0))
+    scene.connect(crank.at((0.5, 0.0)), rod.origin)
+    angle = ancf.Ramp(6.0, 1.0, smooth=True)
+    scene.drive_joint(scene.pin(crank.origin), angle, as_constraint=as_constraint)
+    whole, first, second = in_two(scene, 0.1, 0.3, 4e-3, solver=NEWTON)
+    rows = slice(len(first.t) - 1, None)
+    for name in ("t", "q", "v", "a", "lam"):
+        np.testing.assert_array_equal(getattr(second, name), getattr(whole, name)[rows])
+
+
 @pytest.mark.parametrize(
     ("integrator", "dt"),
     [

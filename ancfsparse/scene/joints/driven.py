@@ -12,6 +12,7 @@ from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import Angles, Course, Places, SpinRates, Spins
 from ancfsparse.scene.joints.freedoms import measure
 from ancfsparse.scene.joints.joint import Builder, Joint, Led, Vector
+from ancfsparse.scene.signal import at_once
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,11 @@ class Direction:
 
     given: tuple[Places, ...]
     vector: tuple[float, float]
+
+    @property
+    def takes_arrays(self) -> bool:
+        """Whether the angle and its rates are evaluated for all times at once."""
+        return all(at_once(each.value) for each in self.given)
 
     def __call__(self, t: ArrayLike) -> Vector:
         """Return it at a time, (2,), or at many, (k, 2) [1, 1/s or 1/s2]."""
