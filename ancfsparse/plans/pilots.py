@@ -15,6 +15,7 @@ from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.costs import Counted, counted
 from ancfsparse.plans.models import Model, built
+from ancfsparse.plans.nested import prolonged
 from ancfsparse.plans.quantities import Quantity
 from ancfsparse.plans.wanted import Wanted
 from ancfsparse.plans.ways import Way
@@ -126,7 +127,7 @@ class Pilots:
         system = self.systems.get(_key(model))
         scene = built(self.scene, model) if system is None else system.scene
         try:
-            run = self.march(scene, steps, system)
+            run = self.march(scene, steps, system, self._coarser(model))
         except StepFailure as failure:
             failure.trajectory = None
             self.failure = failure
@@ -142,18 +143,36 @@ class Pilots:
             cost = replace(cost, work=cost.work * (1.0 + more / cost.amount))
         return Pilot(model, steps, histories, cost, run)
 
-    def march(self, scene: Scene, steps: int, system: System | None = None) -> Trajectory:
+    def _coarser(self, model: Model) -> Trajectory | None:
+        """Return the last equilibrium that was found with the same elements, None if none was."""
+        if self.t_end is not None:
+            return None
+        alike = (each.run for each in reversed(self.done.values()) if each is not None
+                 and each.model.rungs == model.rungs)  # fmt: skip
+        return next(alike, None)
+
+    def march(
+        self,
+        scene: Scene,
+        steps: int,
+        system: System | None = None,
+        coarser: Trajectory | None = None,
+    ) -> Trajectory:
         """Run a scene that was built, in so many steps; or find its equilibrium.
 
-        A `system` of the scene that was marched before is not made again.
+        A `system` of the scene that was marched before is not made again, and the equilibrium on a
+        `coarser` mesh is where that of a finer one is sought.
         """
-        run = self._marched(scene, steps, system)
+        run = self._marched(scene, steps, system, coarser)
         self.bill.append(counted(run.stats, steps, run.q.shape[1]))
         return run
 
-    def _marched(self, scene: Scene, steps: int, system: System | None) -> Trajectory:
+    def _marched(
+        self, scene: Scene, steps: int, system: System | None, coarser: Trajectory | None
+    ) -> Trajectory:
         if self.t_end is None:
-            return at_rest(solve_static(scene))
+            start = None if coarser is None else prolonged(coarser, scene)
+            return at_rest(solve_static(scene, start=start))
         if isinstance(self.integrator, Way):
             return self.integrator.march(scene, self.t_end, steps)
         request = check_request(

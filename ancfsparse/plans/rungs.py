@@ -100,7 +100,7 @@ def effects_of(pilots: Pilots, pilot: Pilot, response: bool) -> list[dict[str, f
     scene = pilot.run.system.scene
 
     def march(changed: Scene) -> Trajectory:
-        return pilots.march(changed, pilot.steps)
+        return pilots.march(changed, pilot.steps, coarser=pilot.run)
 
     out = []
     own = march if response else None

@@ -1,0 +1,91 @@
+"""Equilibria on finer meshes that begin with those of coarser ones."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.plans import pilots
+from ancfsparse.plans.nested import prolonged
+from ancfsparse.plans.pilots import at_rest
+from ancfsparse.system import System
+
+PLACES = np.linspace(0.0, 1.0, 41)
+
+
+def cantilever(element, n, nodes=None, dim=2, **options):
+    none = (0.0,) * (dim - 2)
+    scene = ancf.Scene((0.0, -9.81, *none))
+    rod = scene.add_beam(
+        element, (0, 0, *none), (1, 0, *none), n, ancf.Circle(0.02), ancf.Material(1e8, 1e3, 0.3),
+        nodes=nodes, **options,
+    )  # fmt: skip
+    scene.clamp(rod.start)
+    scene.point_force(rod.end, (0.05, 0.1, *none))
+    return scene, rod
+
+
+def found(scene, start=None):
+    return ancf.solve_static(scene, start=start)
+
+
+@pytest.mark.parametrize(("element", "dim"), [("thin", 2), ("l2t2", 2), ("thick", 2), ("thin", 3),
+                                              ("thick", 3)])  # fmt: skip
+@pytest.mark.parametrize("nodes", [None, (0.0, 0.1, 0.125, 0.3, 0.5, 0.6, 1.0)])
+def test_a_finer_mesh_begins_in_the_same_shape(element, dim, nodes):
+    coarse, rod = cantilever(element, 4, dim=dim)
+    run = at_rest(found(coarse))
+    fine, its = cantilever(element, 12 if nodes is None else None, nodes, dim)
+    state = prolonged(run, fine)
+    at = System(fine, state)
+    for s in PLACES:
+        places, weights = at.point(its.at(s))
+        if nodes is None:  # every element is divided, so the shape is the same everywhere
+            assert at.q0[places] @ weights == pytest.approx(run.position(rod.at(s))[0], abs=1e-12)
+    for node in range(its.n_nodes):
+        places, weights = at.point(its.node(node))
+        s = its.node(node).s
+        assert at.q0[places] @ weights == pytest.approx(run.position(rod.at(s))[0], abs=1e-12)
+    warm, cold = found(fine, state), found(fine)
+    assert warm.position(its.end) == pytest.approx(cold.position(its.end), abs=1e-9)
+    # Between the nodes of thick beams sections are not at right angles, as they nearly should be.
+    more = 1 if element == "thick" else 0
+    assert warm.stats.factorizations < cold.stats.factorizations + more
+
+
+def test_strings_meshes_and_rods_are_carried_over_or_begun_again():
+    def net(element, k, rods):
+        scene = ancf.Scene((0.0, -9.81))
+        made = ancf.Circle(0.002), ancf.Material(1e9, 1e3)
+        rope = scene.add_beam("string", (0, 0), (1, 0), k, *made, length=1.01)
+        mesh = scene.add_mesh([(0, 0), (0.5, 0.5), (1, 0)], [(0, 1), (1, 2)], element, *made)
+        scene.pin(rope.start)
+        scene.pin(rope.end)
+        for node in (0, 2):
+            scene.pin(mesh.node(node))
+        for _ in range(rods):
+            scene.add_body(position=(2.0, 0.0), mass=1.0, inertia=1.0)
+        return scene, rope
+
+    coarse, rope = net("string", 4, 0)
+    run = at_rest(found(coarse))
+    fine, its = net("string", 8, 0)
+    state = prolonged(run, fine)
+    at = System(fine, state)
+    for s in PLACES * rope.length:
+        places, weights = at.point(its.at(s))
+        assert at.q0[places] @ weights == pytest.approx(run.position(rope.at(s))[0], abs=1e-12)
+    assert prolonged(run, net("thin", 8, 0)[0]) is None
+    assert prolonged(run, net("string", 8, 1)[0]) is None
+
+
+def test_plans_of_equilibria_take_less_work_for_the_same_choice(monkeypatch):
+    def planned():
+        scene, rod = cantilever("thin", "auto")
+        return ancf.plan(scene, quantity=ancf.static_deflection(rod.end), error="0.01 %")
+
+    warm = planned()
+    monkeypatch.setattr(pilots, "prolonged", lambda run, scene: None)
+    cold = planned()
+    assert warm.choice == cold.choice
+    assert warm.error == pytest.approx(cold.error, rel=1e-3)
+    assert warm.cost["counted"] < 0.75 * cold.cost["counted"]
