@@ -14,7 +14,7 @@ from ancfsparse.plans import costs
 from ancfsparse.plans.climb import climb
 from ancfsparse.plans.links import links
 from ancfsparse.plans.mesh_error import COARSEST
-from ancfsparse.plans.models import RIGID, Model, built, spread, undecided
+from ancfsparse.plans.models import RIGID, Model, built, coarsest, spread, undecided
 from ancfsparse.plans.pilots import FREE, Pilots, distances
 from ancfsparse.plans.rungs import CABLE, NAMES, SHEARED, effects_of, model_of, of_way, open_beams
 from ancfsparse.plans.search import Found, search
@@ -208,8 +208,9 @@ def _excess(found: Found) -> float:
 
 def _coarse(pilots: Pilots) -> Scene | None:
     """Return the scene with cables, or thick beams, on the coarsest mesh."""
+    counts = spread(pilots.scene, coarsest(pilots.scene, COARSEST))
     for rung in (CABLE, SHEARED):
-        model = model_of(pilots.scene, rung).with_counts(spread(pilots.scene, COARSEST))
+        model = model_of(pilots.scene, rung).with_counts(counts)
         try:
             return built(pilots.scene, model)
         except InputError:
@@ -237,7 +238,7 @@ def _least(pilots: Pilots, found: Found) -> float:
 
     One such pilot is run on the coarsest mesh; it is needed anyway if the motion is marched.
     """
-    model = found.model.with_counts(spread(pilots.scene, COARSEST))
+    model = found.model.with_counts(spread(pilots.scene, coarsest(pilots.scene, COARSEST)))
     run = pilots.run(model, pilots.base)
     if run is None:  # shorter steps take more
         run = pilots.run(model, 2 * pilots.base)

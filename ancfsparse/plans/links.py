@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.errors import InputError
 from ancfsparse.plans.mesh_error import COARSEST
-from ancfsparse.plans.models import RIGID, Rung, spread, undecided
+from ancfsparse.plans.models import RIGID, Rung, coarsest, spread, undecided
 from ancfsparse.plans.pilots import Pilots, tolerances
 from ancfsparse.plans.quantities import AtPoint, EnergyOf, Position, Velocity
 from ancfsparse.plans.rigidity import EVEN, change, deflection
@@ -66,8 +66,9 @@ def links(pilots: Pilots) -> Links:
         return Links()
     fixed = dict.fromkeys(names, RIGID)
     run = None
+    counts = spread(pilots.scene, coarsest(pilots.scene, COARSEST))
     for rung in (CABLE, SHEARED):
-        model = model_of(pilots.scene, rung, fixed).with_counts(spread(pilots.scene, COARSEST))
+        model = model_of(pilots.scene, rung, fixed).with_counts(counts)
         try:
             run = pilots.run(model, pilots.base) or pilots.run(model, 2 * pilots.base)
             break

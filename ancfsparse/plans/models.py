@@ -62,7 +62,8 @@ class Model:
     rungs : mapping of str to Rung
         Element of every beam whose element is open, by its name.
     counts : mapping of str to int
-        Number of elements of every beam whose mesh is open, by its name.
+        Number of elements of every beam whose mesh is open, by its name; of a mesh of cables on
+        every edge.
     grades : mapping of str to Grade
         How they are spread on beams that have no elements of one length, by its name.
     """
@@ -114,7 +115,7 @@ def built(scene: Scene, model: Model) -> Scene:
                 continue
             record = replace(record, **_changes(beam, model, inner[beam.name]))
         elif isinstance(record, MeshSpec) and record.name in beams:
-            record = _of_mesh(record, model.rungs[record.name])
+            record = _of_mesh(record, model)
         record.moved(move).build(new)
     return new
 
@@ -141,20 +142,44 @@ def refined(scene: Scene) -> Scene | None:
 
 
 def spread(scene: Scene, finest: float) -> dict[str, int]:
-    """Return numbers of elements of one length for all beams whose mesh is open.
+    """Return numbers of elements of one length for all beams and edges whose mesh is open.
 
     Parameters
     ----------
     scene : Scene
         The scene.
     finest : float
-        Number of elements on the longest of these beams; shorter ones have one at least.
+        Number of elements on the longest of these; shorter ones have one at least.
     """
-    lengths = {
-        beam.name: beam.length for beam in undecided(scene) if "n_elements" in beam.automatic
-    }
+    lengths = _divided(scene)
     longest = max(lengths.values(), default=1.0)
     return {name: max(1, round(finest * each / longest)) for name, each in lengths.items()}
+
+
+def coarsest(scene: Scene, across: float) -> float:
+    """Return the number of elements on the longest open beam or edge of a coarse mesh.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    across : float
+        Number of elements on a beam; or, where meshes of cables alone are open, across the largest.
+    """
+    lengths = _divided(scene)
+    bodies = [scene.body(name) for name in lengths]
+    if not bodies or any(isinstance(body, Beam) for body in bodies):
+        return across
+    return max(1.0, across * max(lengths.values()) / max(body.size for body in bodies))
+
+
+def _divided(scene: Scene) -> dict[str, float]:
+    """Return the lengths of what is to be divided, by name: beams, or the longest of the edges."""
+    return {
+        body.name: body.length if isinstance(body, Beam) else float(body.lengths.max())
+        for body in undecided(scene)
+        if "n_elements" in body.automatic
+    }
 
 
 def inner_nodes(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict[str, set[float]]:
@@ -173,17 +198,23 @@ def inner_nodes(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict[str, set
     return inner
 
 
-def _of_mesh(record: MeshSpec, rung: Rung) -> MeshSpec:
-    """Return the record of a mesh with an element.
+def _of_mesh(record: MeshSpec, model: Model) -> MeshSpec:
+    """Return the record of a mesh with an element, and with a number of them on every edge.
 
     Raises
     ------
     InputError
         If it is neither a string nor a cable.
     """
-    if rung.options or rung == RIGID:
-        raise InputError(f"{record.name} is a mesh, which has strings or cables, and not {rung}")
-    return replace(record, element=rung.element)
+    assert record.name is not None
+    rung, count = model.rungs.get(record.name), model.counts.get(record.name)
+    if rung is not None:
+        if rung.options or rung == RIGID:
+            raise InputError(
+                f"{record.name} is a mesh, which has strings or cables, and not {rung}"
+            )
+        record = replace(record, element=rung.element)
+    return record if count is None else replace(record, n_elements=count)
 
 
 def _changes(beam: Beam, model: Model, inner: set[float]) -> dict[str, Any]:

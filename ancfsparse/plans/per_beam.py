@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.plans.models import Model, Rung, built, spread
+from ancfsparse.plans.models import Model, Rung, built, coarsest, spread
 from ancfsparse.plans.neglected import bending_effect
 from ancfsparse.plans.pilots import Pilot, Pilots
 from ancfsparse.plans.rungs import NEGLIGIBLE, left_out, model_of, open_beams
@@ -47,7 +47,7 @@ def refusing(
 def _takes(scene: Scene, model: Model) -> bool:
     """Whether a scene takes elements."""
     try:
-        built(scene, model.with_counts(spread(scene, 4.0)))
+        built(scene, model.with_counts(spread(scene, coarsest(scene, 4.0))))
     except InputError:
         return False
     return True

@@ -206,7 +206,7 @@ def _alternative(
 ) -> Alternative:
     model = found.model.with_counts(spread(scene, finest))
     errors = tuple(sum(each.values()) for each in found.errors(finest, steps))
-    choice = described(model, steps, t_end, pilots.integrator)
+    choice = described(scene, model, steps, t_end, pilots.integrator)
     return Alternative(choice, errors, found.seconds(finest, steps))
 
 

@@ -20,7 +20,7 @@ from ancfsparse.plans.verify import measured
 from ancfsparse.plans.wanted import Wanted
 from ancfsparse.plans.ways import Way
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Scene
+from ancfsparse.scene import Mesh, Scene
 
 Array = NDArray[np.float64]
 
@@ -157,7 +157,7 @@ class Plan:
     @property
     def choice(self) -> str:
         """Elements, mesh, step and integrator in one line."""
-        return described(self.model, self.steps, self.t_end, self.integrator)
+        return described(self.scene, self.model, self.steps, self.t_end, self.integrator)
 
     @property
     def error(self) -> float:
@@ -239,13 +239,21 @@ class Plan:
 
 
 def described(
-    model: Model, steps: int, t_end: float | None, integrator: Implicit | Explicit | Way
+    scene: Scene,
+    model: Model,
+    steps: int,
+    t_end: float | None,
+    integrator: Implicit | Explicit | Way,
 ) -> str:
     """Write elements, mesh, step and integrator in one line."""
     alike: dict[str, list[str]] = {}
     for name in dict.fromkeys([*model.rungs, *model.counts]):
-        graded = "graded " if name in model.grades else ""
-        words = [f"{model.counts[name]} {graded}elements"] if name in model.counts else []
+        words = []
+        if name in model.counts:
+            graded = "graded " if name in model.grades else ""
+            each = " on every edge" if isinstance(scene.body(name), Mesh) else ""
+            plural = "s" if model.counts[name] > 1 else ""
+            words.append(f"{model.counts[name]} {graded}element{plural}{each}")
         words += [str(model.rungs[name])] if name in model.rungs else []
         alike.setdefault(" ".join(words), []).append(name)
     parts = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ancfsparse.errors import InputError
-from ancfsparse.plans.models import Model, Rung, built, spread, undecided
+from ancfsparse.plans.models import Model, Rung, built, coarsest, spread, undecided
 from ancfsparse.plans.neglected import bending_effect, neglected_effects
 from ancfsparse.plans.pilots import Pilot, Pilots, tolerances
 from ancfsparse.plans.ways import Way
@@ -74,9 +74,10 @@ def candidates(
         Sentences by the name of the element.
     """
     taken, refused = [], {}
+    counts = spread(scene, coarsest(scene, 4.0))
     for rung in LADDER:
         try:
-            built(scene, model_of(scene, rung, fixed).with_counts(spread(scene, 4.0)))
+            built(scene, model_of(scene, rung, fixed).with_counts(counts))
         except InputError as error:
             refused[str(rung)] = str(error)
         else:

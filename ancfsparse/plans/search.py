@@ -19,7 +19,7 @@ from ancfsparse.plans.mesh_error import (
     given_error,
     mesh_error,
 )
-from ancfsparse.plans.models import Model, order_of, spread, undecided
+from ancfsparse.plans.models import Model, coarsest, order_of, spread, undecided
 from ancfsparse.plans.pilots import FREE, Pilot, Pilots, rounded, tolerances
 from ancfsparse.plans.sampling import between
 from ancfsparse.plans.time_error import TimeError, no_time_error, time_error
@@ -273,7 +273,7 @@ def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int |
 
 def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:
     """Find the errors of steps, on the coarsest mesh on which shorter steps converge."""
-    finest = COARSEST
+    finest = first = coarsest(pilots.scene, COARSEST)
     if pilots.t_end is None:
         coarse = model.with_counts(spread(pilots.scene, finest))
         return finest, coarse, no_time_error(pilots, coarse)
@@ -282,7 +282,7 @@ def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:
         return finest, coarse, between(pilots, coarse)
     while True:
         coarse = model.with_counts(spread(pilots.scene, finest))
-        is_last = not coarse.counts or finest >= COARSEST * MOST_COARSE
+        is_last = not coarse.counts or finest >= first * MOST_COARSE
         try:
             return finest, coarse, time_error(pilots, coarse, pilots.integrator.order, not is_last)
         except PlanFailure:

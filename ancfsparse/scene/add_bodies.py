@@ -210,7 +210,7 @@ class Bodies(Records):
         section: AnySection,
         material: Material,
         *,
-        n_elements: int = 1,
+        n_elements: int | str = 1,
         smooth: float = 5.0,
         slack: float | None = None,
         strain: str = "green",
@@ -238,9 +238,10 @@ class Bodies(Records):
             ``inertia_z``.
         material : Material
             What they are made of.
-        n_elements : int, optional
+        n_elements : int or "auto", optional
             Number of elements of every edge, at least 1.  Nodes inside edges are numbered after
-            those given.
+            those given.  ``"auto"``: `ancf.plan` chooses it; until then handles are the nodes that
+            were given, and points inside edges.
         smooth : float, optional
             Edges that deviate by less than this from running on straight make one cable
             [degrees], 0 to 90.  Where several could, the straightest two are taken first, and an
@@ -270,8 +271,12 @@ class Bodies(Records):
 
         label = self._label(name, "mesh")
         given = {"strain": strain}
-        open_ = isinstance(element, str) and element == "auto"
-        if open_ and slack is None:
+        automatic = tuple(
+            argument
+            for argument, value in (("element", element), ("n_elements", n_elements))
+            if isinstance(value, str) and value == "auto"
+        )
+        if "element" in automatic and slack is None:
             element = "thin"
         made = element if slack is None else slack_string(label, element, self.dim, slack)
         mesh = mesh_of(
@@ -283,18 +288,18 @@ class Bodies(Records):
             section,
             material,
             given,
-            n_elements,
+            1 if "n_elements" in automatic else n_elements,
             smooth,
             velocity,
         )
-        if open_:
-            mesh = replace(mesh, automatic=("element",))
+        if automatic:
+            mesh = replace(mesh, automatic=automatic)
         record = MeshSpec(
             *mesh.given(),
-            "auto" if open_ else element,
+            "auto" if "element" in automatic else element,
             section,
             material,
-            mesh.n_each,
+            "auto" if "n_elements" in automatic else mesh.n_each,
             float(smooth),
             None if slack is None else float(slack),
             strain,

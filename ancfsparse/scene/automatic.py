@@ -6,7 +6,6 @@ refers to points by arc length, so they mean the same point on every mesh.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, overload
 
 from ancfsparse.errors import InputError
@@ -58,8 +57,8 @@ def on(beam: Body, node: Node) -> Node:
 
     if isinstance(beam, RigidBody):
         return beam.at(node.s)
-    if not isinstance(beam, Beam):  # a mesh keeps its nodes
-        return replace(node, beam=beam)
+    if not isinstance(beam, Beam):  # a mesh keeps the nodes that were given
+        return beam.point(node.beam.among(beam.n_each, node))
     last = node.index == node.beam.n_elements
     return beam.end if last else beam.at(node.s * (beam.length / node.beam.size))
 

@@ -221,10 +221,6 @@ class Beam(ElasticBody):
 
     def finer(self, times: int) -> dict[str, Any]:
         """Return what changes in its record if every element is divided."""
-        if "n_elements" in self.automatic:
-            raise InputError(
-                f"{self.name} has n_elements='auto', which a plan decides: nothing can be refined"
-            )
         changes = super().finer(times)
         if self.nodes is not None:
             inner = np.arange(times * self.n_elements + 1) / times

@@ -248,6 +248,10 @@ class ElasticBody(Body):
 
     def finer(self, times: int) -> dict[str, Any]:
         """Return what changes in its record if every element is divided."""
+        if "n_elements" in self.automatic:
+            raise InputError(
+                f"{self.name} has n_elements='auto', which a plan decides: nothing can be refined"
+            )
         return {"n_elements": times * self.n_each}
 
     def describe(self) -> dict[str, str]:

@@ -78,20 +78,21 @@ def _with(scene: Records, others: Mapping[int, Spec]) -> list[Spec]:
         if isinstance(reference, Point):
             node, count = reference.of(scene), 0
             if node.beam.n_elements:
-                count = _count(reference.body, new.given["n_elements"])
+                count = _count(new)
             reference = node.beam.among(count, node)
         return replace(reference, body=new.given["name"])
 
     return [others.get(id(record)) or record.moved(move) for record in scene.records]
 
 
-def _count(name: str, n_elements: object) -> int:
-    """Return the number of elements of a body from its record."""
+def _count(record: Spec) -> int:
+    """Return the number of elements of a beam, or of every edge of a mesh, from its record."""
+    n_elements = record.given["n_elements"]
     if isinstance(n_elements, str) and n_elements == "auto":
         from ancfsparse.scene.automatic import PLACES
 
-        return PLACES
-    return check_count(f"n_elements of {name}", n_elements)
+        return 1 if record.method == "add_mesh" else PLACES
+    return check_count(f"n_elements of {record.given['name']}", n_elements)
 
 
 def _as_data(scene: Records, value: Any) -> Any:

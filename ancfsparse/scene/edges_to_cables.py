@@ -32,7 +32,7 @@ def mesh_of(
     section: AnySection,
     material: Material,
     options: Mapping[str, str],
-    n_elements: int,
+    n_elements: int | str,
     smooth: float,
     velocity: ArrayLike | VelocityField | None,
 ) -> Mesh:

@@ -31,7 +31,7 @@ class MeshSpec(Spec):
     element: str | ElementKind
     section: AnySection
     material: Material
-    n_elements: int = 1
+    n_elements: int | str = 1
     smooth: float = 5.0
     slack: float | None = None
     strain: str = "green"
@@ -64,8 +64,10 @@ class Mesh(ElasticBody):
 
     def __repr__(self) -> str:
         """Identify the mesh."""
+        count = "auto" if "n_elements" in self.automatic else str(self.n_elements)
+        element = "auto" if "element" in self.automatic else self.element
         return (
-            f"{self.name}: {self.n_nodes} nodes, {self.n_elements} {self.element} elements, "
+            f"{self.name}: {self.n_nodes} nodes, {count} {element} elements, "
             f"{self.n_lines} line(s), {self.length:.6g} m, "
             f"{'planar' if self.dim == 2 else 'spatial'}"
         )
