@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.hdf5 import MARK, begins_with_mark, opened
+from ancfsparse.results.hdf5 import MARK, begins_with_mark, is_bare, opened
 from ancfsparse.results.locks import in_use, locked, unlock
 
 
@@ -38,6 +38,11 @@ class Claim:
         except BaseException:  # an interruption, too, must not leave the file locked
             self.release()
             raise
+
+    def begin(self) -> None:
+        """Write our mark to a new file; one of an earlier run stays as it is."""
+        if os.fstat(self._file).st_size == 0:
+            self.mark()
 
     def mark(self) -> None:
         """Write our mark before what HDF5 has written."""
@@ -78,7 +83,7 @@ def check_replaceable(path: Path, *, ours: bool = False) -> None:
     try:
         if not ours and in_use(path):
             raise _busy(path)
-        if path.stat().st_size == 0 or begins_with_mark(path):
+        if path.stat().st_size == 0 or begins_with_mark(path) or is_bare(path):
             return
     except OSError as refused:
         reason = os.strerror(refused.errno or 0)

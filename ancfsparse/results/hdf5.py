@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 # of its format.  Files of format 1, of version 0.1.0, have neither; those of format 2 lack the
 # last state.
 MARK, FORMAT = "ancfsparse run\n", 3
+# Bytes before what HDF5 writes, the fewest it allows; how it begins; bytes that it writes first.
+BLOCK, SIGNATURE, FIRST = 512, b"\x89HDF\r\n\x1a\n", 48
 FIRST_ATTRIBUTES = {"settings", "scene", "run", "coordinates"}
 
 # What HDF5 and the reading of what it returns raise on bytes that no run has written.
@@ -133,6 +135,16 @@ def begins_with_mark(path: Path) -> bool:
     """Whether a file is of a run by its first bytes, whatever has become of the others."""
     with path.open("rb") as file:
         return file.read(len(MARK)) == MARK.encode()
+
+
+def is_bare(path: Path) -> bool:
+    """Whether HDF5 has begun a file with room for a mark and put nothing into it.
+
+    A run that is killed before it marks its file leaves that.
+    """
+    with path.open("rb") as file:
+        content = file.read(BLOCK + FIRST + 1)
+    return len(content) <= BLOCK + FIRST and content.startswith(bytes(BLOCK) + SIGNATURE)
 
 
 def text_of(file: h5py.File, name: str, missing: str | None = None) -> str:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, OutputFailure
 from ancfsparse.results.claim import Claim
-from ancfsparse.results.hdf5 import FORMAT, MARK
+from ancfsparse.results.hdf5 import BLOCK, FORMAT, MARK
 from ancfsparse.results.locks import LOCKED_BY_HDF5
 from ancfsparse.results.outline import Outline
 from ancfsparse.results.source import Array
@@ -31,9 +31,8 @@ if TYPE_CHECKING:
 # Numbers in one chunk of a data set (16 KiB), the most columns of it, and the columns of a table
 # from which on a chunk has one row, so that appending a row does not read chunks back.
 CHUNK, WIDE, VERY_WIDE = 2**11, 1024, 2**20
-# Bytes before what HDF5 writes, the fewest it allows, and the format whose notes have checksums and
-# which can be read after a run was killed.
-BLOCK, LIBRARY = 512, ("v108", "v108")
+# The format whose notes have checksums and which can be read after a run was killed.
+LIBRARY = ("v108", "v108")
 # Bytes for what HDF5 notes about a chunk, and about the file beside them: its index, the counts.
 NOTE, SLACK = 512, 2**19
 
@@ -100,6 +99,8 @@ class Writer:
         """Make the file, empty of states."""
         import h5py
 
+        # A run that is killed from here on leaves a file that is known for ours.
+        self._claim.begin()
         # HDF5 writes nothing of a file before it is flushed.
         _take_room(self._path, 0, SLACK + sum(map(len, texts.values())))
         self._file = h5py.File(

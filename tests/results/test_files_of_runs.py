@@ -2,6 +2,8 @@
 
 import dataclasses
 import json
+import subprocess
+import sys
 import threading
 import uuid
 
@@ -88,6 +90,36 @@ def test_a_run_whose_file_was_cut_off_can_be_run_again(tmp_path, size):
     run_to(path)
     path.write_bytes(path.read_bytes()[:size])
     with pytest.raises(InputError, match=f"cut off or damaged after {size} bytes: copy it again"):
+        load(path, pendulum()[0])
+    run_to(path)
+    assert load(path, pendulum()[0]).finished
+
+
+KILLED_WITH_ROOM = """
+take = writer._take_room
+def with_room(*arguments):
+    take(*arguments)
+    os._exit(9)
+writer._take_room = with_room
+"""
+KILLED_WITHOUT_MARK = """
+make = h5py.File
+def without_mark(*arguments, **options):
+    file = make(*arguments, **options)
+    os._exit(9)
+h5py.File = without_mark
+"""
+
+
+@pytest.mark.parametrize("how", [KILLED_WITH_ROOM, KILLED_WITHOUT_MARK])
+def test_a_run_that_is_killed_while_it_makes_its_file_can_be_run_again(tmp_path, how):
+    path = tmp_path / "run.h5"
+    code = "import os, sys, h5py\nfrom ancfsparse.results import writer\n" + how
+    code += "writer.Writer(sys.argv[1], 3, 0, None, {}, {})"
+    done = subprocess.run([sys.executable, "-c", code, str(path)], check=False)
+    assert done.returncode == 9
+    assert path.stat().st_size > 0
+    with pytest.raises(InputError):
         load(path, pendulum()[0])
     run_to(path)
     assert load(path, pendulum()[0]).finished
