@@ -80,3 +80,15 @@ def gain_by_newton(drawn, integrator, path, last, rng=None):
             state = steps.states[k + 1]
         gained += steps.gain(k, state)
     return gained
+
+
+def gain_of_run(drawn, integrator, path, last):
+    """Add up what a run's own states gain up to a step, computed independently of it [J].
+
+    The last may be one that the run did not accept; then Newton's solution of it counts.
+    """
+    steps = Steps(drawn, integrator, path)
+    states = steps.states[: last + 1]
+    if len(states) == last:
+        states = [*states, steps.solved_again(last - 1) or states[-1]]
+    return sum(steps.gain(k, state) for k, state in enumerate(states[1:]))

@@ -113,6 +113,8 @@ def test_where_rounding_decides_what_newton_finds_most_of_its_solutions_count(mo
     # from states that differ by 1e-14, 17 of 20 times, its fallbacks end in the one of the run.
     gains = iter([-68.0] * often + [131.0] * (1 + motions.SHAKEN - often))
     monkeypatch.setattr(motions, "gain_by_newton", lambda *_: next(gains))
+    monkeypatch.setattr(motions, "gain_of_run", lambda *_: 131.0)
+    monkeypatch.setattr(motions, "finishes_by_newton", lambda *_: True)
     stop = ancf.EnergyGain(131.0, 5500.0, 0.01, 1.9, 189, 0.01)
     assert bool(motions.alarm(None, None, stop)) == (often == 7)
 
@@ -155,6 +157,23 @@ def test_an_alarm_must_be_one_for_newton_too():
         stop.gain, stop.exchanged, stop.limit, 100 * drawn.dt, 100, drawn.dt, stop.trajectory
     )
     assert "Newton's solutions of its steps" in motions.alarm(drawn, integrator, false)[0]
+
+
+@pytest.mark.parametrize(("finishes", "gain"), [(True, 131.0), (False, 50.0)])
+def test_an_alarm_that_newton_does_not_give_needs_a_gain_and_no_run_that_finishes(
+    monkeypatch, finishes, gain
+):
+    monkeypatch.setattr(motions, "gain_by_newton", lambda *_: -68.0)
+    monkeypatch.setattr(motions, "gain_of_run", lambda *_: gain)
+    monkeypatch.setattr(motions, "finishes_by_newton", lambda *_: finishes)
+    stop = ancf.EnergyGain(131.0, 5500.0, 0.01, 1.9, 189, 0.01)
+    assert motions.alarm(None, None, stop) != []
+
+
+def test_solutions_of_one_step_that_no_rule_on_energies_tells_apart_give_no_false_alarm():
+    # Step 30 was solved otherwise than by Newton, at 1.2 % of the energy exchanged more.  All of
+    # Newton's runs are stopped too.
+    assert motions.run(901, 629).finds == []
 
 
 def test_scenes_in_other_units_are_the_same_scene():
