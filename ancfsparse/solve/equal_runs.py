@@ -10,7 +10,7 @@ import numpy as np
 
 from ancfsparse.errors import EnergyGain, InputError, Parameter, StepFailure
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.implicit_runs import ITERATIONS_SHARE, MOST_ATTEMPTS, ImplicitRuns
+from ancfsparse.solve.implicit_runs import MOST_ATTEMPTS, ImplicitRuns
 from ancfsparse.solve.price import Price
 from ancfsparse.solve.step_plan import BESIDE, StepPlan
 from ancfsparse.solve.steps import Pattern, divided
@@ -21,8 +21,6 @@ EACH_STEP = 2.0
 # Error of a run over the predicted one, at least; and the predicted distance of two runs over the
 # error of the first, at least.
 LEAST_SCALE, UNLIKE = 0.3, 0.3
-# What iterations leave of velocities adds up as the root of the steps beyond so many.
-FEW = 300.0
 # How many times as many steps a run takes that gains energy or cannot be solved.
 MORE = 2.0
 
@@ -59,8 +57,7 @@ class EqualRuns(ImplicitRuns):
         """Make the next run."""
         pattern = self._next()
         n = sum(steps for rows in pattern for _, steps in rows)
-        left = ITERATIONS_SHARE * self._accuracy / n * math.sqrt(min(1.0, FEW / n))
-        stepper = self._stepper(pattern=pattern, left=left)
+        stepper = self._stepper(pattern=pattern, left=self._left(n))
         try:
             states = stepper.run()
         except (EnergyGain, StepFailure) as stop:
