@@ -22,6 +22,8 @@ Indices = NDArray[np.integer[Any]]
 DENSE_BLOCKS = 1000.0
 # Bytes of a factor from which solves in single precision are faster: a tenth for a net of 30 a
 # side, nothing yet for a chain of 20 000 planar elements, a fifth from 100 000 on, past the caches.
+# With multipliers a third for that chain on a pin by equations, .53 to .64 of the time for nets of
+# 40 to 120 a side from which a body hangs.
 SINGLE_FROM = 4e6
 # Bytes that an entry of L takes: in our own factor, and in CHOLMOD's, which pads its blocks, copies
 # the matrix and has room to work: 15 to 12 on cubes of 14 to 24 cells a side.
@@ -34,7 +36,7 @@ class SparseSeed:
     CHOLMOD orders the coordinates once, unless their own order causes no fill, as along a chain;
     a multiplier follows what it holds. Where the factor is sparse, every factorisation and every
     solve runs in our own compiled loops, without Python and without allocation, those of a large
-    definite matrix in single precision if the caller likes. Where it fills in so much that dense
+    matrix in single precision if the caller likes. Where it fills in so much that dense
     blocks pay, as on large nets, CHOLMOD's supernodal factor takes over; if that meets an
     indefinite matrix, our own steps in.
 
@@ -111,7 +113,7 @@ class SparseSeed:
             self.n_positive,
             self.shape,
             self.shape.rows(upper),
-            may_round=self.n_positive == self.n and 8.0 * (self.nnz + self.n) >= SINGLE_FROM,
+            may_round=8.0 * (self.nnz + self.n) >= SINGLE_FROM,
         )
         return made
 

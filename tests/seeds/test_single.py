@@ -6,7 +6,7 @@ from matrices import chain, lower_csc, net, random_spd, saddle
 
 import ancfsparse as ancf
 from ancfsparse.problems import chain as cable
-from ancfsparse.problems import pendulum
+from ancfsparse.problems import elastic_four_bar, pendulum
 from ancfsparse.seeds import SparseSeed, sparse
 
 ROUNDING = 2.0**-24
@@ -108,14 +108,21 @@ def test_newton_and_dense_inverses_keep_their_digits(solver, always_single):
     assert run.stats.single_seeds == 0
 
 
-def test_multipliers_keep_their_digits(always_single):
-    scene = ancf.Scene(gravity=(0.0, -9.81))
-    bar = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), ancf.Material(1e9, 7800.0))
-    scene.pin(bar.start)
-    scene.rod(bar.end, (1.0, 1.0))
-    run = ancf.simulate(scene, 0.01, 1e-3, solver=ancf.ModifiedNewton())
-    assert run.stats.factorizations > 0
-    assert run.stats.single_seeds == 0
+@pytest.mark.parametrize(
+    "solver", [ancf.ModifiedNewton(), ancf.QuasiNewton("bfgs", memory=5)], ids=str
+)
+@pytest.mark.parametrize("make", [lambda: pendulum(as_constraint=True), elastic_four_bar])
+def test_multipliers_need_no_more_corrections(make, solver, monkeypatch):
+    runs = []
+    for smallest in (np.inf, 0.0):
+        monkeypatch.setattr(sparse, "SINGLE_FROM", smallest)
+        runs.append(ancf.simulate(make().scene, 0.2, 1e-3, solver=solver))
+    double, single = runs
+    assert single.lam.shape[1] > 0
+    assert double.stats.single_seeds == 0
+    assert single.stats.single_seeds == single.stats.factorizations > 0
+    assert single.stats.iterations <= 1.02 * double.stats.iterations
+    assert np.abs(single.q - double.q).max() <= 2e-5
 
 
 def test_small_systems_keep_their_digits():
