@@ -228,7 +228,9 @@ def _turned(section: AnySection) -> AnySection:
 
 
 def _mesh(record: Any, mesh: ElasticBody, plane: Plane) -> Spec:
-    """Return the record of a mesh."""
+    """Return the record of a mesh of strings or cables."""
+    if mesh.kind.section[1:]:
+        raise LeavesPlaneError
     given = _elastic(record, mesh, plane)
     return cast(Spec, replace(record, **given, nodes=plane.put(record.nodes)))
 

@@ -40,7 +40,8 @@ class SectionForce:
         Axial force, positive in tension [N].
     Q : ndarray, shape (k, p) or (k, p, 2) or (k, p, 3)
         Shear force [N]: in the plane along the normal, 90 degrees to the left of the axis; of a
-        thick beam in space along e_y and e_z of the section; of a cable in space, which has no such
+        thick beam in space along e_y and e_z of the section, which all edges of a line of a mesh
+        have from the first of them; of a cable in space, which has no such
         axes, as a vector in space at right angles to the axis.
     M : ndarray, of the shape of `Q`
         Bending moment [N m]: in the plane counterclockwise; of a thick beam in space about e_y and

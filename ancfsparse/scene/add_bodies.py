@@ -214,14 +214,16 @@ class Bodies(Records):
         smooth: float = 5.0,
         slack: float | None = None,
         strain: str = "green",
+        curvature: str = "axis",
+        section_strain: str = "consistent",
         velocity: ArrayLike | VelocityField | None = None,
         name: str | None = None,
     ) -> Mesh:
-        """Add a net or lattice of cables along the edges between nodes.
+        """Add a net or lattice of cables or beams along the edges between nodes.
 
         All edges at a node share its position.  Edges that run on through it in a line share
-        their slope, as the elements of one cable do; all others are free to turn against each
-        other.
+        their slope and section, as the elements of one cable or beam do; all others are free to
+        turn against each other.  `add_frame` welds them instead.
 
         Parameters
         ----------
@@ -231,8 +233,10 @@ class Bodies(Records):
             The two nodes of every edge, numbered from 0.
         element : str or ElementKind
             ``"string"`` (no bending stiffness, three coordinates a node in space), ``"l2t2"``
-            (planar cable) or ``"thin"`` (cable), or a cable of your own, as in `add_beam`; or
-            ``"auto"``: `ancf.plan` chooses strings or cables.
+            (planar cable), ``"thin"`` (cable) or ``"thick"`` (beam), or an element of your own, as
+            in `add_beam`; or ``"auto"``: `ancf.plan` chooses strings or cables.  In space a line of
+            ``"thick"`` with hinges at both ends may spin about its axis; its sections have e_z as
+            near to +z as possible, as in `add_beam`.
         section : Rectangle, Circle, Tube, IBeam, Polygon or Section
             Cross-section of all edges.  A spatial cable needs ``inertia_y`` equal to
             ``inertia_z``.
@@ -251,6 +255,8 @@ class Bodies(Records):
             For ``"string"``: strain about which it goes slack [-], as in `add_beam`.
         strain : str, optional
             For ``"thin"``: ``"green"`` or ``"biot"``.
+        curvature, section_strain : str, optional
+            For ``"thick"``, as in `add_beam`.
         velocity : array_like of shape (dim,) or callable, optional
             Initial velocity [m/s]: one for all, or a function that maps reference positions
             (k, dim) [m] to velocities (k, dim).  The default is at rest.
@@ -270,7 +276,7 @@ class Bodies(Records):
         from ancfsparse.scene.edges_to_cables import mesh_of
 
         label = self._label(name, "mesh")
-        given = {"strain": strain}
+        given = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
         automatic = tuple(
             argument
             for argument, value in (("element", element), ("n_elements", n_elements))
@@ -303,6 +309,8 @@ class Bodies(Records):
             float(smooth),
             None if slack is None else float(slack),
             strain,
+            curvature,
+            section_strain,
             specified(velocity),
             label,
         )

@@ -18,9 +18,14 @@ from ancfsparse.scene.graph import checked_graph
 from ancfsparse.scene.material import Material
 from ancfsparse.scene.mesh import Mesh
 from ancfsparse.scene.sections import AnySection, Taper
-from ancfsparse.scene.straight import velocity_field
+from ancfsparse.scene.straight import along_principal_axes, section_frames, velocity_field
 
 Integers = NDArray[np.integer[Any]]
+
+# By how much more than the slope the height of a section may turn at a bend: steeper than 60
+# degrees, sections that all have e_z near +z would turn about their axes by more.
+TWISTED = 2.0
+EVEN = 1e-9
 
 
 def mesh_of(
@@ -55,11 +60,6 @@ def mesh_of(
         The handle, not yet part of a scene.
     """
     element, chosen, kind = chosen_element(label, element, dim, DEFAULTS | dict(options))
-    if not (kind.is_cable or kind.is_string):
-        raise InputError(
-            f"{label} cannot be made of {element!r}: its corners would have to be rigid, and a "
-            "mesh has hinges; take 'thin', or weld thick beams by add_frame"
-        )
     check_make(label, kind, section, material)
     if isinstance(section, Taper):
         raise InputError(
@@ -86,10 +86,13 @@ def mesh_of(
     row_nodes, row_of = _rows(at, partners)
     slopes = _mean_slopes(len(row_nodes), row_of, directions, flipped)
     ends = row_of.reshape(-1, 2)
+    vectors = slopes[:, None]
+    if kind.section[1:]:
+        vectors = along_principal_axes(_frames(label, slopes, ends, count), section)
     tables = [given, ends]
     for table in tables:
         table[flipped] = table[flipped, ::-1]
-    for array in (positions, given, flipped, lengths, row_nodes, ends, slopes):
+    for array in (positions, given, flipped, lengths, row_nodes, ends, vectors):
         array.flags.writeable = False
     return Mesh(
         name=label,
@@ -106,8 +109,29 @@ def mesh_of(
         lengths=lengths,
         row_nodes=row_nodes,
         ends=ends,
-        vectors=slopes[:, None],
+        vectors=vectors,
     )
+
+
+def _frames(label: str, slopes: Vector, ends: Numbers, n_each: int) -> Vector:
+    """Return the unit vectors of the section of each row, (n_rows, dim, dim).
+
+    Raises
+    ------
+    InputError
+        If sections of one line point different ways.
+    """
+    frames = section_frames(slopes)
+    e_x, e_y = (np.linalg.norm(np.diff(frames[ends, k], axis=1)[:, 0], axis=1) for k in (0, 1))
+    twisted = e_y > TWISTED * e_x + EVEN
+    if twisted.any():
+        k = int(np.argmax(twisted)) // n_each
+        raise InputError(
+            f"{label} has a bend in a line that is so steep at edge {k} that sections beside it "
+            "would point different ways: give a smaller `smooth`, so that a hinge is there, or "
+            "weld beams by add_frame with `up`"
+        )
+    return frames
 
 
 def _partners(at: Numbers, outward: Vector, bend: float) -> tuple[Integers, Integers]:

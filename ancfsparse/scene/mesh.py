@@ -1,4 +1,4 @@
-"""Nets and lattices of cables, as handles that joints, loads and results are asked with."""
+"""Nets and lattices of cables and beams, as handles for joints, loads and results."""
 
 from __future__ import annotations
 
@@ -35,6 +35,8 @@ class MeshSpec(Spec):
     smooth: float = 5.0
     slack: float | None = None
     strain: str = "green"
+    curvature: str = "axis"
+    section_strain: str = "consistent"
     velocity: tuple[float, ...] | VelocityField | None = None
     name: str | None = None
     method = "add_mesh"
@@ -43,10 +45,11 @@ class MeshSpec(Spec):
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Mesh(ElasticBody):
-    """Cables between nodes, as `Scene.add_mesh` returns them.
+    """Cables or beams between nodes, as `Scene.add_mesh` returns them.
 
     All edges at a node share its position.  Edges that run on through it in one line share their
-    slope too and so make one cable; lines are free to turn against each other.
+    slope too, and their section, and so make one cable or beam; lines are free to turn against each
+    other.
 
     Attributes
     ----------
@@ -153,6 +156,8 @@ class Mesh(ElasticBody):
 
     def axes_of(self, row: int) -> Vector:
         """Return unit vectors along and across the slope of a row, shape (dim, dim)."""
+        if self.vectors.shape[1] > 1:
+            return np.asarray(self.vectors[row])
         return section_axes(self.vectors[row, 0], None, self.name)
 
     def say(self, point: Node) -> str:

@@ -23,6 +23,8 @@ Vector = NDArray[np.float64]
 
 # Start and end closer than this share of their distance from the origin differ by rounding only.
 NO_LENGTH = 1e-12
+# Sine of the angle to the z axis below which a beam has e_y = +y.
+UPRIGHT = 1e-8
 # Farther away [m], squares of lengths leave the range of floating-point numbers.
 FARTHEST = 1e150
 
@@ -183,7 +185,7 @@ def section_axes(axis: Vector, up: Vector | None, where: str) -> Vector:
         return np.array([e_x, [-e_x[1], e_x[0]]])
     if up is None:
         side = np.cross([0.0, 0.0, 1.0], e_x)
-        if np.linalg.norm(side) < 1e-8:
+        if np.linalg.norm(side) < UPRIGHT:
             side = np.array([0.0, 1.0, 0.0])
     else:
         direction = up / check_positive(f"length of `up` of {where}", np.linalg.norm(up))
@@ -196,6 +198,17 @@ def section_axes(axis: Vector, up: Vector | None, where: str) -> Vector:
     e_z = np.cross(e_x, side)
     e_z /= np.linalg.norm(e_z)
     return np.array([e_x, np.cross(e_z, e_x), e_z])
+
+
+def section_frames(slopes: Vector) -> Vector:
+    """Set up the unit vectors of sections as `section_axes` does without `up`, (n, dim, dim)."""
+    if slopes.shape[1] == 2:
+        return np.stack([slopes, np.stack([-slopes[:, 1], slopes[:, 0]], axis=1)], axis=1)
+    side = np.cross([0.0, 0.0, 1.0], slopes)
+    side[np.linalg.norm(side, axis=1) < UPRIGHT] = 0.0, 1.0, 0.0
+    e_z = np.cross(slopes, side)
+    e_z /= np.linalg.norm(e_z, axis=1)[:, None]
+    return np.stack([slopes, np.cross(e_z, slopes), e_z], axis=1)
 
 
 def along_principal_axes(frames: Vector, section: AnySection) -> Vector:

@@ -147,7 +147,6 @@ BAD = [
      r"2 edges given before, first edge 2, \(1, 0\), which joins the nodes of edge 0"),
     ({"nodes": [*LINE, (0, 0), (1, 1e-12)], "edges": [(0, 1), (1, 2), (3, 4)]},
      r"2 nodes where another is already, first node 3, at the place of node 0, \(0, 0\) m"),
-    ({"element": "thick"}, "cannot be made of 'thick': its corners would have to be rigid"),
     ({"element": "thing"}, "unknown element 'thing': did you mean 'thin'"),
     ({"smooth": 120}, "smooth of mesh 0 must lie between 0 and 90 degrees, got 120"),
     ({"velocity": (1, 2, 3)}, "velocity of mesh 0 has 3 components"),

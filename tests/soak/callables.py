@@ -133,6 +133,8 @@ def calls():
              beam | {"element": "thick", "start": (0, 4, 0), "end": (1, 4, 0),
                      "curvature": "section", "offset": (0.1, 0.2)}),
         Call("add_mesh", scene.add_mesh, net),
+        Call("add_mesh, thick", space.add_mesh,
+             net | {"nodes": [(7, 2, 0), (8, 2, 0)], "element": "thick"}),
         Call("add_mesh, spatial", space.add_mesh, net | {"nodes": [(7, 0, 0), (8, 0, 0)]}),
         Call("add_frame", space.add_frame,
              {"nodes": [(9, 0, 0), (9, 1, 0), (9, 1, 1)], "edges": [(0, 1), (1, 2)],

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Vector
 
@@ -78,9 +79,28 @@ def point(builder: Builder, node: Node) -> Sum:
     return Sum.of(list(places.T), weights.tolist())
 
 
+def row_of(builder: Builder, node: Node) -> Coordinates:
+    """Return the coordinates of a node that has one slope, (n_c,).
+
+    Raises
+    ------
+    InputError
+        If lines of a mesh that turn against each other meet there.
+    """
+    rows = builder.rows(node)
+    if len(rows) > 1:
+        raise InputError(
+            f"a joint needs a direction at {node!r}, which has {len(rows)} slopes, one for each "
+            "line through it: take a node on an edge beside it, mesh.at(edge, s) with n_elements=2 "
+            "or more"
+        )
+    row: Coordinates = rows[0]
+    return row
+
+
 def vectors_of(builder: Builder, node: Node) -> list[Coordinates]:
     """Return the coordinates of the vectors of a node, each (dim,)."""
-    row, dim = builder.rows(node)[0], node.beam.dim
+    row, dim = row_of(builder, node), node.beam.dim
     width = (len(row) // dim - 1) * dim
     return list(row[dim : dim + width].reshape(-1, dim))
 

@@ -6,11 +6,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.scene.beams import Beam
-from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.bodies import ElasticBody, Node
 from ancfsparse.scene.joints.between import Between, normals
 from ancfsparse.scene.joints.clamp import clamped
-from ancfsparse.scene.joints.frames import Sum, across, direction, frame_at, same, vectors_of
+from ancfsparse.scene.joints.frames import (
+    Sum,
+    across,
+    direction,
+    frame_at,
+    row_of,
+    same,
+    vectors_of,
+)
 from ancfsparse.scene.joints.joint import Builder, Mark, Vector
 
 NAMES = ("r_x", "r_y", "r_z")
@@ -63,7 +70,7 @@ class Weld(Between):
                 beside = self._beside(builder, wall, normal)
                 across(builder, label, direction(builder, held, tangent), beside, self.size)
             return
-        row = builder.rows(held)[0]
+        row = row_of(builder, held)
         for name, vector in zip(("r_x", "r_y", "r_z"), frame, strict=False):
             if name in kind.section or (name == "r_x" and self.stretch == "fixed"):
                 own = Sum.of([row[kind.columns(name)]], [1.0])
@@ -86,8 +93,8 @@ class Weld(Between):
         shear that grows as elements become shorter.
         """
         frame, vectors = frame_at(wall), vectors_of(builder, wall)
-        assert isinstance(wall.beam, Beam)
-        mass = float(np.mean(wall.beam.parameters()["mass_per_length"])) * wall.beam.size
+        assert isinstance(wall.beam, ElasticBody)
+        mass = float(np.mean(wall.beam.stiffnesses()["mass_per_length"])) * wall.beam.size
         for k, (u, mine) in enumerate(zip(vectors, frame, strict=True)):
             for j, (v, its) in enumerate(zip(vectors[: k + 1], frame, strict=False)):
                 factor = 0.5 * self.size if j == k else self.size
