@@ -16,7 +16,7 @@ from ancfsparse.plans.grading import described as spread_by
 from ancfsparse.plans.models import built, refined, spread, undecided
 from ancfsparse.plans.pilots import FEWEST, Pilots
 from ancfsparse.plans.planar import InPlane, planar
-from ancfsparse.plans.quantities import Quantity
+from ancfsparse.plans.quantities import AtPoint, Quantity
 from ancfsparse.plans.record import SAVED, Alternative, Plan, Prediction, described
 from ancfsparse.plans.rungs import NAMES
 from ancfsparse.plans.search import Found, neighbours
@@ -103,7 +103,9 @@ def plan(
             "element='auto', so nothing is left to choose: leave dt or the error out"
         )
     # Equilibria in a plane may give way to its sides, and vibrations may leave it.
-    flat = planar(scene) if undecided(scene) and t_end is not None else None
+    flat = None
+    if undecided(scene) and t_end is not None and not any(map(_beside, asked)):
+        flat = planar(scene)
     arguments = t_end, asked, named, steps, start, begin
     try:
         return _planned(scene, flat, *arguments)
@@ -111,6 +113,12 @@ def plan(
         if flat is None:
             raise
     return _planned(scene, None, *arguments)  # a function may have left the plane
+
+
+def _beside(wanted: Wanted) -> bool:
+    """Whether a quantity is of a point beside the axis of a beam, which has no place in a plane."""
+    of = wanted.quantity
+    return isinstance(of, AtPoint) and bool(of.point.offsets and of.point.beam.n_elements)
 
 
 def _planned(

@@ -229,3 +229,16 @@ def test_gravity_across_the_plane_of_a_net_leaves_it():
     assert planar(scene) is None
     resting = scene.replaced(gravity=(0.0, -9.81, 0.0))
     assert planar(resting) is not None
+
+
+def test_points_beside_axes_are_planned_in_space():
+    square = ancf.Rectangle(0.05, 0.05)
+    scene = ancf.Scene((0.0, -9.81, 0.0))
+    arm = scene.add_beam(
+        "thick", (0, 0, 0), (1, 0, 0), 3, square, ancf.Material(2e9, 7800.0), curvature="section"
+    )
+    rod = scene.add_beam("auto", (1, 0, 0), (1, -1, 0), "auto", square, ancf.Material(2e9, 7800.0))
+    scene.clamp(arm.start)
+    scene.connect(arm.end, rod.start)
+    plan = ancf.plan(scene, 0.02, ancf.position(arm.at(1.0, y=0.2)), 1e-2)
+    assert plan.error < 1e-2
