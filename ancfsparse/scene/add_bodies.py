@@ -124,7 +124,7 @@ class Bodies(Records):
             `start` and `end` to the centroid of its section, y, in space (y, z), in the axes of the
             section [m].  ``rod.start``, ``rod.end``, ``rod.node(i)`` and ``rod.at(s)`` are points
             of the line, so joints and loads there bend the beam as well; ``rod.at(s, y=0)`` is the
-            centroid.
+            centroid, along which gravity and distributed forces act.
         eigenstrain : float, callable or Signal, optional
             Elongation of the axis that it would have without stress [-], such as thermal expansion
             times a change of temperature; or a function of the arc coordinate s [m], taken in the

@@ -224,7 +224,8 @@ class Springs(Records):
         With the strain eps, the distances of the points together over the natural length minus 1,
         its tension is ``stiffness * eps + damping * d eps/dt`` where that is positive and eps is,
         the same in all parts; `Trajectory.tension` gives it.  Where its length is a function of
-        time, the work of what winds it up counts in the energy balance.
+        time, the work of what winds it up counts in the energy balance.  A drum that turns freely
+        lets it out by a `winch` between the drum and a small body that the rope begins at.
 
         Parameters
         ----------

@@ -125,6 +125,55 @@ def test_a_load_hangs_on_a_rope_over_two_points_with_one_tension():
     assert rest.elastic_energy == pytest.approx(tension**2 * 1.6 / (2.0 * STIFF), rel=1e-9)
 
 
+DRUM, RADIUS, LOAD, HOOK = 0.5, 0.2, 3.0, 0.05  # kg m2, m, kg, kg
+REDUCED = DRUM / RADIUS**2 + HOOK  # of drum and hook, as a mass that moves with the rope [kg]
+
+
+def on_a_drum(speed=0.0):
+    """A weight on an elastic rope, whose upper end a free drum lets out by a hook."""
+    scene = ancf.Scene((0.0, -G))
+    drum = scene.add_body(mass=1.0, inertia=DRUM, position=(0, 3))
+    hook = scene.add_body(mass=HOOK, inertia=1e-5, position=(RADIUS, 2.5))
+    load = scene.add_body(mass=LOAD, inertia=0.1, position=(RADIUS, 1.5), velocity=(0, speed))
+    for body in (hook, load):
+        scene.prismatic(body.origin, axis=(0, 1))
+    scene.winch([(RADIUS, 3.0), hook.origin], drum=scene.pin(drum.origin), radius=RADIUS)
+    rope = scene.rope([hook.origin, load.origin], stiffness=STIFF, length=1.0)
+    return scene, drum, load, rope
+
+
+def test_a_weight_on_an_elastic_rope_unwinds_a_free_drum():
+    # Two masses on a spring that let go: their centre falls evenly, the rope oscillates about its
+    # stretch; without stretch and hook the acceleration is m g r^2 / (J + m r^2).
+    both = REDUCED + LOAD
+    along = (LOAD + HOOK) * G / both
+    assert along == pytest.approx(LOAD * G * RADIUS**2 / (DRUM + LOAD * RADIUS**2), rel=2e-2)
+    scene, drum, load, rope = on_a_drum()
+    errors = []
+    for dt in (0.004, 0.002):
+        run = ancf.simulate(scene, 2.0, dt, integrator=ancf.Newmark(0.0), tolerance=1e-12)
+        omega = math.sqrt(STIFF * both / (LOAD * REDUCED))
+        stretch = LOAD * (G - along) / STIFF * (1.0 - np.cos(omega * run.t))
+        fallen = 0.5 * along * run.t**2 + stretch * REDUCED / both
+        errors.append(np.abs(1.5 - run.position(load.origin)[:, 1] - fallen).max())
+        turned = np.unwrap(run.body(drum).angles)
+        np.testing.assert_allclose(-RADIUS * turned, fallen - stretch, atol=2.0 * errors[-1])
+    assert turned[-1] < -6.0 * np.pi  # three times round
+    assert errors[1] < 1e-3
+    assert 3.5 < errors[0] / errors[1] < 4.5
+    np.testing.assert_allclose(run.tension(rope), STIFF * stretch, atol=0.5)
+
+
+def test_a_weight_thrown_up_on_a_drum_falls_into_its_slack_rope_and_keeps_the_energy():
+    scene, drum, _, rope = on_a_drum(speed=3.0)
+    run = ancf.simulate(scene, 2.0, 0.002, integrator=ancf.EnergyMomentum(), tolerance=1e-13)
+    total = run.energy.total
+    np.testing.assert_allclose(total, total[0], atol=1e-11 * np.ptp(run.energy.kinetic))
+    assert (run.tension(rope) == 0.0).mean() > 0.5
+    assert run.tension(rope).max() > 5.0 * LOAD * G
+    assert np.unwrap(run.body(drum).angles)[-1] < -2.0 * np.pi
+
+
 @pytest.mark.parametrize("slack", [0.0, 0.05])
 @pytest.mark.parametrize("length", [1.2, 4.0], ids=["taut", "slack"])
 def test_force_and_stiffness_are_derivatives_of_the_energy(rng_state, slack, length):
