@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,8 +14,8 @@ from ancfsparse.plans import costs
 from ancfsparse.plans.climb import climb
 from ancfsparse.plans.links import links
 from ancfsparse.plans.mesh_error import COARSEST
-from ancfsparse.plans.models import RIGID, Model, built, coarsest, spread, undecided
-from ancfsparse.plans.pilots import FREE, Pilots, distances
+from ancfsparse.plans.models import FEWEST_ELEMENTS, RIGID, Model, coarsest, spread, undecided
+from ancfsparse.plans.pilots import FREE, Pilots, distances, tolerances
 from ancfsparse.plans.rungs import CABLE, NAMES, SHEARED, effects_of, model_of, of_way, open_beams
 from ancfsparse.plans.search import Found, search
 from ancfsparse.plans.ways import ModalSum, Statics, Way
@@ -76,6 +76,11 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
         nonlocal beside
         mine = replace(pilots.with_integrator(way), base=way.fewest)
         try:
+            hopeless = _hopeless(mine)
+            if hopeless:
+                why.append(hopeless)
+                beside += mine.spent
+                return None
             found, reasons = elements(mine, finer, None)
         except AncfError as failure:
             why.append(f"{way} is not possible: {failure}")
@@ -83,7 +88,7 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
             return None
         excess = _excess(found)
         if excess > 1.0:
-            why.append(_missed(way, found, excess))
+            why.append(_missed(way, found.errors(*found.choice()), found.asked, excess))
         made = Chosen(mine, found, (way.reason, *reasons), beside)
         beside += mine.spent
         return made if excess <= 1.0 else None
@@ -119,7 +124,7 @@ def _explicit(pilots: Pilots, found: Found) -> Pilots | None:
         return None
     finest, steps = found.choice()
     model = found.model.with_counts(spread(pilots.scene, finest))
-    scene = built(pilots.scene, model)
+    scene = pilots.built(model)
     assert pilots.t_end is not None
     try:
         stable = stable_step(scene, EXPLICIT)
@@ -157,7 +162,7 @@ def elements(
     found = search(pilots, Model(), finer, fixed_steps)
     if not undecided(pilots.scene) and not isinstance(pilots.integrator, Way):
         return found, []
-    effects = effects_of(pilots, found.judge, response=True)
+    effects = effects_of(pilots, found.judge, found.rough)
     return found.with_effects([of_way(each) for each in effects]), _given(pilots, effects)
 
 
@@ -208,20 +213,41 @@ def _excess(found: Found) -> float:
 
 def _coarse(pilots: Pilots) -> Scene | None:
     """Return the scene with cables, or thick beams, on the coarsest mesh."""
-    counts = spread(pilots.scene, coarsest(pilots.scene, COARSEST))
+    counts = spread(pilots.scene, coarsest(pilots.scene, FEWEST_ELEMENTS))
     for rung in (CABLE, SHEARED):
         model = model_of(pilots.scene, rung).with_counts(counts)
         try:
-            return built(pilots.scene, model)
+            return pilots.built(model)
         except InputError:
             continue
     return None
 
 
-def _missed(way: Way, found: Found, excess: float) -> str:
+def _hopeless(pilots: Pilots) -> str:
+    """Explain what a way leaves out on a coarse mesh already; empty if that is little enough."""
+    way = pilots.integrator
+    assert isinstance(way, Way)
+    for rung in (CABLE, SHEARED):
+        counts = spread(pilots.scene, coarsest(pilots.scene, COARSEST))
+        model = model_of(pilots.scene, rung).with_counts(counts)
+        try:
+            run = pilots.run(model, pilots.base)
+        except InputError:
+            continue
+        if run is None:
+            return ""
+        asked, scene = tolerances(pilots.wanted, run), run.run.system.scene
+        errors = [way.neglected(run.run, each.quantity.on(scene)) for each in pilots.wanted]
+        excess = max(sum(each.values()) / most for each, most in zip(errors, asked, strict=True))
+        return _missed(way, errors, asked, excess) if excess > 1.0 else ""
+    return ""
+
+
+def _missed(
+    way: Way, errors: Sequence[Mapping[str, float]], asked: Sequence[float], excess: float
+) -> str:
     """Explain by what a way misses the error."""
-    errors = found.errors(*found.choice())
-    worst = max(zip(errors, found.asked, strict=True), key=lambda x: sum(x[0].values()) / x[1])[0]
+    worst = max(zip(errors, asked, strict=True), key=lambda x: sum(x[0].values()) / x[1])[0]
     largest = max(worst, key=lambda name: worst[name])
     if not np.isfinite(excess):
         return f"{way} would not do: {NAMES[largest]} has no bound"

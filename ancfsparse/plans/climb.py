@@ -60,19 +60,19 @@ def climb(
         If no element takes the scene.
     """
     fixed = dict(fixed or {})
-    rungs, refused = candidates(pilots.scene, fixed)
+    rungs, refused = candidates(pilots.scene, fixed, pilots.built)
     if CABLE not in rungs and rungs and rungs[-1] != STRING:
-        stiff = refusing(pilots.scene, CABLE, rungs[-1], fixed)
+        stiff = refusing(pilots.scene, CABLE, rungs[-1], fixed, pilots.built)
         if 0 < len(stiff) < len(open_beams(pilots.scene)) - len(fixed):
             fixed |= dict.fromkeys(stiff, rungs[-1])
-            rungs, _ = candidates(pilots.scene, fixed)
+            rungs, _ = candidates(pilots.scene, fixed, pilots.built)
     if not rungs:
         raise InputError(f"no element takes the scene: {next(iter(refused.values()))}")
     richer = [rung for rung in rungs if rung != STRING] or rungs
     # What a thick beam neglects is not estimated, so without cables the richest is taken.
     first = CABLE if CABLE in richer else richer[-1]
     found = search(pilots, model_of(pilots.scene, first, fixed), finer, fixed_steps)
-    effects = effects_of(pilots, found.judge, response=True)
+    effects = effects_of(pilots, found.judge, found.rough)
     rung = needed(richer, first, effects, found.asked)
     why = _sentences(first, rung, effects, found.asked, pilots)
     why += [f"{name} is not possible: {reason}" for name, reason in refused.items()]
@@ -81,7 +81,7 @@ def climb(
     if rung != first:
         stay, kept = staying(found.judge, names, effects, first, found.asked)
         fixed |= {name: rung for name in names if name not in stay}
-        found = search(pilots, model_of(pilots.scene, first, fixed), finer, fixed_steps)
+        found = search(pilots, model_of(pilots.scene, first, fixed), finer, fixed_steps, found)
         if stay:
             why.append(f"{' and '.join(stay)} may stay {first}")
             names, left = stay, kept
@@ -111,20 +111,26 @@ def _string(
     Where not all beams can be strings, or not all are limp, some may be.
     """
     names = [name for name in open_beams(pilots.scene) if name not in fixed]
-    stiff = refusing(pilots.scene, STRING, CABLE, fixed)
+    stiff = refusing(pilots.scene, STRING, CABLE, fixed, pilots.built)
     able = [name for name in names if name not in stiff]
     if not able:
         return None
-    if stiff or not _limp(bending_of(pilots, cables.judge), cables.asked, ROUGH):
-        able = limp(pilots, cables.judge, able, cables.asked, ROUGH * NEGLIGIBLE)
+    # Where a run of cables is the answer already, strings only matter if they surely do.
+    is_done = cables.chosen is not None and cables.missed(*cables.chosen) <= 1.0
+    rough = 1.0 if is_done else ROUGH
+    limp_all = not stiff and _limp(bending_of(pilots, cables.judge), cables.asked, rough)
+    if not limp_all and len(names) == 1:
+        return None
+    if not limp_all:
+        able = limp(pilots, cables.judge, able, cables.asked, rough * NEGLIGIBLE)
     if not able:
         return None
     model = model_of(pilots.scene, CABLE, {**fixed, **dict.fromkeys(able, STRING)})
     try:
-        found = search(pilots, model, finer, fixed_steps)
+        found = search(pilots, model, finer, fixed_steps, cables)
     except (StepFailure, PlanFailure, InputError):
         return None  # cables have been found to do
-    effects = effects_of(pilots, found.judge, response=False)
+    effects = effects_of(pilots, found.judge)
     if not _limp(effects, found.asked):
         return None
     own = [left_out(each, STRING) | of_way(each) for each in effects]

@@ -9,13 +9,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ancfsparse.plans.mesh_error import elements_of
 from ancfsparse.plans.models import spread
 from ancfsparse.plans.pilots import FREE, Pilot, Pilots, distances
 from ancfsparse.plans.richardson import Estimate
-from ancfsparse.plans.search import SHARE, SURE, UNSURE, Found, scaled
+from ancfsparse.plans.search import SHARE, SURE, UNSURE, Found, scaled, thorough
 
 # How often a choice is made again, and work of one that is run, in that of free pilots.
 MOST, WORTH = 4, 2.0
+# Where a choice takes so many times the work that few pilots had shown, more are made.
+SURPRISE = 3.0
 # Motions may differ by so many times what the estimates leave, and by this share of the error asked
 # for, which decides nothing.
 ALIKE, SMALL = 1.25, 0.1
@@ -38,6 +41,10 @@ def confirmed(pilots: Pilots, found: Found) -> Found:
     Found
         With corrected estimates and the choice that was run; as it is where a run is long.
     """
+    if found.chosen is not None:
+        if found.missed(*found.chosen) <= 1.0:
+            return found
+        found = replace(found, chosen=None)  # what elements neglect leaves less to the others
     known = _sufficient(pilots, found)
     if known is not None:
         return replace(found, chosen=known)
@@ -55,12 +62,22 @@ def confirmed(pilots: Pilots, found: Found) -> Found:
         found = _corrected(found, judge, tried, distances(pilots.wanted, judge, run))
         if found.missed(*tried) <= 1.0:
             return replace(found, chosen=tried)
+        if found.is_short and found.work(*found.choice()) > SURPRISE * before.work(*chosen):
+            longer = thorough(pilots, found.model, None, None)
+            return confirmed(pilots, longer.with_effects(found.effects))
         if found is before and tried != chosen:  # as foreseen, so the choice will be too
             return found
+        judge, found = run, _reaching(found, run)
         if tried == found.choice():  # nothing better is within reach
             break
-        judge = run
     return replace(found, sure=UNSURE)
+
+
+def _reaching(found: Found, run: Pilot) -> Found:
+    """Return what was found with a finer run: errors are continued from it."""
+    if found.mesh is None or elements_of(run) <= elements_of(found.mesh.runs[-1]):
+        return found
+    return replace(found, mesh=replace(found.mesh, runs=(*found.mesh.runs, run)))
 
 
 def _affordable(found: Found, judge: Pilot, chosen: tuple[float, int]) -> tuple[float, int] | None:

@@ -41,6 +41,8 @@ class Rung:
         return " ".join([f'"{self.element}"', *(f"{k}={v!r}" for k, v in self.options.items())])
 
 
+# Elements on the longest beam of the coarsest mesh.
+FEWEST_ELEMENTS = 4.0
 RIGID = Rung("rigid", {}, 8)
 """A rigid rod in place of a beam, with its mass and inertia; it has no mesh."""
 ORDERS = {"string": 2, "l2t2": 4, "thin": 4, "thick": 2}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -49,6 +50,7 @@ def neglected_effects(
     quantity: Quantity,
     march: March | None = None,
     enough: float = 0.0,
+    rough: tuple[Trajectory, Quantity] | None = None,
 ) -> dict[str, float]:
     """Estimate by how much a quantity would change with what the model of a run neglects.
 
@@ -61,12 +63,13 @@ def neglected_effects(
     quantity : Quantity
         What is asked for, of this scene.
     march : callable, optional
-        Runs a changed scene as `run` was run.  With it, two runs with ssharely softer and ssharely
-        denser material show how the quantity responds; without, it is taken to respond as much as
+        Runs a changed scene as `run` was run.  With it, a run with slightly softer and slightly
+        denser material shows how the quantity responds; without, it is taken to respond as much as
         it is large, which is pessimistic for beams that turn more than they bend.
     enough : float, optional
-        Effects that are surely smaller than this [unit of the quantity] need no such runs: those
-        are made if a tenth of it may be exceeded.
+        Effects that are surely smaller than this [unit of the quantity] need no such run.
+    rough : Trajectory and Quantity, optional
+        A cheaper run that `march` repeats in place of `run`, and the quantity of its scene.
 
     Returns
     -------
@@ -124,23 +127,29 @@ def neglected_effects(
     if cables and not still:
         turning = sum(rotary_energy(run, body) for body in cables)
         heavy = _ratio(turning, np.asarray(run.energy.kinetic))
-    soft = dense = _size(quantity, whole)
+    size = _size(quantity, whole)
+    soft = dense = taut = size
+    base, own = rough or (whole, quantity)
     share = sum(each for name, each in shares.items() if name != "stretch")
-    share = max(UNLIKELY * share, FLOOR_SHARE * shares.get("stretch", 0.0))
-    if march is not None and soft * share > enough:
-        soft = _response(scene, whole, quantity, march, _softer)
-    if march is not None and UNLIKELY * dense * heavy > enough:
-        dense = _response(scene, whole, quantity, march, _denser)
-    effects = {name: soft * share for name, share in shares.items()}
+    surely = max(
+        _most(quantity, whole, size) * (share + heavy),
+        FLOOR_SHARE * size * shares.get("stretch", 0.0),
+    )
+    if march is not None and surely > enough:
+        largest = max(share, heavy)
+        both = partial(_altered, soft=share / largest, dense=heavy / largest) if largest else None
+        response = _response(base, own, march, both or _softer)
+        soft = dense = response * (largest / (share + heavy) if largest else 1.0)
+    effects = {name: soft * each for name, each in shares.items()}
     if cables or strings:
         axial, differ = (np.sum(each, axis=0) for each in zip(
             *(axial_energies(run, body) for body in beams), strict=True))  # fmt: skip
-        taut, tense = _size(quantity, whole), _ratio(differ, axial + bending)
+        tense = _ratio(differ, axial + bending)
         if march is not None and FLOOR_SHARE * taut * tense > enough:
-            taut = _response(scene, whole, quantity, march, _slacker)
+            taut = _response(base, own, march, _slacker)
         effects["stretch"] = max(effects.get("stretch", 0.0), taut * tense)
     if strings:  # tension resists, which material does not change
-        effects["bending"] = shares["bending"] * _size(quantity, whole)
+        effects["bending"] = shares["bending"] * size
     if cables and not still:
         effects["rotary inertia"] = dense * heavy
     if still and len(run.t) > 2:
@@ -189,11 +198,22 @@ def _ratio(neglected: Any, kept: Array) -> float:
     return most / float(np.max(kept)) if np.max(kept) > 0.0 else np.inf
 
 
-def _response(
-    scene: Scene, run: Trajectory, quantity: Quantity, march: March, change: Change
-) -> float:
+def _most(quantity: Quantity, run: Trajectory, size: float) -> float:
+    """Return by how much a quantity changes at most with the relative change of a property.
+
+    A frequency that is off by a share delays a motion by half of that share of its time.
+    """
+    history, t = quantity.history(run), np.asarray(run.t)
+    if len(t) < 2:
+        return UNLIKELY * size
+    rates = np.linalg.norm(quantity.difference(history[1:], history[:-1]), axis=1) / np.diff(t)
+    delayed = 0.5 * float(t[-1] - t[0]) * float(rates.max())
+    return float(min(UNLIKELY * size, max(size, delayed)))
+
+
+def _response(run: Trajectory, quantity: Quantity, march: March, change: Change) -> float:
     """Return the change of the quantity over the relative change of a property of all beams."""
-    changed = scene
+    scene = changed = run.system.scene
     for body in scene.beams:
         own = cast(ElasticBody, changed.counterpart(body))
         changed = changed.replaced(own, **change(own))
@@ -208,11 +228,12 @@ def _slacker(body: ElasticBody) -> dict[str, Any]:
     return {"material": replace(body.material, youngs_modulus=less)}
 
 
-def _softer(body: ElasticBody) -> dict[str, Any]:
+def _softer(body: ElasticBody, share: float = 1.0) -> dict[str, Any]:
     """Return what makes a body softer in bending, and as stiff along its axis as it is."""
-    section, less = body.section, 1.0 - PROBE
+    section, less = body.section, 1.0 - share * PROBE
     if isinstance(section, Taper):
-        return _slacker(body)
+        youngs = less * body.material.youngs_modulus
+        return {"material": replace(body.material, youngs_modulus=youngs)}
     _, about_y, about_z = principal_axes(section)
     softer = Section(
         area=section.area,
@@ -224,9 +245,12 @@ def _softer(body: ElasticBody) -> dict[str, Any]:
     return {"section": softer}
 
 
-def _denser(body: ElasticBody) -> dict[str, Any]:
-    """Return what makes a body heavier."""
-    return {"material": replace(body.material, density=(1.0 + PROBE) * body.material.density)}
+def _altered(body: ElasticBody, soft: float, dense: float) -> dict[str, Any]:
+    """Return what makes a body softer in bending and heavier, both of which make it slower."""
+    changes = _softer(body, soft)
+    material = changes.get("material", body.material)
+    heavier = (1.0 + dense * PROBE) * body.material.density
+    return changes | {"material": replace(material, density=heavier)}
 
 
 def _size(quantity: Quantity, run: Trajectory) -> float:

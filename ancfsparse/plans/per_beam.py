@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.plans.models import Model, Rung, built, coarsest, spread
+from ancfsparse.plans.models import FEWEST_ELEMENTS, Model, Rung, built, coarsest, spread
 from ancfsparse.plans.neglected import bending_effect
 from ancfsparse.plans.pilots import Pilot, Pilots
 from ancfsparse.plans.rungs import NEGLIGIBLE, left_out, model_of, open_beams
@@ -20,7 +21,11 @@ SPATIAL = 3
 
 
 def refusing(
-    scene: Scene, rung: Rung, other: Rung, fixed: Mapping[str, Rung] | None = None
+    scene: Scene,
+    rung: Rung,
+    other: Rung,
+    fixed: Mapping[str, Rung] | None = None,
+    build: Callable[[Model], Scene] | None = None,
 ) -> list[str]:
     """Return the open beams that refuse an element while all others have another one.
 
@@ -32,22 +37,24 @@ def refusing(
         The element, and one that the scene takes.
     fixed : mapping of str to Rung, optional
         Elements of beams that were chosen before.
+    build : callable, optional
+        See `candidates`.
     """
-    fixed = dict(fixed or {})
+    fixed, build = dict(fixed or {}), build or partial(built, scene)
     names = [name for name in open_beams(scene) if name not in fixed]
-    if _takes(scene, model_of(scene, rung, fixed)):
+    if _takes(build, scene, model_of(scene, rung, fixed)):
         return []
     if not 1 < len(names) <= MOST:
         return names
     alone = ({**fixed, name: rung} for name in names)
-    takes = [_takes(scene, model_of(scene, other, each)) for each in alone]
+    takes = [_takes(build, scene, model_of(scene, other, each)) for each in alone]
     return [name for name, able in zip(names, takes, strict=True) if not able]
 
 
-def _takes(scene: Scene, model: Model) -> bool:
+def _takes(build: Callable[[Model], Scene], scene: Scene, model: Model) -> bool:
     """Whether a scene takes elements."""
     try:
-        built(scene, model.with_counts(spread(scene, coarsest(scene, 4.0))))
+        build(model.with_counts(spread(scene, coarsest(scene, FEWEST_ELEMENTS))))
     except InputError:
         return False
     return True

@@ -58,6 +58,8 @@ class Pilot:
         What it has cost.
     run : Trajectory
         The motion.
+    integrator : Implicit, Explicit or Way
+        By which it was run.
     """
 
     model: Model
@@ -65,6 +67,7 @@ class Pilot:
     histories: tuple[Array, ...]
     cost: Counted
     run: Trajectory
+    integrator: Implicit | Explicit | Way
 
 
 @dataclass
@@ -87,9 +90,9 @@ class Pilots:
         ``"equilibrium"`` if motions begin there.
     done, seconds, failure : dict, float, StepFailure or None
         Runs by model and steps, their time [s], and what ended the last that failed.
-    systems, bill : dict, list of Counted
-        Systems by model, and what all runs have cost that came to their end, those of other
-        integrators and of changed scenes included.
+    systems, scenes, bill : dict, dict, list of Counted
+        Systems and scenes by model, and what all runs have cost that came to their end, those of
+        other integrators and of changed scenes included.
     """
 
     scene: Scene
@@ -103,6 +106,26 @@ class Pilots:
     failure: StepFailure | None = None
     systems: dict[tuple[object, ...], System] = field(default_factory=dict)
     bill: list[Counted] = field(default_factory=list)
+    scenes: dict[tuple[object, ...], Scene | InputError] = field(default_factory=dict)
+
+    def built(self, model: Model) -> Scene:
+        """Return the scene with a model; none is built twice.
+
+        Raises
+        ------
+        InputError
+            If the scene does not take the model.
+        """
+        key = _key(model)
+        if key not in self.scenes:
+            try:
+                self.scenes[key] = built(self.scene, model)
+            except InputError as error:
+                self.scenes[key] = error
+        found = self.scenes[key]
+        if isinstance(found, InputError):
+            raise found
+        return found
 
     def with_integrator(self, integrator: Implicit | Explicit | Way) -> Pilots:
         """Return runs of the same scene by another integrator or way."""
@@ -125,7 +148,7 @@ class Pilots:
 
     def _run(self, model: Model, steps: int) -> Pilot | None:
         system = self.systems.get(_key(model))
-        scene = built(self.scene, model) if system is None else system.scene
+        scene = self.built(model)
         try:
             run = self.march(scene, steps, system, self._coarser(model))
         except StepFailure as failure:
@@ -141,7 +164,7 @@ class Pilots:
         if isinstance(self.integrator, Way):
             more = self.integrator.calls(run.stats, cost.coordinates)
             cost = replace(cost, work=cost.work * (1.0 + more / cost.amount))
-        return Pilot(model, steps, histories, cost, run)
+        return Pilot(model, steps, histories, cost, run, self.integrator)
 
     def _coarser(self, model: Model) -> Trajectory | None:
         """Return the last equilibrium that was found with the same elements, None if none was."""

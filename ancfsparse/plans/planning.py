@@ -13,7 +13,7 @@ from ancfsparse.plans.asking import checked
 from ancfsparse.plans.choice import Chosen, choose
 from ancfsparse.plans.confirm import confirmed
 from ancfsparse.plans.grading import described as spread_by
-from ancfsparse.plans.models import built, refined, spread, undecided
+from ancfsparse.plans.models import refined, spread, undecided
 from ancfsparse.plans.pilots import FEWEST, Pilots
 from ancfsparse.plans.planar import InPlane, planar
 from ancfsparse.plans.quantities import AtPoint, Quantity
@@ -178,7 +178,7 @@ def _record(
         Prediction(each, most, sources)
         for each, most, sources in zip(asked, found.asked, errors, strict=True)
     )
-    new = built(scene, model)
+    new = pilots.built(model)
     memory = estimate(new, min(steps, 2 * SAVED) + 1, None, False, "auto").total
     cheaper, dearer = (_alternative(scene, t_end, pilots, found, *each)
                        for each in neighbours(found, finest, steps))  # fmt: skip

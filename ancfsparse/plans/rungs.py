@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 from ancfsparse.errors import InputError
-from ancfsparse.plans.models import Model, Rung, built, coarsest, spread, undecided
+from ancfsparse.plans.models import FEWEST_ELEMENTS, Model, Rung, built, coarsest, spread, undecided
 from ancfsparse.plans.neglected import bending_effect, neglected_effects
 from ancfsparse.plans.pilots import Pilot, Pilots, tolerances
 from ancfsparse.plans.ways import Way
@@ -26,6 +27,7 @@ OF_WAYS = frozenset({"inertia", "nonlinearity", "modes", "flexibility"})
 NAMES = {
     "mesh": "mesh",
     "time": "steps",
+    "mesh and steps": "mesh and the steps",
     "solver": "solver",
     "shear": "neglected shear",
     "torsion": "neglected torsion",
@@ -37,8 +39,9 @@ NAMES = {
     "modes": "modes that are left out",
 }
 """Sources of errors, as sentences name them."""
-# Share of the error asked for that an effect may have and still be neglected.
-NEGLIGIBLE = 0.4
+# Effects below this share of the error asked for are neglected: short steps and fine meshes for the
+# rest take less work than richer elements.
+NEGLIGIBLE = 0.5
 
 
 def neglects(rung: Rung) -> frozenset[str]:
@@ -62,9 +65,20 @@ def model_of(scene: Scene, rung: Rung, fixed: Mapping[str, Rung] | None = None) 
 
 
 def candidates(
-    scene: Scene, fixed: Mapping[str, Rung] | None = None
+    scene: Scene,
+    fixed: Mapping[str, Rung] | None = None,
+    build: Callable[[Model], Scene] | None = None,
 ) -> tuple[list[Rung], dict[str, str]]:
     """Return the elements that a scene takes, and why others are refused.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    fixed : mapping of str to Rung, optional
+        Elements of beams that were chosen before.
+    build : callable, optional
+        Returns the scene with a model, such as `Pilots.built`, which builds none twice.
 
     Returns
     -------
@@ -74,10 +88,11 @@ def candidates(
         Sentences by the name of the element.
     """
     taken, refused = [], {}
-    counts = spread(scene, coarsest(scene, 4.0))
+    build = build or partial(built, scene)
+    counts = spread(scene, coarsest(scene, FEWEST_ELEMENTS))
     for rung in LADDER:
         try:
-            built(scene, model_of(scene, rung, fixed).with_counts(counts))
+            build(model_of(scene, rung, fixed).with_counts(counts))
         except InputError as error:
             refused[str(rung)] = str(error)
         else:
@@ -85,7 +100,7 @@ def candidates(
     return taken, refused
 
 
-def effects_of(pilots: Pilots, pilot: Pilot, response: bool) -> list[dict[str, float]]:
+def effects_of(pilots: Pilots, pilot: Pilot, rough: Pilot | None = None) -> list[dict[str, float]]:
     """Estimate what the model of a pilot neglects, for every quantity [its unit].
 
     Parameters
@@ -94,24 +109,28 @@ def effects_of(pilots: Pilots, pilot: Pilot, response: bool) -> list[dict[str, f
         Runs.
     pilot : Pilot
         One of them.
-    response : bool
-        Whether two more runs measure how quantities respond to compliance and density, where that
-        may matter.
+    rough : Pilot, optional
+        A cheaper one, of which more runs measure how quantities respond to compliance and density,
+        where that may matter.
     """
     scene = pilot.run.system.scene
-
-    def march(changed: Scene) -> Trajectory:
-        return pilots.march(changed, pilot.steps, coarser=pilot.run)
-
+    march = None if rough is None else _marching(pilots, rough)
     out = []
-    own = march if response else None
     for each, most in zip(pilots.wanted, tolerances(pilots.wanted, pilot), strict=True):
-        quantity = each.quantity.on(scene)
-        neglected = neglected_effects(scene, pilot.run, quantity, own, NEGLIGIBLE * most)
+        quantity, base = each.quantity.on(scene), None
+        if rough is not None:
+            base = rough.run, each.quantity.on(rough.run.system.scene)
+        neglected = neglected_effects(scene, pilot.run, quantity, march, NEGLIGIBLE * most, base)
         if isinstance(pilots.integrator, Way):
             neglected |= pilots.integrator.neglected(pilot.run, quantity)
         out.append(neglected)
     return out
+
+
+def _marching(pilots: Pilots, rough: Pilot) -> Callable[[Scene], Trajectory]:
+    """Return what runs changed scenes as a pilot was run."""
+    runs = pilots.with_integrator(rough.integrator)
+    return lambda changed: runs.march(changed, rough.steps, coarser=rough.run)
 
 
 def bending_of(pilots: Pilots, pilot: Pilot) -> list[dict[str, float]]:
@@ -142,7 +161,7 @@ def needed(
     richer = rungs[list(rungs).index(first) :]
     for rung in richer:
         if all(
-            sum(left_out(each, rung).values()) <= NEGLIGIBLE * most
+            sum(left_out(each, rung).values()) < NEGLIGIBLE * most or not left_out(each, rung)
             for each, most in zip(effects, asked, strict=True)
         ):
             return rung

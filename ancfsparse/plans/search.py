@@ -11,6 +11,7 @@ import numpy as np
 from ancfsparse.errors import PlanFailure
 from ancfsparse.plans import costs
 from ancfsparse.plans.grading import grades
+from ancfsparse.plans.ladder import beside, ladder
 from ancfsparse.plans.mesh_error import (
     COARSEST,
     GROWTH,
@@ -27,13 +28,14 @@ from ancfsparse.plans.ways import Way
 from ancfsparse.scene import Scene
 
 # Share of the error asked for that predictions may add up to: what they miss is about as large.
-SURE, UNSURE = 0.85, 0.5
+SURE, UNSURE = 0.75, 0.5
 # Shares of it that the mesh may have, of which the cheapest is taken.
 SHARES = np.linspace(0.05, 0.95, 37)
 # Where the rest of the error is larger than what was asked for, what is open may add this share.
 BESIDE = 0.1
-# Errors are continued to so many times the elements or steps of the finest pilots, no further.
-REACH_MESH, REACH_STEPS = 8.0, 64.0
+# Errors are continued to so many times the elements or steps of the finest pilots, no further; to
+# fewer steps by an order that is not that of the method.
+REACH_MESH, REACH_STEPS, REACH_ROUGH = 8.0, 64.0, 16.0
 # What the tolerance of the solver leaves, over the error of the step (see `simulate`).
 SOLVER = 0.01
 # Share of the planned run that pilots may cost.
@@ -45,6 +47,8 @@ STEADY = 3.0
 # Nodes are spread otherwise where the mesh needs so many times as many elements; and where no more
 # pilots would be made, if at least this work is saved, a few times what the set-up of two takes.
 PAYING, LEAST_SAVED = 1.5, 2e6
+# Pilots, in those of the last, that lead to graded meshes.
+BEFORE_GRADED = 4.0
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,10 @@ class Found:
         Elements on the longest beam and steps of a run that was made and is exact enough.
     base : int
         Steps of the longest kind, see `rounded`.
+    pair : tuple of float, or None
+        The error of the choice, of mesh and steps together, where two pilots were enough.
+    is_short : bool
+        Whether mesh and steps were refined together, see `ladder`.
     """
 
     model: Model
@@ -88,6 +96,8 @@ class Found:
     sure: float | None = None
     chosen: tuple[float, int] | None = None
     base: int = 1
+    pair: tuple[float, ...] | None = None
+    is_short: bool = False
 
     def with_effects(self, effects: Sequence[Mapping[str, float]]) -> Found:
         """Return the same with what the elements neglect."""
@@ -97,6 +107,12 @@ class Found:
     def judge(self) -> Pilot:
         """The pilot that effects are judged by: forces in sections need the finest mesh."""
         return self.mesh.runs[-1] if self.mesh is not None else self.time.runs[-1]
+
+    @property
+    def rough(self) -> Pilot:
+        """The pilot that responses are measured with: the coarse mesh with the same steps."""
+        last = self.time.runs[-1]
+        return last if last.steps == self.judge.steps else self.judge
 
     def neglected(self, i: int) -> float:
         """Return the sum of the neglected effects on a quantity [its unit]."""
@@ -119,6 +135,8 @@ class Found:
                 mesh += self.mesh.estimates[i].at(finest * self.density)
             of_steps = time.at(steps)
             sources = {"mesh": mesh, "time": of_steps, "solver": SOLVER * of_steps}
+            if self.pair is not None and (finest, steps) == self.chosen:
+                sources = {"mesh and steps": self.pair[i], "solver": SOLVER * self.pair[i]}
             out.append(sources | dict(self.effects[i] if self.effects else {}))
         return out
 
@@ -195,7 +213,8 @@ class Found:
             finest = min(max(finest, self.nearest), self.farthest)
         if self.fixed_steps is not None:
             return finest, self.fixed_steps
-        steps = min(steps, REACH_STEPS * self.time.runs[-1].steps)
+        firm = all(each.settled for each in self.time.estimates)
+        steps = min(steps, (REACH_STEPS if firm else REACH_ROUGH) * self.time.runs[-1].steps)
         return finest, max(self.time.runs[0].steps, rounded(steps, self.base))
 
     @property
@@ -211,7 +230,13 @@ class Found:
         return REACH_MESH * max(self.mesh.runs[-1].model.counts.values())
 
 
-def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int | None) -> Found:
+def search(
+    pilots: Pilots,
+    model: Model,
+    finer: Scene | None,
+    fixed_steps: int | None,
+    near: Found | None = None,
+) -> Found:
     """Run pilots of one model until its errors can be predicted.
 
     Parameters
@@ -224,6 +249,8 @@ def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int |
         The scene with every given mesh twice as fine; None if none was given.
     fixed_steps : int or None
         Number of steps if the step was given.
+    near : Found, optional
+        What pilots of other elements have shown, whose steps err about as much.
 
     Raises
     ------
@@ -232,6 +259,15 @@ def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int |
     PlanFailure
         If the motions do not approach each other.
     """
+    if _is_open(pilots, model, finer, fixed_steps):
+        short = _shortest(pilots, model, _order(pilots.scene, model), near)
+        if short is not None:
+            return short
+    return thorough(pilots, model, finer, fixed_steps)
+
+
+def thorough(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int | None) -> Found:
+    """Refine steps until their order has shown, and meshes until theirs has; see `search`."""
     order = _order(pilots.scene, model)
     finest, coarse, time = _coarse(pilots, model)
     steps = _steady(pilots, time)
@@ -269,6 +305,41 @@ def search(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int |
     is_open = bool(coarse.counts)
     args = finest, steps, order, affordable, graded
     return found(mesh_error(pilots, coarse, *args) if is_open else None)
+
+
+def _is_open(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int | None) -> bool:
+    """Whether mesh and steps of a motion may both be refined."""
+    counts = model.with_counts(spread(pilots.scene, COARSEST)).counts
+    marches = pilots.t_end is not None and not isinstance(pilots.integrator, Way)
+    return marches and bool(counts) and finer is None and fixed_steps is None
+
+
+def _shortest(pilots: Pilots, model: Model, order: int, near: Found | None) -> Found | None:
+    """Refine mesh and steps together; None where that shows too little."""
+    assert not isinstance(pilots.integrator, Way)
+    found = None
+    if near is not None and near.judge.model.counts:
+        found = beside(pilots, model, order, near.time, near.judge)
+    if found is None:
+        found = ladder(pilots, model, order, pilots.integrator.order)
+    if found is None:
+        return None
+    last = found.mesh.runs[-1]
+    asked = tuple(tolerances(pilots.wanted, last))
+    cost = costs.model([run.cost for run in found.runs])
+    chosen = None if found.pair is None else (float(max(last.model.counts.values())), last.steps)
+    none = (0.0,) * len(asked)
+    made = Found(model, found.time, found.mesh, none, asked, cost, None, chosen=chosen,
+                 base=pilots.base, pair=found.pair, is_short=True)  # fmt: skip
+    return None if chosen is None and _is_uneven(pilots, made) else made
+
+
+def _is_uneven(pilots: Pilots, found: Found) -> bool:
+    """Whether graded meshes would take so much less work that they pay for pilots of their own."""
+    last = found.judge
+    _, gain = grades(pilots.scene, last)
+    saved = found.work(*found.choice()) * (1.0 - 1.0 / gain)
+    return gain >= PAYING and saved > LEAST_SAVED + BEFORE_GRADED * last.cost.amount
 
 
 def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:

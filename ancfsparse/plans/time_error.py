@@ -83,7 +83,7 @@ def time_error(pilots: Pilots, model: Model, order: int, hasty: bool = False) ->
         runs.append(run)
         if len(runs) < 2:
             continue
-        estimates = _estimates(pilots, runs, order)
+        estimates = step_estimates(pilots, runs, order)
         if _enough(pilots, runs, estimates, order) and _undamped_is_alike(
             pilots, model, runs, estimates
         ):
@@ -119,7 +119,8 @@ def _stalls(pilots: Pilots, runs: Sequence[Pilot], hasty: bool) -> bool:
     return any(each[-1] > 0.5 * share * each[-1 - STALLED] for each in series)
 
 
-def _estimates(pilots: Pilots, runs: Sequence[Pilot], order: int) -> tuple[Estimate, ...]:
+def step_estimates(pilots: Pilots, runs: Sequence[Pilot], order: int) -> tuple[Estimate, ...]:
+    """Estimate the error of the last of some runs of one mesh for every quantity."""
     steps = [run.steps for run in runs[-3:]]
     pairs = zip(runs[-3:], runs[-2:] if len(runs) > 2 else runs[-1:], strict=False)
     apart = [distances(pilots.wanted, one, other) for one, other in pairs]

@@ -10,7 +10,7 @@ from ancfsparse.plans.asking import checked
 from ancfsparse.plans.confirm import confirmed
 from ancfsparse.plans.models import Model, built
 from ancfsparse.plans.pilots import Pilots, distances, rounded
-from ancfsparse.plans.search import search
+from ancfsparse.plans.search import thorough
 from ancfsparse.plans.wanted import wanted
 from ancfsparse.problems import pendulum
 
@@ -50,7 +50,7 @@ def test_the_answer_is_not_marched_again_and_is_the_run_of_the_plan():
 
 def test_an_estimate_that_is_too_good_is_corrected():
     pilots = pilots_of(2e-4)
-    found = search(pilots, Model(), None, None)
+    found = thorough(pilots, Model(), None, None)
     exact = pilots.run(Model(counts={"beam 0": 64}), 12800)
     (mesh,) = found.mesh.estimates
     blind = replace(

@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 EVERY, THICK = 4, 128
 # Share of the least error asked for up to which models are alike.
 ALIKE = 0.1
+# References are refined so many times where they are less certain than this share of the least
+# error asked for.
+FINER, CERTAIN = (1, 2, 4), 0.2
 # States of other runs that are compared.
 COMPARED = 400
 
@@ -47,15 +50,24 @@ class Reference:
 
     def __init__(self, case: Case, least: float) -> None:
         self.t_end = case.t_end
-        self._t, values, self.size, self.uncertain = _extrapolated(case, *case.elements[0])
-        self.is_thick = case.elements[0][0] == RICHEST[0]
+        for finer in FINER:
+            values = self._found(case, least, finer)
+            if self.uncertain <= CERTAIN * least:
+                break
+        self._at = CubicSpline(self._t, values) if case.t_end else lambda t: values
+
+    def _found(self, case: Case, least: float, finer: int) -> Array:
+        """Return the values of meshes and steps that are so many times as fine."""
+        element, options = case.elements[0]
+        self._t, values, self.size, self.uncertain = _extrapolated(case, element, options, finer)
+        self.is_thick = element == RICHEST[0]
         if not self.is_thick and case.is_thick_tried:
-            _, thick, _, uncertain = _extrapolated(case, *RICHEST)
+            _, thick, _, uncertain = _extrapolated(case, *RICHEST, finer)
             apart = float(np.linalg.norm(thick - values, axis=1).max()) / self.size
             if apart > ALIKE * least + self.uncertain:
                 self.is_thick, self.uncertain = True, uncertain
                 values = thick
-        self._at = CubicSpline(self._t, values) if case.t_end else lambda t: values
+        return values
 
     def error(self, t: Array, history: Array) -> float:
         """Return the largest error over the size of the quantity [-]."""
@@ -63,18 +75,19 @@ class Reference:
 
 
 def _extrapolated(
-    case: Case, element: str, options: Mapping[str, str]
+    case: Case, element: str, options: Mapping[str, str], finer: int
 ) -> tuple[Array, Array, float, float]:
     """Return times, values, their size and their uncertainty, of three runs.
 
     Each has twice the steps and elements of the one before.  Two give values without the error of
     second order; three show by how much those still differ.
     """
-    most = max(case.most, THICK) if element == RICHEST[0] else case.most
+    most = finer * (max(case.most, THICK) if element == RICHEST[0] else case.most)
+    steps = finer * case.steps
     histories = []
     for part in (4, 2, 1):
         scene, quantity = case.build(Made(element, most // part, options))
-        run = run_in(scene, case.t_end, case.steps // part, GeneralizedAlpha(0.9), EVERY // part)
+        run = run_in(scene, case.t_end, steps // part, GeneralizedAlpha(0.9), EVERY * finer // part)
         histories.append(values_of(quantity, run))
     times = times_of(run)
     one, other = (fine + (fine - coarse) / 3.0 for coarse, fine in pairwise(histories))
