@@ -57,9 +57,11 @@ def _on(old: Body, new: Body, q: Array) -> Array | None:
     if not (isinstance(old, Beam) and isinstance(new, Beam)):
         return q if len(old.row_nodes) == len(new.row_nodes) else None
     kind, arcs = new.kind, old.arcs
-    element = np.clip(np.searchsorted(arcs, new.arcs, side="right") - 1, 0, old.n_elements - 1)
+    # A beam in tension that is made stiffer has another length without stress.
+    places = new.arcs * (old.length / new.length)
+    element = np.clip(np.searchsorted(arcs, places, side="right") - 1, 0, old.n_elements - 1)
     length = old.lengths[element]
-    xi = np.clip((new.arcs - arcs[element]) / length, 0.0, 1.0)
+    xi = np.clip((places - arcs[element]) / length, 0.0, 1.0)
     ends = q[element], q[element + 1]
     out = (1.0 - xi)[:, None] * ends[0] + xi[:, None] * ends[1]
     if kind.is_string:

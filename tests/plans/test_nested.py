@@ -78,6 +78,20 @@ def test_strings_meshes_and_rods_are_carried_over_or_begun_again():
     assert prolonged(run, net("string", 8, 1)[0]) is None
 
 
+def test_the_response_of_a_line_in_tension_is_measured():
+    """A plan makes it stiffer, by which its length without stress changes."""
+    scene = ancf.Scene((0.0, 0.0))
+    made = ancf.Circle(0.02), ancf.Material(1e8, 1e3)
+    rod = scene.add_beam("thin", (0, 0), (1, 0), "auto", *made, tension=30.0)
+    scene.clamp(rod.start)
+    scene.clamp(rod.end)
+    place = rod.at(0.25 * rod.length)
+    scene.point_force(place, (0.0, -1.0))
+    plan = ancf.plan(scene, quantity=ancf.static_deflection(place), error="0.05 %")
+    assert plan.is_met
+    assert "it neglects about shear" in str(plan)
+
+
 def test_plans_of_equilibria_take_less_work_for_the_same_choice(monkeypatch):
     def planned():
         scene, rod = cantilever("thin", "auto")
