@@ -21,7 +21,7 @@ cdef struct Scheme:
     double *b0  # a0 itself where it is the true acceleration
     bint shifted  # whether b0 differs from a0
     Control control
-    ptrdiff_t evaluated  # residuals so far
+    ptrdiff_t evaluated, matrices  # residuals and matrices so far
     ancf_watch refused  # the energy watch at the last solution that was rejected
     ancf_watch tried  # the same of the first step accepted on trial, see `try_it`
     double most_tried  # the largest gain of such steps
@@ -31,8 +31,9 @@ cdef struct Scheme:
 include "loop.pxi"
 
 
-# The energy of a step that took this many residuals is checked before the step is accepted.
-cdef ptrdiff_t HARD_STEP = 5
+# The energy of a step that took this many residuals, or matrices as Newton's fewer corrections do,
+# is checked before the step is accepted.
+cdef ptrdiff_t HARD_STEP = 5, HARD_FOR_NEWTON = 3
 
 
 cdef class March(TimeLoop):
@@ -223,6 +224,7 @@ cdef void evaluate(Motion *self) noexcept nogil:
 
 cdef void matrix(void *context, double *values) noexcept nogil:
     cdef Motion *self = <Motion *>context
+    self.scheme.matrices += 1
     self.system.matrix(self.system.context, 1.0, self.scale, self.scheme.weights.v_new, self.q,
                        self.v, self.lam, self.amplitudes, values)
 
@@ -241,7 +243,7 @@ cdef inline const double *start_velocity(const Motion *self) noexcept nogil:
 cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     """Solve a step and check its error and energy; return an outcome."""
     cdef Control *control = &self.scheme.control
-    cdef ptrdiff_t before = self.scheme.evaluated
+    cdef ptrdiff_t evaluated = self.scheme.evaluated, matrices = self.scheme.matrices
     cdef int outcome = solver.solve(solver.context)
     if outcome != 0:
         measure(self)
@@ -251,7 +253,8 @@ cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     if control.seed != NULL and not accurate(
             control, self.system, self.dt, self.a0, self.a, self.r):
         return TOO_INACCURATE
-    if self.scheme.evaluated - before >= HARD_STEP and not settle(self, solver):
+    evaluated, matrices = self.scheme.evaluated - evaluated, self.scheme.matrices - matrices
+    if (evaluated >= HARD_STEP or matrices >= HARD_FOR_NEWTON) and not settle(self, solver):
         return WOULD_GAIN
     if control.seed != NULL and follow(control, self.n_all, self.dt):
         return MAY_GROW
