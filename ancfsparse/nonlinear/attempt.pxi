@@ -42,17 +42,20 @@ cdef inline double rate_of(const Loop *self, double size) noexcept nogil:
     return fmin(self.rate * size / self.measured, 0.99) if self.measured > 0.0 else 0.99
 
 
-cdef void finish(Loop *self, double size) noexcept nogil:
+cdef void finish(Loop *self, double size, bint needed) noexcept nogil:
     """Update with the last pair, and correct once more with the residual already computed.
 
-    This costs no further residual.  Davidon's inverse may be far off in a new direction, so its
-    correction could not be trusted without one; nor is one trusted that is longer than the last.
+    This costs no further residual, but a solve, unless the update takes it; so it is left out where it
+    is not needed.  Davidon's inverse may be far off in a new direction, so its correction could not
+    be trusted without a residual; nor is one trusted that is longer than the last.
     """
     cdef ptrdiff_t n = self.n
     if self.carry:
         scaled(self.parts, self.s, -1.0, self.z, n)
         combined(self.parts, self.y, 1.0, self.r_new, -1.0, self.r, n)
         learn(self, self.r_new)
+    elif not needed:
+        return
     elif self.polishes:
         multiply(self, self.r_new)
     if self.polishes and length(self, self.z) <= size:
@@ -74,7 +77,8 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
     # Whether the residual is evaluated after every correction, or estimated from the contraction.
     cdef bint looks = ((learns and always) or damped or self.sure or n > eq.n_coordinates
                        or not self.by_correction)
-    cdef double size, last_size = 0.0, norm, last_norm = 0.0, norm_new, start, bound = 0.0, allowed, left
+    cdef double size, last_size = 0.0, norm, last_norm = 0.0, norm_new, start, bound = 0.0
+    cdef double left, allowed = 0.0
     cdef double theta, last_theta = 0.0, remaining, progress, rate
     self.contraction = NAN
     self.extra_before = extra_so_far(self)
@@ -140,7 +144,8 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                                   fmax(self.constraint_tolerance, bound)))
         if done:
             if (self.by_correction or not newton) and size > self.noise:
-                finish(self, size)
+                # What a last correction is trusted to leave may be left without it.
+                finish(self, size, self.sure or norm_new > TRUST * allowed)
             return CONVERGED
         if norm_new > GROWTH * start and it > 0 and not damped:
             return DIVERGED
