@@ -26,7 +26,7 @@ from ancfsparse.studies.bench.sweep import SweepBench
 from ancfsparse.studies.bench.sweep import bench_sweep as run_bench_sweep
 from ancfsparse.studies.commands import report, study
 from ancfsparse.studies.common import paper
-from ancfsparse.studies.common.files import check_targets, fill_page
+from ancfsparse.studies.common.files import check_targets, fill_page, plain
 from ancfsparse.studies.table1.report import ON_BENCHMARKS
 from ancfsparse.studies.table1.report import STUDY as TABLE1
 
@@ -280,7 +280,8 @@ def bench_sweep(
 def _report(result: KernelBench | PaperBench | SweepBench, save: str | None) -> None:
     typer.echo(str(result))
     if save is not None:
-        write_json(result.record(), save)
+        targets = [each.record() for each in result.targets]
+        write_json(plain(result) | {"targets": targets}, save)
 
 
 def write_json(data: dict[str, Any], target: str) -> None:

@@ -17,7 +17,7 @@ from ancfsparse.studies.error_budget.report import STUDY as ERROR_BUDGET
 from ancfsparse.studies.lattices.report import STUDY as LATTICES
 from ancfsparse.studies.long_runs.report import STUDY as LONG_RUNS
 from ancfsparse.studies.mechanisms.report import STUDY as MECHANISMS
-from ancfsparse.studies.memory.lattices_report import STUDY as MEMORY_LATTICES
+from ancfsparse.studies.memory.lattices import STUDY as MEMORY_LATTICES
 from ancfsparse.studies.memory.report import STUDY as MEMORY
 from ancfsparse.studies.scaling.report import STUDY as SCALING
 from ancfsparse.studies.stability.report import STUDY as STABILITY

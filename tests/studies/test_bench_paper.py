@@ -8,6 +8,7 @@ import pytest
 
 from ancfsparse.cli import main
 from ancfsparse.studies.bench.paper import bench_paper
+from ancfsparse.studies.common.files import plain
 
 
 def test_missing_exudyn_is_one_clear_sentence(monkeypatch, capsys):
@@ -30,4 +31,4 @@ def test_same_discretisation_gives_the_same_motion():
     np.testing.assert_allclose(ours.tip, theirs.tip, rtol=0, atol=1e-6)
     assert len(result.speed_ups) == 12
     assert "Exudyn's best / L2T2" in str(result)
-    assert len(json.loads(json.dumps(result.record()))["targets"]) == 5
+    assert len(json.loads(json.dumps(plain(result)))["targets"]) == 5

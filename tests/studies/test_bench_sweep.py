@@ -13,7 +13,7 @@ def test_a_sweep_has_equal_numbers_and_counts_the_time_of_all_processes():
     assert found.sweep_processor > found.own_processor > 0.0
     assert found.loop_processor > 0.0
     assert "12 pendulums of 10 elements, 2 processes; numbers equal bit for bit" in str(found)
-    assert {each["what"] for each in found.record()["targets"]} == {
+    assert {each.what for each in found.targets} == {
         "gain on the clock",
         "gain by time of processors",
         "overhead in time of processors",

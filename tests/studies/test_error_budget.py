@@ -60,7 +60,7 @@ def test_files(budget, tmp_path):
     paths = STUDY.write(budget, tmp_path)
     assert [p.name for p in paths] == [f"error-budget.{kind}" for kind in ("csv", "json", "png")]
     data = json.loads(paths[1].read_text(encoding="utf-8"))
-    assert set(data["choice"]) == {"Thin", "Thin, Biot", "L2T2"}
+    assert set(data["references"]) == {"Thin", "Thin, Biot", "L2T2"}
     assert len(data["parts"]) == len(budget.parts)
     assert paths[2].stat().st_size > 10_000
     assert "L2T2" in STUDY.text(budget)

@@ -6,9 +6,8 @@ import json
 import pytest
 
 from ancfsparse.cli import main
-from ancfsparse.studies.lattices.findings import findings, targets
 from ancfsparse.studies.lattices.jobs import OTHERS, RUNS, Job, jobs_of
-from ancfsparse.studies.lattices.report import STUDY, chart
+from ancfsparse.studies.lattices.report import STUDY, chart, findings, targets
 from ancfsparse.studies.lattices.run import Row, _again_in_turn, in_process, pairs, run
 
 

@@ -35,7 +35,7 @@ def found():
             rows.append(Row(scene, dt, "Exudyn", "rough", 1e-4, 2.0 * dt**2, 3.0))
             rows.append(Row(scene, dt, "Exudyn", "fast", factor * 1e-3, 1.01 * dt**2, 4.0))
             rows.append(Row(scene, dt, "Exudyn", "failed", math.nan, math.nan, math.nan))
-    return Comparison(rows, 1)
+    return Comparison(rows, {"rounds": 1})
 
 
 def test_the_fastest_of_equal_error_counts(found, tmp_path):

@@ -6,8 +6,7 @@ import pytest
 
 from ancfsparse.cli import main
 from ancfsparse.studies.memory import lattices as module
-from ancfsparse.studies.memory.lattices import Row, beside, entrants, findings
-from ancfsparse.studies.memory.lattices_report import STUDY, chart
+from ancfsparse.studies.memory.lattices import STUDY, Row, beside, chart, entrants, findings
 
 
 def row(update, pairs, carry, work, h_omega=50.0, failed=False):

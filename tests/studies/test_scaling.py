@@ -10,9 +10,8 @@ from ancfsparse.cli import main
 from ancfsparse.studies.common.worker import Worker
 from ancfsparse.studies.scaling import roofline as module
 from ancfsparse.studies.scaling import worker as scaling_job
-from ancfsparse.studies.scaling.charts import chart
 from ancfsparse.studies.scaling.findings import findings, skipped, targets
-from ancfsparse.studies.scaling.report import STUDY
+from ancfsparse.studies.scaling.report import STUDY, chart
 from ancfsparse.studies.scaling.roofline import Loop, Roofline, roofline, triad
 from ancfsparse.studies.scaling.rows import TITLES, Row, Scaling, ratios, slope
 from ancfsparse.studies.scaling.run import MORE, enough, leave_out, scaling
@@ -52,7 +51,7 @@ def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     assert all(float(row["iterations_per_step"]) >= 1 for row in table)
     data = json.loads((tmp_path / "scaling.json").read_text(encoding="utf-8"))
     assert len(data["rows"]) == len(table)
-    assert data["roofline"]["loops"][0]["share_of_triad"] == 0.25
+    assert data["roofline"]["loops"][0]["bytes"] == 50.0
     assert len(data["targets"]) == 5
     text = page.read_text(encoding="utf-8")
     assert "| net falling from rest, 3 x 3 | 12 |" in text

@@ -32,8 +32,8 @@ from ancfsparse.studies.stability.cells import (
     unsure_work,
     work_of,
 )
-from ancfsparse.studies.stability.charts import integrator_chart, solver_chart
 from ancfsparse.studies.stability.findings import solver_headline
+from ancfsparse.studies.stability.report import integrator_chart, solver_chart
 from ancfsparse.studies.stability.run import (
     CALM_SHARE,
     FOR_ALL_SOLVERS,

@@ -2,14 +2,18 @@
 
 import csv
 import json
+import math
 import re
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NamedTuple
 
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 from ancfsparse.studies import commands
+from ancfsparse.studies.common.files import plain
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import Table, bullets
 from ancfsparse.studies.common.target import Target
@@ -62,7 +66,24 @@ def test_a_table_alone_is_enough(tmp_path):
         tables=lambda numbers: [],
         rows=lambda numbers: [{"n": n} for n in numbers],
     )
-    assert [path.name for path in bare.write([1], tmp_path)] == ["bare.csv"]
+    assert [path.name for path in bare.write([1], tmp_path)] == ["bare.csv", "bare.json"]
+    assert json.loads((tmp_path / "bare.json").read_text(encoding="utf-8")) == {"rows": [1]}
+
+
+def test_a_result_is_written_as_json_has_it():
+    class Spot(NamedTuple):
+        x: float
+
+    @dataclass
+    class Found:
+        spots: list[Spot]
+        at: dict[tuple[str, str], np.ndarray]
+        longest: float
+        scene: object = field(repr=False)
+
+    found = Found([Spot(1.0)], {("a", "b"): np.array([2.0, np.inf])}, math.nan, object())
+    expected = {"spots": [{"x": 1.0}], "at": {"a, b": [2.0, None]}, "longest": None}
+    assert plain(found) == expected
 
 
 @pytest.mark.parametrize("gallery", ["gallery", "docs/gallery"])

@@ -10,7 +10,7 @@ import pytest
 from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.studies.common import paper
 from ancfsparse.studies.table1 import cells, figures, report
-from ancfsparse.studies.table1.findings import findings
+from ancfsparse.studies.table1.report import findings
 from ancfsparse.studies.table1.run import table1
 
 ROWS = ("L2T2", "Thin")
@@ -107,7 +107,7 @@ def test_the_march_of_a_cell_leaves_its_set_up_out(table, monkeypatch):
         return run
 
     monkeypatch.setattr(cells, "march", timed)
-    cell = cells.Bench("Thin", 0.01, 5e-4, 20.0, 1).march("Davidon")
+    cell = cells.Bench("Thin", 0.01, 5e-4, 20.0, 1).run("Davidon")
     assert (cell.seconds, cell.set_up_seconds) == (0.25, 7.0)
     assert math.isnan(table.cells["Thin", "RK23"].set_up_seconds)
 

@@ -12,8 +12,7 @@ from ancfsparse.cli import main
 from ancfsparse.studies.common.race import OURS, Point, Task
 from ancfsparse.studies.common.references import Reference
 from ancfsparse.studies.total_error import run as module
-from ancfsparse.studies.total_error.findings import findings, headline
-from ancfsparse.studies.total_error.report import STUDY, chart
+from ancfsparse.studies.total_error.report import STUDY, chart, findings, headline
 from ancfsparse.studies.total_error.run import TotalError, element_forces, total_error
 
 
@@ -120,7 +119,7 @@ def test_files(short, tmp_path):
     with paths[0].open(encoding="utf-8") as file:
         assert len(list(csv.DictReader(file))) == len(short.points)
     data = json.loads(paths[1].read_text(encoding="utf-8"))
-    assert len(data["paper"]) == 3
+    assert len(data["points"]) == len(short.points)
     assert data["findings"] == findings(short)
     assert paths[2].stat().st_size > 10_000
     assert "The paper's choice" in STUDY.text(short)

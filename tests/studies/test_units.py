@@ -35,7 +35,7 @@ def test_the_table_and_the_file_hold_every_run(runs, tmp_path):
     text = units.STUDY.text(runs)
     assert all(scene in text for scene in units.SCENES)
     assert text.count("\n") == len(list(units.cases())) + 5
-    (path,) = units.STUDY.write(runs, tmp_path / "out")
+    path, _ = units.STUDY.write(runs, tmp_path / "out")
     with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(runs)

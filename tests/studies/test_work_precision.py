@@ -16,8 +16,7 @@ from ancfsparse.studies.common.entrants import INTEGRATORS, Integrator, entrants
 from ancfsparse.studies.common.models import MODELS
 from ancfsparse.studies.common.race import OURS, Point, Task, race
 from ancfsparse.studies.common.references import Reference, march
-from ancfsparse.studies.work_precision.findings import findings, headline
-from ancfsparse.studies.work_precision.report import STUDY, chart
+from ancfsparse.studies.work_precision.report import STUDY, chart, findings, headline
 from ancfsparse.studies.work_precision.run import LEVELS, WorkPrecision, work_precision
 
 MODEL = "Thin, Biot"
@@ -180,5 +179,5 @@ def test_command_writes_tables_and_charts_without_peers(tmp_path, capsys, monkey
     assert all(row["note"] or float(row["seconds"]) > 0.0 for row in table)
     data = json.loads((tmp_path / "work-precision.json").read_text(encoding="utf-8"))
     assert len(data["points"]) == len(table)
-    assert data["references"]["L2T2"]["uncertainty_m"] < 1e-9
+    assert data["references"]["L2T2"]["uncertainty"] < 1e-9
     assert (tmp_path / "work-precision.png").stat().st_size > 10_000

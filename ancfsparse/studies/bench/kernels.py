@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import subprocess
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
-from ancfsparse.dispatch import available_instruction_sets, instruction_set
+from ancfsparse.dispatch import available_instruction_sets
 from ancfsparse.kernels.benchmark import Timing, kernel_table, speed_ratios
 from ancfsparse.kernels.catalog import REFERENCES, module_names
 from ancfsparse.studies.common.progress import bar as progress_bar
@@ -36,15 +35,6 @@ class KernelBench:
     timings: list[Timing]
     lanes: dict[str, tuple[float, float]]
     targets: list[Target]
-
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        return {
-            "instruction_set": instruction_set(),
-            "kernels": [asdict(each) for each in self.timings],
-            "force_ns_one_lane_and_full": self.lanes,
-            "targets": [each.record() for each in self.targets],
-        }
 
     def __str__(self) -> str:
         """Set the table for a terminal: a line per kernel, a column per instruction set."""

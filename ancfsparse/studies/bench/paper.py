@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import statistics
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +20,7 @@ from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.common.target import Target
 from ancfsparse.studies.peers.exudyn import Setting, load
 from ancfsparse.studies.peers.exudyn_pendulum import SETTINGS, run_exudyn
-from ancfsparse.studies.table1.cells import ROWS, march, median_of
+from ancfsparse.studies.table1.cells import ROWS, march, repeated
 
 # Tips are compared this often [s].
 INTERVAL = 0.5
@@ -81,40 +83,15 @@ class PaperBench:
     tip_difference: float
     settings: dict[str, Any]
 
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        return {
-            "settings": self.settings,
-            "contestants": [
-                {
-                    "name": each.name,
-                    "median_seconds": each.median,
-                    "seconds": each.seconds,
-                    "iterations_per_step": each.iterations_per_step,
-                    "tip_m": each.tip.tolist(),
-                }
-                for each in self.contestants
-            ],
-            "biot_against_exudyn_tip_difference_m": self.tip_difference,
-            "paper": [
-                {"element": row, "method": column, "speed_up": value}
-                for (row, column), value in self.speed_ups.items()
-            ],
-            "targets": [each.record() for each in self.targets],
-        }
-
     def __str__(self) -> str:
         """Set the tables for a terminal."""
         fastest = _fastest_peer(self.contestants).median
-        times = [
-            [
-                each.name,
-                f"{1e3 * each.median:.1f}",
-                f"{each.iterations_per_step:.2f}",
-                f"{fastest / each.median:.2f}",
-            ]
-            for each in self.contestants
-        ]
+        columns: dict[str, Callable[[Contestant], str]] = {
+            "": lambda each: each.name,
+            "milliseconds": lambda each: f"{1e3 * each.median:.1f}",
+            "iter./step": lambda each: f"{each.iterations_per_step:.2f}",
+            "Exudyn / it": lambda each: f"{fastest / each.median:.2f}",
+        }
         title = (
             f"Planar pendulum, {paper.ELEMENTS} elements, dt = {paper.DT:g} s, "
             f"{self.settings['t_end_s']:g} s, {self.settings['instruction_set']}, "
@@ -125,7 +102,7 @@ class PaperBench:
             for row in paper.SECONDS
         ]
         parts = [
-            Table(["", "milliseconds", "iter./step", "Exudyn / it"], times, title=title),
+            Table.of(self.contestants, columns, title=title),
             "Thin biot and Exudyn, the same discretisation, differ by "
             f"{self.tip_difference:.1e} m at the tip.",
             Table(
@@ -167,18 +144,15 @@ def _race(problems: dict[str, Problem], t_end: float, repeats: int, bar: Any) ->
     """Run all contestants in turn."""
     mesh = next(iter(problems.values()))
 
-    def ours(name: str) -> Contestant:
-        run = march(problems[name], "Davidon", t_end, paper.DT, round(INTERVAL / paper.DT))
-        tip = run.position(problems[name].rod.end)[1:]
-        return Contestant(name, [run.stats.march_seconds], run.stats.iterations_per_step, tip)
-
-    def theirs(setting: Setting) -> Contestant:
-        peer = run_exudyn(mesh, setting, t_end, paper.DT, INTERVAL)
-        return Contestant(setting.name, [peer.seconds], peer.iterations_per_step, peer.tip)
-
     def run(entrant: str | Setting) -> Contestant:
-        bar.set_description(entrant if isinstance(entrant, str) else entrant.name)
-        return ours(entrant) if isinstance(entrant, str) else theirs(entrant)
+        if isinstance(entrant, Setting):
+            bar.set_description(entrant.name)
+            peer = run_exudyn(mesh, entrant, t_end, paper.DT, INTERVAL)
+            return Contestant(entrant.name, [peer.seconds], peer.iterations_per_step, peer.tip)
+        bar.set_description(entrant)
+        run = march(problems[entrant], "Davidon", t_end, paper.DT, round(INTERVAL / paper.DT))
+        tip = run.position(problems[entrant].rod.end)[1:]
+        return Contestant(entrant, [run.stats.march_seconds], run.stats.iterations_per_step, tip)
 
     entrants: list[str | Setting] = [*problems, *SETTINGS]
     return [
@@ -194,12 +168,8 @@ def _against_paper(t_end: float, bar: Any) -> dict[tuple[str, str], float]:
         problem = ROWS[row].problem()
         for column in paper.QUASI_NEWTON:
             bar.set_description(f"{row}, {column}")
-
-            def once(problem: Problem = problem, column: str = column) -> tuple[float, None]:
-                run = march(problem, column, t_end, paper.DT, round(INTERVAL / paper.DT))
-                return run.stats.march_seconds, None
-
-            seconds, _, _ = median_of(once, 5)
+            once = partial(march, problem, column, t_end, paper.DT, round(INTERVAL / paper.DT))
+            seconds = statistics.median(run.stats.march_seconds for run in repeated(once, 5))
             speed_ups[row, column] = theirs[column] * (t_end / paper.T_END) / seconds
             bar.update()
     return speed_ups

@@ -5,7 +5,7 @@ from __future__ import annotations
 import resource
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -60,10 +60,6 @@ class SweepBench:
             Target("gain by time of processors", by_processor, 0.9 * self.workers),
             Target("overhead in time of processors", overhead, 0.05, at_most=True),
         ]
-
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        return {**asdict(self), "targets": [each.record() for each in self.targets]}
 
     def __str__(self) -> str:
         """Set the numbers for a terminal."""

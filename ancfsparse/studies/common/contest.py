@@ -42,15 +42,6 @@ class Contest:
         """List runs without result, and programs that did not run."""
         return [*(f"Without result: {each}" for each in failures(self.points)), *self.missing]
 
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        return {
-            "settings": self.settings,
-            "references": {name: each.record() for name, each in self.references.items()},
-            "missing": self.missing,
-            "points": [each.record() for each in self.points],
-        }
-
 
 def failures(points: Sequence[Point]) -> list[str]:
     """Sum up runs without result: one line per method, model, value and kind of reason."""

@@ -3,12 +3,31 @@
 from __future__ import annotations
 
 import csv
+import math
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ancfsparse.errors import InputError
+
+
+def plain(value: Any) -> Any:
+    """Return a result as JSON has it: objects, lists, and null for what is no finite number."""
+    if is_dataclass(value):
+        return {f.name: plain(getattr(value, f.name)) for f in fields(value) if f.repr}
+    if isinstance(value, Mapping):
+        return {k if isinstance(k, str) else ", ".join(k): plain(v) for k, v in value.items()}
+    if hasattr(value, "_asdict"):
+        return plain(value._asdict())
+    if isinstance(value, np.ndarray | list | tuple):
+        return [plain(each) for each in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def write_csv(records: Sequence[dict[str, Any]], path: Path) -> None:

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 from tqdm import tqdm
 
+from ancfsparse.studies.common.files import plain
 from ancfsparse.studies.common.models import Tips, distance
 
 # A run that took so long is not repeated [s].
@@ -122,21 +123,9 @@ class Point:
 
     def record(self) -> dict[str, Any]:
         """Return it by the names that files use; None for what is missing."""
-        task = self.task
-        record = {
-            "program": task.program,
-            "method": task.method,
-            "solver": task.solver,
-            "model": task.model,
-            "elements": task.elements,
-            "knob": task.knob,
-            "value": task.value,
-            "seconds": self.seconds,
-            "tip_error_m": self.error,
-            **self.counts,
-            "note": self.note,
-        }
-        return {key: None if value != value else value for key, value in record.items()}
+        found = {"seconds": self.seconds, "tip_error_m": self.error, **self.counts}
+        row: dict[str, Any] = plain(plain(self.task) | found | {"note": self.note})
+        return row
 
 
 def in_turn(

@@ -40,10 +40,6 @@ class Reference:
     uncertainty: float
     how: str
 
-    def record(self) -> dict[str, object]:
-        """Return it for JSON."""
-        return {"tip_m": self.tip.tolist(), "uncertainty_m": self.uncertainty, "how": self.how}
-
 
 def converged_in_time(model: str, elements: int, t_end: float, dt: float) -> Reference:
     """Solve a mesh exactly in time, twice: by DOP853 and by the trapezoidal rule, extrapolated.

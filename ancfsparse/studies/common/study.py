@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.common.files import check_targets, fill_page, write_csv
+from ancfsparse.studies.common.files import check_targets, fill_page, plain, write_csv
 from ancfsparse.studies.common.tables import Table, bullets
 from ancfsparse.studies.common.target import Target
 
@@ -36,7 +36,7 @@ class Study(Generic[Result]):
     heading : callable, optional
         Gives the lines above the tables on a terminal.
     record : callable, optional
-        Gives one JSON object, to which findings and targets are added.
+        Gives what goes into the JSON object besides findings and targets: by default the result.
     findings : callable, optional
         Gives sentences that are worked out from the numbers.
     targets : callable, optional
@@ -57,7 +57,7 @@ class Study(Generic[Result]):
     tables: Callable[[Result], Sequence[Table]]
     rows: Callable[[Result], Sequence[dict[str, Any]]]
     heading: Callable[[Result], str] | None = None
-    record: Callable[[Result], dict[str, Any]] | None = None
+    record: Callable[[Result], Any] = lambda result: result
     findings: Callable[[Result], list[str]] | None = None
     targets: Callable[[Result], list[Target]] | None = None
     notes: Callable[[Result], list[str]] | None = None
@@ -88,7 +88,8 @@ class Study(Generic[Result]):
 
     def as_record(self, result: Result) -> dict[str, Any]:
         """Return the JSON object with targets and findings."""
-        record = {} if self.record is None else self.record(result)
+        found = plain(self.record(result))
+        record: dict[str, Any] = found if isinstance(found, dict) else {"rows": found}
         if self.targets is not None:
             record["targets"] = [each.record() for each in self.targets(result)]
         if self.findings is not None:
@@ -100,11 +101,9 @@ class Study(Generic[Result]):
         folder.mkdir(parents=True, exist_ok=True)
         paths = [folder / f"{self.name}.csv"]
         write_csv(self.rows(result), paths[0])
-        record = self.as_record(result)
-        if record:
-            paths.append(folder / f"{self.name}.json")
-            text = json.dumps(record, indent=1, allow_nan=False)
-            paths[-1].write_text(text + "\n", encoding="utf-8")
+        paths.append(folder / f"{self.name}.json")
+        text = json.dumps(self.as_record(result), indent=1, allow_nan=False)
+        paths[-1].write_text(text + "\n", encoding="utf-8")
         for stem, draw in self.charts.items():
             paths.append(folder / f"{stem}.png")
             draw(result).savefig(paths[-1], dpi=DPI)

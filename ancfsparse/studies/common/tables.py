@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
+
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,18 @@ class Table:
     rows: Sequence[Sequence[str]]
     left: Sequence[int] = (0,)
     title: str = ""
+
+    @classmethod
+    def of(
+        cls,
+        items: Iterable[Item],
+        columns: Mapping[str, Callable[[Item], str]],
+        left: Sequence[int] = (0,),
+        title: str = "",
+    ) -> Table:
+        """Set a line for each item; `columns` gives the cell under each head."""
+        rows = [[cell(each) for cell in columns.values()] for each in items]
+        return cls(list(columns), rows, left, title)
 
     def markdown(self) -> list[str]:
         """Return the lines for a page."""

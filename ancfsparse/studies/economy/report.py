@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
@@ -22,19 +23,24 @@ FREE, SHARE = 0.2, 0.15
 COLOURS = ("#0072b2", "#e69f00", "#d55e00")
 
 
+COLUMNS: dict[str, Callable[[Outcome], str]] = {
+    "scene": lambda each: each.scene,
+    "asked": lambda each: f"{100 * each.asked:g} %",
+    "reached / asked": lambda each: _number(each.share),
+    "predicted / asked": lambda each: _number(each.predicted / each.asked),
+    "plan": lambda each: each.reason or each.choice,
+    "best by hand": lambda each: each.best or "none",
+    "plan ms": lambda each: f"{1e3 * each.pilot_seconds:.1f}",
+    "run ms": lambda each: f"{1e3 * each.run_seconds:.1f}",
+    "best ms": lambda each: _number(1e3 * each.best_seconds),
+    "cost / best": lambda each: _number(each.cost),
+    "work / best": lambda each: _number(each.work),
+}
+
+
 def table(result: Economy) -> Table:
     """Set a line for each scene and error."""
-    head = ["scene", "asked", "reached / asked", "predicted / asked", "plan", "best by hand",
-            "plan ms", "run ms", "best ms", "cost / best", "work / best"]  # fmt: skip
-    rows = []
-    for each in result.outcomes:
-        rows.append([
-            each.scene, f"{100 * each.asked:g} %", _number(each.share),
-            _number(each.predicted / each.asked), each.reason or each.choice, each.best or "none",
-            f"{1e3 * each.pilot_seconds:.1f}", f"{1e3 * each.run_seconds:.1f}",
-            _number(1e3 * each.best_seconds), _number(each.cost), _number(each.work),
-        ])  # fmt: skip
-    return Table(head, rows, (0, 4, 5))
+    return Table.of(result.outcomes, COLUMNS, (0, 4, 5))
 
 
 def _number(value: float) -> str:
@@ -183,7 +189,6 @@ STUDY = Study(
         {**asdict(each), "share": each.share, "cost": each.cost, "work": each.work}
         for each in result.outcomes
     ],
-    record=Economy.record,
     findings=findings,
     charts={"economy": chart},
     targets=targets,

@@ -11,7 +11,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import get_context
 from typing import Any
@@ -120,15 +120,6 @@ class Economy:
 
     outcomes: list[Outcome]
     settings: dict[str, Any]
-
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object; what is missing is null."""
-        rows = [
-            {k: None if isinstance(v, float) and not math.isfinite(v) else v
-             for k, v in asdict(each).items()}
-            for each in self.outcomes
-        ]  # fmt: skip
-        return {"settings": self.settings, "outcomes": rows}
 
 
 @dataclass(frozen=True)

@@ -146,7 +146,6 @@ STUDY = Study(
     heading=heading,
     tables=lambda budget: [parts(budget)],
     rows=lambda budget: [asdict(p) for p in budget.parts],
-    record=Budget.record,
     findings=Budget.findings,
     charts={"error-budget": chart},
     regions={"error-budget": parts},

@@ -6,7 +6,7 @@ Each part is measured alone, against a reference of its own whose uncertainty st
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from ancfsparse.checks import check_choice
@@ -117,18 +117,6 @@ class Budget:
                 f"{first.error:.1e} m, {first.error / second.error:.0f} times the {second.part}"
             )
         return sentences
-
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        return {
-            "settings": self.settings,
-            "references": {name: each.record() for name, each in self.references.items()},
-            "choice": {
-                model: {part: asdict(p) for part, p in self.choice(model).items()}
-                for model in self.references
-            },
-            "parts": [asdict(p) for p in self.parts],
-        }
 
 
 def error_budget(

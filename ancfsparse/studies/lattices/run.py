@@ -46,6 +46,11 @@ class Row(Answered):
         """Time of a step for each element [microseconds]."""
         return 1e6 * float(self.record["seconds"]) / (self.job.steps * self.job.elements)
 
+    @property
+    def inner(self) -> float:
+        """Sweeps and products with the matrix per step."""
+        return float(self.record["sweeps"] + self.record["products"])
+
     def flat(self) -> dict[str, Any]:
         """Return one line of the table."""
         line = asdict(self.job) | {"elements": self.job.elements, "note": self.note}

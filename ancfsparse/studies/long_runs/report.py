@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -29,27 +30,28 @@ COLOURS = {
 """Of each integrator, from its shortest step to its longest."""
 
 
+def _end(run: LongRun) -> str:
+    if run.reason:
+        return f"{REASONS[run.reason]} at {run.stopped:.3g} s"
+    return f"{run.t[-1]:.4g} s"
+
+
+COLUMNS: dict[str, Callable[[LongRun], str]] = {
+    "": lambda run: run.label,
+    "end": _end,
+    "energy at the end": lambda run: f"{100 * run.energy[-1]:+.2g} %",
+    "most above the start": lambda run: f"{100 * run.rise:.1e} %",
+    "drift per second": lambda run: f"{100 * run.rate:+.1e} %",
+    "iterations per step": lambda run: f"{run.iterations:.2g}" if run.iterations else "-",
+    "steps halved": lambda run: str(run.halved),
+    "s": lambda run: f"{run.seconds:.2g}",
+    "memory grew": lambda run: "no" if run.growth <= NOISE else f"{run.growth / 1e6:.0f} MB",
+}
+
+
 def table(result: LongRuns) -> Table:
     """Set a line for each run."""
-    head = [
-        "", "end", "energy at the end", "most above the start", "drift per second",
-        "iterations per step", "steps halved", "s", "memory grew",
-    ]  # fmt: skip
-    rows = []
-    for run in result.runs:
-        end = f"{run.t[-1]:.4g} s"
-        if run.reason:
-            end = f"{REASONS[run.reason]} at {run.stopped:.3g} s"
-        rows.append([
-            run.label, end, f"{100 * run.energy[-1]:+.2g} %", f"{100 * run.rise:.1e} %",
-            f"{100 * run.rate:+.1e} %", f"{run.iterations:.2g}" if run.iterations else "-",
-            str(run.halved), f"{run.seconds:.2g}", _grown(run),
-        ])  # fmt: skip
-    return Table(head, rows)
-
-
-def _grown(run: LongRun) -> str:
-    return "no" if run.growth <= NOISE else f"{run.growth / 1e6:.0f} MB"
+    return Table.of(result.runs, COLUMNS)
 
 
 def findings(result: LongRuns) -> list[str]:
@@ -139,7 +141,6 @@ STUDY = Study(
     run=long_runs,
     tables=lambda result: [table(result)],
     rows=lambda result: [run.record() for run in result.runs],
-    record=LongRuns.record,
     findings=findings,
     charts={"long-runs": chart},
     regions={"long-runs": table},

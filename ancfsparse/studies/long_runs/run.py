@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -122,8 +122,8 @@ class LongRun:
 
     label: str
     dt: float
-    t: Vector
-    energy: Vector
+    t: Vector = field(repr=False)
+    energy: Vector = field(repr=False)
     stopped: float
     reason: str
     seconds: float
@@ -176,10 +176,6 @@ class LongRuns:
 
     runs: list[LongRun]
     settings: dict[str, Any]
-
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        return {"settings": self.settings, "runs": [run.record() for run in self.runs]}
 
 
 def long_runs(

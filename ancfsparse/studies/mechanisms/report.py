@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict
 
 from matplotlib.figure import Figure
@@ -10,26 +11,23 @@ from ancfsparse.studies.common.charts import SMALL, WIDTH, set_axes, set_head, s
 from ancfsparse.studies.common.race import OURS
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import Table, bullets
-from ancfsparse.studies.mechanisms.run import WANTED, Comparison, mechanisms
+from ancfsparse.studies.mechanisms.run import WANTED, Comparison, Row, mechanisms
 
-HEAD = ("mechanism", "step [s]", "error [m]", "ours [ms]", "Exudyn [ms]", "how", "ratio")
+COLUMNS: dict[str, Callable[[tuple[Row, Row]], str]] = {
+    "mechanism": lambda pair: pair[0].scene,
+    "step [s]": lambda pair: f"{pair[0].dt:.2g}",
+    "error [m]": lambda pair: ", ".join(f"{each.error:.1e}" for each in pair),
+    "ours [ms]": lambda pair: f"{1e3 * pair[0].seconds:.1f}",
+    "Exudyn [ms]": lambda pair: f"{1e3 * pair[1].seconds:.0f}",
+    "how": lambda pair: pair[1].newton,
+    "ratio": lambda pair: f"{pair[1].seconds / pair[0].seconds:.1f}",
+}
+"""Of our row and the fastest of Exudyn's."""
 
 
 def comparison(found: Comparison) -> Table:
     """Set a line for each mechanism and step."""
-    rows = [
-        [
-            ours.scene,
-            f"{ours.dt:.2g}",
-            f"{ours.error:.1e}, {other.error:.1e}",
-            f"{1e3 * ours.seconds:.1f}",
-            f"{1e3 * other.seconds:.0f}",
-            other.newton,
-            f"{other.seconds / ours.seconds:.1f}",
-        ]
-        for ours, other in found.pairs()
-    ]
-    return Table(HEAD, rows, left=(0, 5))
+    return Table.of(found.pairs(), COLUMNS, left=(0, 5))
 
 
 def as_markdown(found: Comparison) -> str:
@@ -83,7 +81,6 @@ STUDY = Study(
     run=mechanisms,
     tables=lambda found: [comparison(found)],
     rows=lambda found: [asdict(row) for row in found.rows],
-    record=Comparison.record,
     findings=Comparison.findings,
     targets=Comparison.targets,
     charts={"mechanisms": chart},

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -118,12 +118,12 @@ class Comparison:
     ----------
     rows : list of Row
         By mechanism, step and program, ours first.
-    rounds : int
-        Runs of each, in turn.
+    settings : dict
+        How, and on what.
     """
 
     rows: list[Row]
-    rounds: int
+    settings: dict[str, Any]
 
     def pairs(self) -> list[tuple[Row, Row]]:
         """Return for each mechanism and step ours, and the fastest of Exudyn's of equal error."""
@@ -167,16 +167,6 @@ class Comparison:
                 out.append(Target(f"Exudyn / ours at equal error: {scene}", min(ratios), WANTED))
         return out
 
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        settings = {"rounds": self.rounds, "integrator": repr(INTEGRATOR), **environment()}
-        return {"settings": settings, "rows": [_plain(row) for row in self.rows]}
-
-
-def _plain(row: Row) -> dict[str, Any]:
-    found = asdict(row)
-    return {k: None if v != v else v for k, v in found.items()}
-
 
 def mechanisms(
     names: Sequence[str] = tuple(CASES), rounds: int = 5, progress: bool = False
@@ -197,7 +187,8 @@ def mechanisms(
             for finer in FINER:
                 rows += _race(name, finer, reference, rounds)
                 bar.update()
-    return Comparison(rows, rounds)
+    settings = {"rounds": rounds, "integrator": repr(INTEGRATOR), **environment()}
+    return Comparison(rows, settings)
 
 
 def _race(name: str, finer: int, reference: Array, rounds: int) -> list[Row]:

@@ -128,7 +128,6 @@ STUDY = Study(
     heading=heading,
     tables=lambda result: [_table(result, lambda scene: result.of(scene)[1:])],
     rows=lambda result: [_row(run) for run in result.runs],
-    record=MemoryStudy.record,
     findings=MemoryStudy.findings,
     charts={"memory": chart},
     regions={"memory": best},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from statistics import median
 from typing import Any
 
@@ -121,13 +121,6 @@ class MemoryStudy:
             f"({_name(carried)}), though iterations fall from {chord.iterations_per_step:.2f} "
             f"(chord) and {own.iterations_per_step:.2f} to {fewest:.2f} per step"
         )
-
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        return {
-            "settings": self.settings,
-            "runs": [asdict(run) | {"median_seconds": run.seconds} for run in self.runs],
-        }
 
 
 def _name(run: Run) -> str:

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -79,41 +78,23 @@ class Roofline:
     triad: float
     loops: list[Loop]
 
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        return {
-            "instruction_set": instruction_set(),
-            "triad_gigabytes_per_second": self.triad,
-            "loops": [
-                asdict(each)
-                | {
-                    "gigabytes_per_second": each.gigabytes_per_second,
-                    "share_of_triad": each.gigabytes_per_second / self.triad,
-                    "gigaflops": each.gigaflops,
-                }
-                for each in self.loops
-            ],
-        }
-
     def __str__(self) -> str:
         """Set the table for a terminal."""
-        rows = [
-            [
-                each.name,
-                f"{each.elements}",
-                f"{each.nanoseconds:.1f}",
-                f"{each.gigaflops:.1f}" * bool(each.operations),
-                f"{each.gigabytes_per_second:.1f}" * bool(each.bytes),
-                f"{each.gigabytes_per_second / self.triad:.0%}" * bool(each.bytes),
-            ]
-            for each in self.loops
-        ]
-        head = ["", "elements", "ns/element", "Gflop/s", "GB/s", "of triad"]
+        columns: dict[str, Callable[[Loop], str]] = {
+            "": lambda each: each.name,
+            "elements": lambda each: f"{each.elements}",
+            "ns/element": lambda each: f"{each.nanoseconds:.1f}",
+            "Gflop/s": lambda each: f"{each.gigaflops:.1f}" * bool(each.operations),
+            "GB/s": lambda each: f"{each.gigabytes_per_second:.1f}" * bool(each.bytes),
+            "of triad": lambda each: (
+                f"{each.gigabytes_per_second / self.triad:.0%}" * bool(each.bytes)
+            ),
+        }
         title = (
             f"Roofline, chain of l2t2, {instruction_set()}: a triad on large arrays moves "
             f"{self.triad:.1f} GB/s"
         )
-        return str(Table(head, rows, title=title))
+        return str(Table.of(self.loops, columns, title=title))
 
 
 def roofline(n_elements: int = 100_000, triad_numbers: int = 16_000_000) -> Roofline:

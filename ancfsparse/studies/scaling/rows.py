@@ -137,18 +137,6 @@ class Scaling:
             if row.job.elements in GROWTH_FROM
         }
 
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        return {
-            "settings": self.settings,
-            "rows": [r.flat() | {"seconds": r.seconds} for r in self.rows],
-            "counts": self.counts,
-            "ratios": [ratios(group) for group in self.by_size()],
-            "slopes": self.slopes(),
-            "growth": self.growth(),
-            "roofline": self.roofline.record(),
-        }
-
 
 def slope(points: Sequence[tuple[float, float]]) -> float:
     """Return the power of x that fits y best; NaN with fewer than two points that count."""

@@ -126,10 +126,6 @@ class Stability:
         """Return the calm runs of these solvers in which Newton saved more steps than it may."""
         return [run for run in self.calm_beside_newton() if run.newton > CALM_SHARE]
 
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        return {"settings": self.settings, "runs": [run.record() for run in self.runs]}
-
 
 def places(
     scenes: Sequence[str], stiffnesses: Sequence[float], steps: Sequence[float]

@@ -7,7 +7,8 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ from ancfsparse.studies.common.race import in_turn
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
+Kept = TypeVar("Kept")
 
 REFERENCE = "DOP853"
 # Stability bounds its steps, so the error is far below: 1e-11 m where compared.  Much tighter
@@ -187,60 +189,48 @@ class Bench:
         )
         self.reference = self._tip(precise)
 
-    def run(self, column: str) -> Cell:
-        """Fill a cell."""
-        return self.march(column) if column in METHODS else self._integrate(column)
-
-    def march(self, column: str, divide: int = 1) -> Cell:
-        """Fill a cell with one of our methods, its time step divided by a whole number."""
+    def run(self, column: str, divide: int = 1) -> Cell:
+        """Fill a cell; the time step of one of our methods is divided by a whole number."""
         empty = Cell(self.row, column)
-
-        def once() -> tuple[float, Trajectory]:
-            dt, save_every = self.dt / divide, self._every * divide
-            run = march(self.problem, column, self._t_end, dt, save_every)
-            return run.stats.march_seconds, run
-
+        fill = partial(self._march, divide=divide) if column in METHODS else self._integrate
         try:
-            seconds, runs, run = median_of(once, self._runs)
+            found = repeated(lambda: fill(column), self._runs)
         except StepFailure as failure:
             return replace(empty, note=f"failed at {failure.time:.3g} s")
-        filled = replace(
-            empty,
-            seconds=seconds,
-            runs=runs,
-            set_up_seconds=run.stats.seconds["set-up"],
-            evaluations=run.stats.residual_evaluations,
-            iterations_per_step=run.stats.iterations_per_step,
-        )
-        return self._judged(filled, run.position(self.problem.rod.end))
-
-    def _integrate(self, column: str) -> Cell:
-        empty = Cell(self.row, column)
-
-        def once() -> tuple[float, OdeRun]:
-            run = integrate(
-                self._equations,
-                column,
-                self.t,
-                paper.RTOL,
-                paper.ATOL,
-                cap=self._cap,
-                on_time=self._on_time,
-            )
-            return run.seconds, run
-
-        try:
-            seconds, runs, run = median_of(once, self._runs)
         except OutOfTimeError:
             return replace(empty, note=f"> {self._cap:g} s")
         except RuntimeError as failure:
             return replace(empty, note=str(failure))
-        filled = replace(empty, seconds=seconds, runs=runs, evaluations=run.evaluations)
-        return self._judged(filled, self._tip(run))
+        seconds = statistics.median(each.seconds for each in found)
+        return replace(found[-1], seconds=seconds, runs=len(found))
 
-    def _judged(self, cell: Cell, tip: Vector) -> Cell:
-        error = float(np.linalg.norm(tip - self.reference, axis=1).max())
-        return replace(cell, tip=tip, tip_error=error)
+    def _march(self, column: str, divide: int) -> Cell:
+        every = self._every * divide
+        run = march(self.problem, column, self._t_end, self.dt / divide, every)
+        tip = run.position(self.problem.rod.end)
+        return Cell(
+            self.row,
+            column,
+            run.stats.march_seconds,
+            set_up_seconds=run.stats.seconds["set-up"],
+            tip=tip,
+            tip_error=self._error(tip),
+            evaluations=run.stats.residual_evaluations,
+            iterations_per_step=run.stats.iterations_per_step,
+        )
+
+    def _integrate(self, column: str) -> Cell:
+        tolerances = paper.RTOL, paper.ATOL
+        run = integrate(
+            self._equations, column, self.t, *tolerances, cap=self._cap, on_time=self._on_time
+        )
+        tip, error = self._tip(run), self._error(self._tip(run))
+        return Cell(
+            self.row, column, run.seconds, tip=tip, tip_error=error, evaluations=run.evaluations
+        )
+
+    def _error(self, tip: Vector) -> float:
+        return float(np.linalg.norm(tip - self.reference, axis=1).max())
 
     def _tip(self, run: OdeRun) -> Vector:
         return combine(self._system.point(self.problem.rod.end), run.q)
@@ -268,8 +258,8 @@ def instants(t_end: float, dt: float) -> tuple[int, Vector]:
     return every, np.arange(steps // every + 1, dtype=np.float64) * (dt * every)
 
 
-def median_of(once: Callable[[], tuple[float, Any]], runs: int) -> tuple[float, int, Any]:
-    """Return the median time of a run [s], of how many runs, and the last result."""
+def repeated(once: Callable[[], Kept], runs: int) -> list[Kept]:
+    """Run so many times, but not again once that has taken `LONG_ENOUGH`."""
     begin = time.perf_counter()
     (found,) = in_turn(
         [once],
@@ -277,4 +267,4 @@ def median_of(once: Callable[[], tuple[float, Any]], runs: int) -> tuple[float, 
         runs,
         goes_on=lambda *_: time.perf_counter() - begin < LONG_ENOUGH,
     )
-    return statistics.median(seconds for seconds, _ in found), len(found), found[-1][1]
+    return found

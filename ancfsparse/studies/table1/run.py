@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -34,8 +34,6 @@ class Match:
         The cell it is compared with.
     dt, seconds, tip_error : float
         Step [s], median time [s], tip error [m]; NaN if none down to dt / 64 was enough.
-    evaluations : int
-        Evaluations of the residual.
     ratio : float
         Time of the ode column over that of Davidon.
     """
@@ -45,7 +43,6 @@ class Match:
     dt: float = math.nan
     seconds: float = math.nan
     tip_error: float = math.nan
-    evaluations: int = 0
     ratio: float = math.nan
 
     @property
@@ -76,12 +73,12 @@ class Table:
         What was run, and on what.
     """
 
-    t: Vector
+    t: Vector = field(repr=False)
     cells: dict[tuple[str, str], Cell]
-    references: dict[str, Vector]
+    references: dict[str, Vector] = field(repr=False)
     matches: dict[tuple[str, str], Match]
-    motion: Trajectory
-    problem: Problem
+    motion: Trajectory = field(repr=False)
+    problem: Problem = field(repr=False)
     settings: dict[str, Any]
 
     @property
@@ -162,17 +159,12 @@ def _match(bench: Bench, davidon: Cell, finished: Sequence[Cell]) -> list[Match]
         found = Match(cell.row, cell.column)
         while not found.found and parts <= FINEST:
             if parts not in runs:
-                runs[parts] = bench.march("Davidon", parts)
-            ours = runs[parts]
+                runs[parts] = bench.run("Davidon", parts)
+            ours, dt = runs[parts], bench.dt / parts
             if ours.tip_error <= cell.tip_error:
-                found = Match(
-                    cell.row,
-                    cell.column,
-                    bench.dt / parts,
-                    ours.seconds,
-                    ours.tip_error,
-                    ours.evaluations,
-                    cell.seconds / ours.seconds,
+                ratio = cell.seconds / ours.seconds
+                found = replace(
+                    found, dt=dt, seconds=ours.seconds, tip_error=ours.tip_error, ratio=ratio
                 )
             parts += 1
         matches.append(found)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from ancfsparse.checks import check_choice, check_count
 from ancfsparse.studies.common import paper
@@ -100,15 +99,6 @@ class TotalError(Contest):
     def elements_for(self, model: str, error: float) -> int | None:
         """Return the smallest number of elements with which a model reaches an error, or None."""
         return min((p.task.elements for p in self.ours(model) if p.error <= error), default=None)
-
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        low, high = self.model_spread()
-        return super().record() | {
-            "distance_between_models_m": None if math.isnan(low) else [low, high],
-            "front": [p.record() for p in self.front()],
-            "paper": [p.record() for p in self.paper_choices()],
-        }
 
 
 def element_forces(point: Point) -> float:

@@ -109,10 +109,6 @@ class WorkPrecision(Contest):
                     orders[f"{model}: {name}"] = sorted(powers)[len(powers) // 2]
         return orders
 
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        return super().record() | {"orders": self.orders()}
-
 
 def work_precision(
     models: Sequence[str] = (EXUDYN_MODEL, "L2T2", "Thick"),
