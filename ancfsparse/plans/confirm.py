@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ancfsparse.plans.mesh_error import elements_of
+from ancfsparse.plans.mesh_error import corrected_estimates, elements_of
 from ancfsparse.plans.models import spread
 from ancfsparse.plans.pilots import FREE, Pilot, Pilots, distances
 from ancfsparse.plans.richardson import Estimate
@@ -59,7 +59,9 @@ def confirmed(pilots: Pilots, found: Found) -> Found:
         if run is None:
             break
         before = found
-        found = _corrected(found, judge, tried, distances(pilots.wanted, judge, run))
+        found = _by_corrections(pilots, found, judge, run) or _corrected(
+            found, judge, tried, distances(pilots.wanted, judge, run)
+        )
         if found.missed(*tried) <= 1.0:
             return replace(found, chosen=tried)
         if found.is_short and found.work(*found.choice()) > SURPRISE * before.work(*chosen):
@@ -78,6 +80,17 @@ def _reaching(found: Found, run: Pilot) -> Found:
     if found.mesh is None or elements_of(run) <= elements_of(found.mesh.runs[-1]):
         return found
     return replace(found, mesh=replace(found.mesh, runs=(*found.mesh.runs, run)))
+
+
+def _by_corrections(pilots: Pilots, found: Found, judge: Pilot, run: Pilot) -> Found | None:
+    """Return the error of the mesh of an equilibrium as it shows itself; None if it does not."""
+    if pilots.t_end is not None or found.mesh is None:
+        return None
+    apart = elements_of(judge) != elements_of(run)
+    estimates = corrected_estimates(pilots, (judge, run) if apart else (run,), found.order)
+    if estimates is None:
+        return None
+    return replace(found, mesh=replace(found.mesh, estimates=estimates))
 
 
 def _affordable(found: Found, judge: Pilot, chosen: tuple[float, int]) -> tuple[float, int] | None:

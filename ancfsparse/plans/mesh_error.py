@@ -8,6 +8,7 @@ from functools import partial
 from itertools import pairwise
 
 from ancfsparse.errors import InputError, StepFailure
+from ancfsparse.plans.corrections import corrections, of_corrections
 from ancfsparse.plans.models import Model, spread
 from ancfsparse.plans.pilots import Pilot, Pilots, distances, tolerances
 from ancfsparse.plans.richardson import Estimate, estimate
@@ -17,6 +18,8 @@ from ancfsparse.scene import Scene
 # four, the motion of the paper's pendulum is so rough that shorter steps do not converge.
 COARSEST, GROWTH = 8.0, 1.5
 MOST_MESHES = 12
+# An equilibrium is sought on so many times as many elements next, if these are needed.
+FURTHEST = 3.0
 # How often nodes are spread by what pilots show.
 MOST_GRADES = 2
 # An error so many times the one asked for can be extrapolated from: if its order has shown, if
@@ -98,17 +101,25 @@ def mesh_error(
         if not runs or elements_of(run) > elements_of(runs[-1]):
             runs.append(run)
         finest *= GROWTH
-        if len(runs) < 2:
+        if len(runs) < 2 and pilots.t_end is not None:
             continue
-        found = MeshError(mesh_estimates(pilots, runs, order), tuple(runs))
+        estimates = mesh_estimates(pilots, runs, order)
+        if estimates is None:
+            continue
+        found = MeshError(estimates, tuple(runs))
         enough = _enough(pilots, runs, found.estimates)
         done = enough or (len(runs) > 2 and not affordable(runs[-1]))
-        other = graded(found, done) if left and (done or len(runs) > 2) else None
+        direct = pilots.t_end is None and corrections(pilots, run) is not None
+        seen = len(runs) > 2 or (direct and len(runs) > 1)
+        other = graded(found, done) if left and (done or seen) else None
         if other is not None:
             best = found if best is None else min(best, found, key=partial(_price, pilots))
             left, model, finest, runs = left - 1, other, finest / GROWTH**2, []
         elif done:
             break
+        elif direct:  # the next pilot may be the answer
+            more = _price(pilots, found) / elements_of(run)
+            finest = max(finest, min(more, FURTHEST) * finest / GROWTH)
     return found if best is None else min(found, best, key=partial(_price, pilots))
 
 
@@ -126,18 +137,44 @@ def _run(pilots: Pilots, model: Model, steps: int) -> Pilot:
     return run
 
 
-def mesh_estimates(pilots: Pilots, runs: Sequence[Pilot], order: int) -> tuple[Estimate, ...]:
-    """Estimate the error of the last of some meshes for every quantity."""
+def mesh_estimates(
+    pilots: Pilots, runs: Sequence[Pilot], order: int
+) -> tuple[Estimate, ...] | None:
+    """Estimate the error of meshes for every quantity; None if there are too few."""
+    known = corrected_estimates(pilots, runs[-2:], order) if pilots.t_end is None else None
+    if known is not None or len(runs) < 2:
+        return known
+    orders, noises = _expected(pilots, runs[-1], order)
     last = runs[-3:]
     counts = [elements_of(run) for run in last]
     apart = [distances(pilots.wanted, a, b) for a, b in pairwise(last)]
     out = []
-    for each, history, far in zip(pilots.wanted, last[-1].histories, zip(*apart, strict=True),
-                                  strict=True):  # fmt: skip
-        power = order if each.quantity.smooth else max(1, order - LOST)
-        noise = SOLVER_NOISE * each.quantity.size(history)
+    for far, power, noise in zip(zip(*apart, strict=True), orders, noises, strict=True):
         out.append(estimate(counts, far, power, noise))
     return tuple(out)
+
+
+def corrected_estimates(
+    pilots: Pilots, runs: Sequence[Pilot], order: int
+) -> tuple[Estimate, ...] | None:
+    """Estimate the error of the last of one or two meshes of an equilibrium by corrections.
+
+    None where a correction does not show it.
+    """
+    known = [each for each in (corrections(pilots, run) for run in runs) if each is not None]
+    if len(known) < len(runs):
+        return None
+    counts = [elements_of(run) for run in runs]
+    changes = zip(*known, strict=True)
+    pairs = zip(changes, *_expected(pilots, runs[-1], order), strict=True)
+    return tuple(of_corrections(counts, *each) for each in pairs)
+
+
+def _expected(pilots: Pilots, run: Pilot, order: int) -> tuple[list[int], list[float]]:
+    """Return the order in which every quantity converges, and its rounding [its unit]."""
+    pairs = list(zip((each.quantity for each in pilots.wanted), run.histories, strict=True))
+    orders = [order if quantity.smooth else max(1, order - LOST) for quantity, _ in pairs]
+    return orders, [SOLVER_NOISE * quantity.size(history) for quantity, history in pairs]
 
 
 def given_error(pilots: Pilots, finer: Scene, model: Model, steps: int, order: int) -> list[float]:

@@ -90,9 +90,9 @@ class Pilots:
         ``"equilibrium"`` if motions begin there.
     done, seconds, failure : dict, float, StepFailure or None
         Runs by model and steps, their time [s], and what ended the last that failed.
-    systems, scenes, bill : dict, dict, list of Counted
+    systems, scenes, bill, changes : dict, dict, list of Counted, dict
         Systems and scenes by model, and what all runs have cost that came to their end, those of
-        other integrators and of changed scenes included.
+        other integrators and of changed scenes included; what `corrections` have shown, by pilot.
     """
 
     scene: Scene
@@ -107,6 +107,7 @@ class Pilots:
     systems: dict[tuple[object, ...], System] = field(default_factory=dict)
     bill: list[Counted] = field(default_factory=list)
     scenes: dict[tuple[object, ...], Scene | InputError] = field(default_factory=dict)
+    changes: dict[int, list[float] | None] = field(default_factory=dict)
 
     def built(self, model: Model) -> Scene:
         """Return the scene with a model; none is built twice.
@@ -129,7 +130,7 @@ class Pilots:
 
     def with_integrator(self, integrator: Implicit | Explicit | Way) -> Pilots:
         """Return runs of the same scene by another integrator or way."""
-        return replace(self, integrator=integrator, done={}, seconds=0.0, failure=None)
+        return replace(self, integrator=integrator, done={}, seconds=0.0, failure=None, changes={})
 
     def run(self, model: Model, steps: int) -> Pilot | None:
         """Return a pilot run; None if a step of it fails, or it gains energy.
@@ -187,8 +188,12 @@ class Pilots:
         `coarser` mesh is where that of a finer one is sought.
         """
         run = self._marched(scene, steps, system, coarser)
-        self.bill.append(counted(run.stats, steps, run.q.shape[1]))
+        self.charge(run, steps)
         return run
+
+    def charge(self, run: Trajectory, steps: int) -> None:
+        """Put a run on the bill."""
+        self.bill.append(counted(run.stats, steps, run.q.shape[1]))
 
     def _marched(
         self, scene: Scene, steps: int, system: System | None, coarser: Trajectory | None

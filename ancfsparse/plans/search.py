@@ -83,6 +83,8 @@ class Found:
         The error of the choice, of mesh and steps together, where two pilots were enough.
     is_short : bool
         Whether mesh and steps were refined together, see `ladder`.
+    order : int
+        Order of positions in the length of the elements.
     """
 
     model: Model
@@ -98,6 +100,7 @@ class Found:
     base: int = 1
     pair: tuple[float, ...] | None = None
     is_short: bool = False
+    order: int = 4
 
     def with_effects(self, effects: Sequence[Mapping[str, float]]) -> Found:
         """Return the same with what the elements neglect."""
@@ -161,9 +164,11 @@ class Found:
         if self.mesh is None:
             return self.time.runs[-1].cost.coordinates
         one, other = self.mesh.runs[0], self.mesh.runs[-1]
-        slope = (other.cost.coordinates - one.cost.coordinates) / (
-            elements_of(other) - elements_of(one)
-        )
+        slope = other.cost.coordinates / elements_of(other)
+        if one is not other:
+            slope = (other.cost.coordinates - one.cost.coordinates) / (
+                elements_of(other) - elements_of(one)
+            )
         more = finest * self.density - elements_of(other)
         return max(other.cost.coordinates + slope * more, 1.0)
 
@@ -285,7 +290,7 @@ def thorough(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int
         asked = tuple(tolerances(pilots.wanted, last))
         cost = costs.model(pilots.costs)
         base = pilots.base if pilots.t_end is not None else 1
-        return Found(own, time, mesh, given, asked, cost, fixed_steps, base=base)
+        return Found(own, time, mesh, given, asked, cost, fixed_steps, base=base, order=order)
 
     def graded(mesh: MeshError, done: bool) -> Model | None:
         """Return graded meshes where they take less work with two pilots, in place of the next."""
