@@ -25,7 +25,7 @@ BELIEVED = {2: (0.9, 0.75, 0.7), 4: (0.85, 0.5, 0.4), 8: (0.75, 0.45, 0.55)}
 DISSIPATED = {2: (0.9, 0.75, 0.7), 4: (0.65, 0.5, 0.33), 8: (0.45, 0.3, 0.25)}
 # The distance of two runs over the error of the first, at least.
 SMALLEST_SHARE = 0.1
-LEAST_POWER = 0.6  # the same share, at least, where runs are planned
+LEAST_POWER = {2: 0.6, 4: 0.6, 8: 0.8}  # share of the order, at least, where runs are planned
 CHANCE = 1.5  # the same share, at most, of a decrease that is not chance
 # Error over the predicted one: before the first estimate, and its bounds afterwards.
 GUESS, LEAST_SCALE, MOST_SCALE = 1.5, 0.2, 1e3
@@ -76,7 +76,7 @@ class ExplicitErrors:
         self._waves = [] if waves is None else [waves]
         self._runs: list[_Run] = []  # the last three, by descending error
         self._apart = math.inf  # distance of the last two of one integrator
-        self._scale = GUESS
+        self._scale = dict.fromkeys(BELIEVED, GUESS)  # by the order
         # Estimate for the last run, and the power of the step with which it is believed to
         # decrease, 0 as long as that is not known.
         self._error, self._power = math.inf, 0.0
@@ -103,7 +103,8 @@ class ExplicitErrors:
         """Return the error that a run will have [m]."""
         if self._waves:
             step = self._march.step(integrator, finer)
-            error = self._scale * max(x.error(integrator.tableau, step) for x in self._waves)
+            tableau = integrator.tableau
+            error = self._scale[tableau.order] * max(x.error(tableau, step) for x in self._waves)
         else:
             assert self.content is not None
             error = self.content.error(self._lost(integrator, finer, self.content.omega))
@@ -115,7 +116,7 @@ class ExplicitErrors:
     def add(self, integrator: Explicit, finer: float, states: States) -> float:
         """Return the estimated error of a run [m], infinite for the first one.
 
-        The error of one of lower order than the last is what parts both.
+        After one of lower order than the last it is the error of the last.
         """
         run = _Run(integrator, finer, states)
         if not self._runs:
@@ -129,13 +130,12 @@ class ExplicitErrors:
         self.content = Content.of(apart, omega, self._length, *lost)
         if integrator.tableau.order < last.integrator.tableau.order:
             self._runs.insert(0, run)
-            return apart
+            return self._of_two_orders(apart)
         if last.integrator == integrator:
             error, apart, confirmed = self._of_one_order(run, apart)
         else:
-            # The distance is at least the error of the lower order less that of the higher one.
-            error = LEAST_OF_TWO * apart if self.content.lost < 1.0 else apart
-            self._power, confirmed = 0.0, False
+            error, confirmed = self._of_two_orders(apart), False
+            self._power = 0.0
         if self._waves:
             error = self._with_waves(last, run, apart, error, confirmed)
         if self._march.places.time is not None:
@@ -154,7 +154,15 @@ class ExplicitErrors:
             waves = Waves.during(self._system, states)
         if waves is not None:
             self._waves.append(waves)
-        self._scale = (CAUTION if waves is None else MEASURED)[integrator.tableau.order]
+        self._scale = CAUTION if waves is None else MEASURED
+
+    def _of_two_orders(self, apart: float) -> float:
+        """Return the error of the higher order of two.
+
+        Their distance is at least the error of the lower order less that of the higher one.
+        """
+        assert self.content is not None
+        return LEAST_OF_TWO * apart if self.content.lost < 1.0 else apart
 
     def _of_one_order(self, run: _Run, apart: float) -> tuple[float, float, bool]:
         """Return the error of a run, and its distance from the last without chance.
@@ -179,7 +187,7 @@ class ExplicitErrors:
             error = min(apart * _share(finer / last.finer, power), further)
         else:
             error = apart * _share(finer / last.finer, power)
-        self._power = max(power, LEAST_POWER * order)
+        self._power = max(power, LEAST_POWER[order] * order)
         # Waves whose phase is lost do not converge with the order: all of the distance counts.
         return (error if seen or phase < 2 else max(error, apart)), apart, confirmed
 
@@ -200,7 +208,7 @@ class ExplicitErrors:
             error = max(error, most * self._start.unseen(tableaus, steps))
         if last.integrator == run.integrator:
             scale = error / max(second, np.finfo(float).tiny)
-        self._scale = min(max(scale, LEAST_SCALE), MOST_SCALE)
+        self._scale = dict.fromkeys(BELIEVED, min(max(scale, LEAST_SCALE), MOST_SCALE))
         return error
 
     def _pair(self, *runs: _Run) -> tuple[tuple[Tableau, Tableau], tuple[float, float]]:

@@ -36,6 +36,9 @@ SAFETY = 0.7
 # Forces that the set-up is worth, about, and share of all cost from which on it does not matter.
 SETUP, CHEAP = 100.0, 0.05
 FINER = 1.05  # ratio of the steps that are compared
+# Predicted error of a first run, over the accuracy, below which a lower order may confirm it, whose
+# own is then as large as the accuracy.
+CONFIRMED = 0.6
 
 
 class ExplicitRuns:
@@ -171,8 +174,24 @@ class ExplicitRuns:
                 first, finer = (self._integrators[0], 1.0) if self._loose else (usual, closer)
                 return first, finer, self._march.cost(first, finer)
             return usual, 1.0, self._march.cost(usual, 1.0) + self._march.cost(usual, closer)
-        plans = [self._plan_with(each) for each in self._integrators]
+        plans = [self._plan_with(each) for each in self._integrators] + self._confirming()
         return min(plans, key=lambda plan: plan[2])
+
+    def _confirming(self) -> list[tuple[Explicit, float, float]]:
+        """Return plans to confirm that a first run is accurate enough by one of lower order.
+
+        Its steps need not be shorter than those of the first run, and it is cheaper where these are
+        as long as stable ones.
+        """
+        if len(self._made) != 1:
+            return []
+        first, finer = self._made[0]
+        if self._errors.predicted(first, finer) > CONFIRMED * self._accuracy:
+            return []
+        lower = [each for each in self._integrators if each.tableau.order < first.tableau.order]
+        steps = [self._wanted(each, 1.0) for each in lower]
+        costs = [self._march.cost(*pair) for pair in zip(lower, steps, strict=True)]
+        return list(zip(lower, steps, costs, strict=True))
 
     def _plan_with(self, integrator: Explicit) -> tuple[Explicit, float, float]:
         """Return the plan for an integrator, from what is known of the error."""
@@ -193,10 +212,10 @@ class ExplicitRuns:
         cost = sum(self._march.cost(integrator, each) for each in steps)
         return integrator, steps[0], cost
 
-    def _wanted(self, integrator: Explicit) -> float:
-        """Return how much finer than stable the steps must be for the accuracy."""
+    def _wanted(self, integrator: Explicit, share: float = SAFETY) -> float:
+        """Return how much finer than stable the steps must be for a share of the accuracy."""
         finer = 1.0
-        while finer < 1e6 and self._errors.predicted(integrator, finer) > SAFETY * self._accuracy:
+        while finer < 1e6 and self._errors.predicted(integrator, finer) > share * self._accuracy:
             finer *= FINER
         return finer
 

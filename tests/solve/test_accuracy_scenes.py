@@ -66,3 +66,26 @@ def test_a_run_that_completed_counts_where_the_next_one_fails(monkeypatch):
     assert [stepper.stats.steps for stepper in begun] == [41, 82, 164]
     assert run.stats.runs == 3
     assert run.stats.residual_evaluations < 800
+
+
+def test_a_lower_order_confirms_a_first_run_that_is_accurate_enough():
+    # Order 4 at the stable step is 12 times as accurate as requested.  Central differences a third
+    # below theirs show it with two thirds of the forces of a second run of order 4.
+    case = make(89)
+    run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=1e-8)
+    exact, _ = reference(case)
+    assert distance(positions(run.system, run.q), exact) <= 1e-8
+    assert "RungeKuttaNystrom(order=4)" in run.stats.solver
+    assert run.stats.runs == 2
+    assert run.stats.residual_evaluations < 3 * 16_650  # of the cheapest fixed step
+
+
+def test_explicit_steps_that_surely_suffice_are_taken_at_once():
+    # Implicit steps were planned as 17 % cheaper; after two of their runs the error was 7 times the
+    # accuracy, and twice as many forces had been spent.
+    case = make(64)
+    run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=1e-4)
+    exact, _ = reference(case)
+    assert distance(positions(run.system, run.q), exact) <= 1e-4
+    assert run.stats.runs == 2
+    assert run.stats.residual_evaluations < 3 * 300  # of the cheapest fixed step
