@@ -28,7 +28,7 @@ def rows(size, seconds, note="", scene=("chain", "rest")):
     result = []
     for name, each in seconds.items():
         mine = {"note": note} if not each else record
-        result.append(Row(Job(**{**vars(job), "solver": name}), each, mine))
+        result.append(Row(Job(**{**vars(job), "solver": name}), mine, each))
     return result
 
 
@@ -62,7 +62,7 @@ def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
 def test_what_threads_gain_is_told():
     group = rows(10**6, {"auto": [3.0, 4.0, 3.0]})
     job = Job("chain", 10**6, "rest", "auto, 2 threads", 10, 5e-4, 2)
-    group.append(Row(job, [2.0, 2.0, 2.0], group[0].record))
+    group.append(Row(job, group[0].record, [2.0, 2.0, 2.0]))
     assert ratios(group)["gain of 2 threads"] == pytest.approx(1.5)
     small = rows(1000, {"auto": [1e-3, 1e-3, 1e-3]})
     result = Scaling(small + group, [], QUICK, {})

@@ -38,6 +38,15 @@ class Contest:
             if model in (None, p.task.model) and program in (None, p.task.program)
         ]  # fmt: skip
 
+    def heading(self, what: str, known: str) -> str:
+        """State what is measured and how, and how well the references are known."""
+        given = self.settings
+        models = [f"{name} to {each.uncertainty:.1e} m" for name, each in self.references.items()]
+        return (
+            f"{what}, {given['t_end_s']:g} s, {given['instruction_set']}; {given['seconds']}\n"
+            f"error: {given['error']}\n{known}: {', '.join(models)}"
+        )
+
     def notes(self) -> list[str]:
         """List runs without result, and programs that did not run."""
         return [*(f"Without result: {each}" for each in failures(self.points)), *self.missing]

@@ -11,21 +11,40 @@ import select
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from types import TracebackType
 from typing import Any, Self
 
 
+@dataclass
 class Answered:
-    """A job with what a process has answered, for the rows of studies."""
+    """A job with what a process has answered, for the rows of studies.
+
+    Attributes
+    ----------
+    job : dataclass
+        What was run.
+    record : dict
+        As the process returned it, the last time.
+    """
 
     job: Any
-    record: dict[str, Any]
+    record: dict[str, Any] = field(default_factory=dict)
 
     @property
     def note(self) -> str:
         """Why there is no result, or nothing."""
         return str(self.record.get("note", ""))
+
+    @property
+    def fastest(self) -> float:
+        """Time of the fastest march [s]."""
+        return float(self.record["seconds"])
+
+    @property
+    def microseconds(self) -> float:
+        """Time of the fastest march per element and step [microseconds]."""
+        return 1e6 * self.fastest / int(self.job.steps * self.job.elements)
 
     @property
     def bytes_per_element(self) -> float:

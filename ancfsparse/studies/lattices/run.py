@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from typing import Any
 
 from ancfsparse.errors import EquilibriumFailure, InputError, StepFailure
@@ -26,25 +26,8 @@ TURNS = 2
 MOST_FILL = 1e4
 
 
-@dataclass
 class Row(Answered):
-    """What a job gave.
-
-    Attributes
-    ----------
-    job : Job
-        What was run.
-    record : dict
-        As `run` returns it.
-    """
-
-    job: Job
-    record: dict[str, Any] = field(default_factory=dict)
-
-    @property
-    def microseconds(self) -> float:
-        """Time of a step for each element [microseconds]."""
-        return 1e6 * float(self.record["seconds"]) / (self.job.steps * self.job.elements)
+    """What a job gave."""
 
     @property
     def inner(self) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from ancfsparse.studies.common.worker import Answered
 from ancfsparse.studies.peers.exudyn_scene import SETTINGS as PEERS
 from ancfsparse.studies.scaling.roofline import Roofline
-from ancfsparse.studies.scaling.worker import SOLVERS, Job
+from ancfsparse.studies.scaling.worker import SOLVERS
 
 TITLES = {
     ("chain", "rest"): "chain falling from rest",
@@ -33,27 +33,16 @@ class Row(Answered):
 
     Attributes
     ----------
-    job : Job
-        What was run.
     seconds : list of float
         March of each round [s].
-    record : dict
-        The last round, as `scaling_job.run` returns it.
     """
 
-    job: Job
     seconds: list[float] = field(default_factory=list)
-    record: dict[str, Any] = field(default_factory=dict)
 
     @property
     def fastest(self) -> float:
         """March of the fastest round [s]."""
         return min(self.seconds)
-
-    @property
-    def microseconds(self) -> float:
-        """Time of the fastest round per element and step [microseconds]."""
-        return 1e6 * self.fastest / (self.job.steps * self.job.elements)
 
     @property
     def scene(self) -> tuple[str, str]:

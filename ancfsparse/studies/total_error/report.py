@@ -36,16 +36,6 @@ APART = 2.0
 Size = Callable[[Point], float]
 
 
-def heading(result: TotalError) -> str:
-    """State what is measured, and how well the references are known."""
-    settings = result.settings
-    known = [f"{name} to {each.uncertainty:.1e} m" for name, each in result.references.items()]
-    return (
-        f"Whole error against cost, {settings['t_end_s']:g} s, {settings['instruction_set']}; "
-        f"{settings['seconds']}\nerror: {settings['error']}\nconverged: {', '.join(known)}"
-    )
-
-
 def tables(result: TotalError) -> list[Table]:
     """Set the front, the paper's choices and the peers."""
     title = "The front: no run of ours has a smaller error at no more seconds"
@@ -300,7 +290,7 @@ def headline(result: TotalError) -> str:
 STUDY = Study(
     "total-error",
     run=total_error,
-    heading=heading,
+    heading=lambda result: result.heading("Whole error against cost", "converged"),
     tables=tables,
     rows=lambda result: [p.record() for p in result.points],
     findings=findings,

@@ -37,17 +37,6 @@ STYLES = {OURS: "-o", "Exudyn": "--s", "SciPy": ":^", "SUNDIALS": "-.v"}
 Size = Callable[[Point], float]
 
 
-def heading(result: WorkPrecision) -> str:
-    """State what is measured, and how well the references are known."""
-    settings = result.settings
-    known = [f"{model} to {each.uncertainty:.1e} m" for model, each in result.references.items()]
-    return (
-        f"Seconds against error in time, {settings['elements']} elements, "
-        f"{settings['t_end_s']:g} s, {settings['instruction_set']}; {settings['seconds']}\n"
-        f"error: {settings['error']}\nreferences are known: {', '.join(known)}"
-    )
-
-
 def tables(result: WorkPrecision) -> list[Table]:
     """Set the fastest runs of each model, and the orders of the curves."""
     orders = [[name, f"{order:.2f}"] for name, order in result.orders().items()]
@@ -292,7 +281,10 @@ def evaluations(point: Point) -> float:
 STUDY = Study(
     "work-precision",
     run=work_precision,
-    heading=heading,
+    heading=lambda result: result.heading(
+        f"Seconds against error in time, {result.settings['elements']} elements",
+        "references are known",
+    ),
     tables=tables,
     rows=lambda result: [p.record() for p in result.points],
     findings=findings,
