@@ -45,6 +45,8 @@ FEW = 2.0
 # Errors are continued to so many times the steps of pilots that have shown no order, or that of the
 # method; this share of what pilots may cost in any case shows it.
 REACH_UNSEEN, REACH, WORTH = 1.5, 16.0, 0.5
+# No pilot here has more elements on the longest beam.
+FINEST = 1e3
 # Vibrations by this share of the error asked for matter, and may be delayed by so much [rad].
 SEEN, ASTRAY = 0.5, 1.0
 # Motions that differ by less than this share of the quantity approach each other with the orders of
@@ -101,7 +103,11 @@ def ladder(pilots: Pilots, model: Model, order: int, order_of_steps: int) -> Lad
     last = [0.0] * len(pilots.wanted)
     for _ in range(MOST):
         own = pilots if runs else _undamped(pilots)
-        run = own.run(_on(pilots, model, finest), steps)
+        finer = _on(pilots, model, finest)
+        while runs and _count(pilots, finer) <= elements_of(runs[-1]) and finest < FINEST:
+            finest *= growth
+            finer = _on(pilots, model, finest)
+        run = own.run(finer, steps)
         finest, steps = growth * finest, SHORTER * steps
         if run is None:
             runs.clear()
@@ -110,8 +116,6 @@ def ladder(pilots: Pilots, model: Model, order: int, order_of_steps: int) -> Lad
         if len(runs) < 2:
             continue
         one, other = runs[-2:]
-        if elements_of(one) == elements_of(other):
-            return None
         far = farthest(pilots.wanted, one, other)
         apart = distances(pilots.wanted, one, other)
         if _is_close(pilots, other, far) and is_followed(pilots, other):
@@ -177,9 +181,11 @@ def beside(
     growth = GROWTH if order > LOW_ORDER else float(SHORTER)
     if any(rung.element == "string" for rung in model.rungs.values()):
         finest /= growth  # to take less work than the others
-    one = pilots.run(_on(pilots, model, finest), steps)
-    other = pilots.run(_on(pilots, model, growth * finest), steps)
-    if one is None or other is None or elements_of(one) == elements_of(other):
+    coarse, fine = (_on(pilots, model, each) for each in (finest, growth * finest))
+    if _count(pilots, coarse) == _count(pilots, fine):
+        return None
+    one, other = pilots.run(coarse, steps), pilots.run(fine, steps)
+    if one is None or other is None:
         return None
     far = farthest(pilots.wanted, one, other)
     if not (_is_close(pilots, other, far) and is_followed(pilots, other)):
@@ -201,6 +207,12 @@ def _of_mesh(pilots: Pilots, one: Pilot, other: Pilot, order: int) -> tuple[Esti
         estimate(counts, [far], own, SOLVER_NOISE * wanted.quantity.size(history))
         for far, own, wanted, history in each
     )
+
+
+def _count(pilots: Pilots, model: Model) -> int:
+    """Return the number of elements of the beams whose mesh is open; places on them are nodes."""
+    scene = pilots.built(model)
+    return sum(scene.body(name).n_elements for name in model.counts)
 
 
 def _on(pilots: Pilots, model: Model, finest: float) -> Model:
