@@ -45,8 +45,6 @@ FEW = 2.0
 # Errors are continued to so many times the steps of pilots that have shown no order, or that of the
 # method; this share of what pilots may cost in any case shows it.
 REACH_UNSEEN, REACH, WORTH = 1.5, 16.0, 0.5
-# No pilot here has more elements on the longest beam.
-FINEST = 1e3
 # Vibrations by this share of the error asked for matter, and may be delayed by so much [rad].
 SEEN, ASTRAY = 0.5, 1.0
 # Motions that differ by less than this share of the quantity approach each other with the orders of
@@ -104,9 +102,8 @@ def ladder(pilots: Pilots, model: Model, order: int, order_of_steps: int) -> Lad
     for _ in range(MOST):
         own = pilots if runs else _undamped(pilots)
         finer = _on(pilots, model, finest)
-        while runs and _count(pilots, finer) <= elements_of(runs[-1]) and finest < FINEST:
-            finest *= growth
-            finer = _on(pilots, model, finest)
+        if _count(pilots, finer) != sum(finer.counts.values()):
+            return None  # places on beams set the mesh, whose error falls by leaps
         run = own.run(finer, steps)
         finest, steps = growth * finest, SHORTER * steps
         if run is None:
@@ -182,7 +179,7 @@ def beside(
     if any(rung.element == "string" for rung in model.rungs.values()):
         finest /= growth  # to take less work than the others
     coarse, fine = (_on(pilots, model, each) for each in (finest, growth * finest))
-    if _count(pilots, coarse) == _count(pilots, fine):
+    if any(_count(pilots, each) != sum(each.counts.values()) for each in (coarse, fine)):
         return None
     one, other = pilots.run(coarse, steps), pilots.run(fine, steps)
     if one is None or other is None:
