@@ -12,12 +12,13 @@ from ancfsparse.errors import AncfError, InputError, PlanFailure, StepFailure
 from ancfsparse.integrators import CentralDifference
 from ancfsparse.plans import costs
 from ancfsparse.plans.climb import climb
+from ancfsparse.plans.found import Found
 from ancfsparse.plans.links import links
 from ancfsparse.plans.mesh_error import COARSEST
 from ancfsparse.plans.models import FEWEST_ELEMENTS, RIGID, Model, coarsest, spread, undecided
 from ancfsparse.plans.pilots import FREE, Pilots, distances, tolerances
 from ancfsparse.plans.rungs import CABLE, NAMES, SHEARED, effects_of, model_of, of_way, open_beams
-from ancfsparse.plans.search import Found, search
+from ancfsparse.plans.search import search
 from ancfsparse.plans.ways import ModalSum, Statics, Way
 from ancfsparse.scene import Scene
 from ancfsparse.solve import stable_step

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ancfsparse.errors import InputError, PlanFailure, StepFailure
+from ancfsparse.plans.found import Found
 from ancfsparse.plans.models import Rung
 from ancfsparse.plans.per_beam import limp, refusing, staying
 from ancfsparse.plans.pilots import Pilots
@@ -22,7 +23,7 @@ from ancfsparse.plans.rungs import (
     of_way,
     open_beams,
 )
-from ancfsparse.plans.search import Found, search
+from ancfsparse.plans.search import search
 from ancfsparse.scene import Scene
 
 # The bending of coarse cables may be so many times that of fine strings.

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ancfsparse.plans.found import SURE, UNSURE, Found, scaled
 from ancfsparse.plans.mesh_error import corrected_estimates, elements_of
 from ancfsparse.plans.models import spread
 from ancfsparse.plans.pilots import FREE, Pilot, Pilots, distances
 from ancfsparse.plans.richardson import Estimate
-from ancfsparse.plans.search import SHARE, SURE, UNSURE, Found, scaled, thorough
+from ancfsparse.plans.search import SHARE, thorough
 
 # How often a choice is made again, and work of one that is run, in that of free pilots.
 MOST, WORTH = 4, 2.0

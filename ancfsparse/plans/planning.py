@@ -12,6 +12,7 @@ from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.asking import checked
 from ancfsparse.plans.choice import Chosen, choose
 from ancfsparse.plans.confirm import confirmed
+from ancfsparse.plans.found import Found, neighbours
 from ancfsparse.plans.grading import described as spread_by
 from ancfsparse.plans.models import refined, spread, undecided
 from ancfsparse.plans.pilots import FEWEST, Pilots
@@ -19,7 +20,6 @@ from ancfsparse.plans.planar import InPlane, planar
 from ancfsparse.plans.quantities import AtPoint, Quantity
 from ancfsparse.plans.record import SAVED, Alternative, Plan, Prediction, described
 from ancfsparse.plans.rungs import NAMES
-from ancfsparse.plans.search import Found, neighbours
 from ancfsparse.plans.span import span_of
 from ancfsparse.plans.wanted import Wanted, wanted
 from ancfsparse.scene import Scene, check_scene
