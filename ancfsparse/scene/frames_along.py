@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +14,7 @@ from ancfsparse.scene.straight import section_axes
 
 Vector = NDArray[np.float64]
 
-# Steps of the transport of a frame from one node to the next.
+# Steps of the transport of a frame from one node to the next, a power of two.
 STEPS = 4
 
 
@@ -100,19 +99,23 @@ def _transported(path: Path, s: Vector, tangents: Vector, label: str) -> Vector:
     """
     fine = np.interp(np.arange(STEPS * (len(s) - 1) + 1) / STEPS, np.arange(len(s)), s)
     places, along = path.at(fine)
-    frame = section_axes(tangents[0], None, label)
-    e_y = [frame[1]]
-    for (x, t), (y, u) in pairwise(zip(places, along, strict=True)):
-        step, side = y - x, e_y[-1]
-        square = step @ step
-        side = side - (2.0 / square) * (step @ side) * step
-        first = t - (2.0 / square) * (step @ t) * step
-        other = u - first
-        square = other @ other
-        if square > 0.0:
-            side = side - (2.0 / square) * (other @ side) * other
-        e_y.append(side)
-    sides = np.array(e_y[::STEPS])
+    first = _reflections(np.diff(places, axis=0))
+    second = _reflections(along[1:] - (first @ along[:-1, :, None])[..., 0])
+    turns = (second @ first).reshape(-1, STEPS, 3, 3)
+    while turns.shape[1] > 1:
+        turns = turns[:, 1::2] @ turns[:, ::2]
+    e_y = [section_axes(tangents[0], None, label)[1]]
+    for turn in turns[:, 0]:
+        e_y.append(turn @ e_y[-1])
+    sides = np.array(e_y)
     sides -= (sides * tangents).sum(axis=1)[:, None] * tangents
     sides /= np.linalg.norm(sides, axis=1)[:, None]
     return np.stack([tangents, sides, np.cross(tangents, sides)], axis=1)
+
+
+def _reflections(normals: Vector) -> Vector:
+    """Return the matrices that reflect in planes across normals (n, 3); identities for zero."""
+    square = np.sum(normals**2, axis=1)[:, None, None]
+    outer = normals[:, :, None] * normals[:, None, :]
+    share = np.divide(outer, square, out=np.zeros_like(outer), where=square > 0.0)
+    return np.asarray(np.eye(3) - 2.0 * share)
