@@ -8,6 +8,9 @@ cdef double GROWTH = 1e4  # ratio of residuals to the predictor's at which an at
 cdef double LONGER = 2.0
 cdef double STALE = 1.2  # growth per step of a contraction that has not been measured again
 cdef double TRUST = 0.1  # smallest contraction that is assumed without evaluating the residual
+# Share of its bound at which a residual needs no last correction: at a tenth what was left made a
+# steel rod lose 5 % more energy than exact steps do.
+cdef double SPARED = 0.01
 cdef double SLUGGISH = 0.2  # contraction of the residual above which pairs save more than they cost
 cdef double SHAKY = 10.0  # times the bound: residual allowed where corrections are rounding error
 
@@ -144,8 +147,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                                   fmax(self.constraint_tolerance, bound)))
         if done:
             if (self.by_correction or not newton) and size > self.noise:
-                # What a last correction is trusted to leave may be left without it.
-                finish(self, size, self.sure or norm_new > TRUST * allowed)
+                finish(self, size, self.sure or norm_new > SPARED * allowed)
             return CONVERGED
         if norm_new > GROWTH * start and it > 0 and not damped:
             return DIVERGED

@@ -93,12 +93,11 @@ def test_a_step_that_rises_is_compared_with_all_that_newton_would_try():
     # from the default one nowhere; descent leads to 0.008.  Others it led to up to 0.06 from both
     # predictors; the start without acceleration, or descent, leads them to 0.014 at most.  As the
     # motion had lost energy before, no bound on its whole gain noticed, and the run was stopped in
-    # the end for energy that Newton's solutions do not gain.
+    # the end for energy that Newton's solutions do not gain.  It completes now.
     rng = np.random.default_rng([0, 156])
     drawn, integrator, solver = draw(rng), draw_integrator(rng), draw_solver(rng)
-    with pytest.raises(ancf.StepFailure) as caught:
-        ancf.simulate(drawn.scene, drawn.t_end, drawn.dt, integrator=integrator, solver=solver)
-    path, exchanged = caught.value.trajectory, 2.04e6
+    path = ancf.simulate(drawn.scene, drawn.t_end, drawn.dt, integrator=integrator, solver=solver)
+    exchanged = 2.04e6
     steps = Steps(drawn, integrator, path)
     gains = [steps.gain(k, steps.states[k + 1]) for k in range(path.stats.steps)]
     assert max(gains[250:]) < 0.015 * exchanged
