@@ -146,11 +146,13 @@ def chart(result: Economy) -> Figure:
     """Draw reached against requested errors, and costs over the best against its time."""
     figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2)
+    judged = _judged(result)
     for colour, asked in zip(COLOURS, sorted({o.asked for o in result.outcomes}), strict=False):
         own = [each for each in result.outcomes if each.asked == asked]
-        reached = [each.reached for each in own if math.isfinite(each.reached)]
-        beside = asked * np.linspace(0.85, 1.15, max(2, len(reached)))[: len(reached)]
-        left.plot(beside, reached, "o", color=colour, markersize=4)
+        reached = [each for each in own if math.isfinite(each.reached)]
+        beside = asked * np.linspace(0.85, 1.15, max(2, len(reached)))
+        for x, each in zip(beside.tolist(), reached, strict=False):
+            left.plot(x, each.reached, "o" if each in judged else "+", color=colour, markersize=4)
         failed = [10.0 * asked for each in own if each.reason]
         left.plot([asked] * len(failed), failed, "x", color=colour)
         known = [each for each in own if math.isfinite(each.cost)]
@@ -169,15 +171,19 @@ def chart(result: Economy) -> Figure:
     left.plot(ends, [3.0 * end for end in ends], color="grey", linestyle=":", label="3 times")
     for level, line in ((1.0, "-"), (2.0, ":")):
         right.axhline(level, color="grey", linestyle=line, linewidth=1.0)
-    set_axes(left, "error asked for, over the size of the quantity", "error reached; x: no plan")
+    set_axes(
+        left,
+        "error asked for, over the size of the quantity",
+        "error reached; x: no plan; +: beside an uncertain reference",
+    )
     set_axes(right, "time of the best choice by hand [ms]", "cost over that of the best choice")
     shown: dict[str, Any] = {}
     for ax in (left, right):
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
             shown.setdefault(label, handle)
     set_legend(figure, shown, 3)
-    met = [each for each in _judged(result) if each.share <= 1.0]
-    set_head(figure, f"{len(met)} of {len(_judged(result))} errors are at most those asked for")
+    met = [each for each in judged if each.share <= 1.0]
+    set_head(figure, f"{len(met)} of {len(judged)} errors are at most those asked for")
     return figure
 
 
