@@ -221,7 +221,7 @@ def table1(
     output: Annotated[Path, typer.Option(help="Folder for table and figures.")] = Path("results"),
     time: Annotated[float, typer.Option(help="Simulated time [s].")] = paper.T_END,
     step: Annotated[float, typer.Option(help="Time step [s].")] = paper.DT,
-    cap: Annotated[float, typer.Option(help="Seconds a method of SciPy may take.")] = 30.0,
+    cap: Annotated[float, typer.Option(help="Seconds a method of SciPy may take.")] = 15.0,
     readme: Annotated[
         Path | None, typer.Option(help="Page whose table, and picture in docs/gallery, to renew.")
     ] = None,

@@ -91,7 +91,7 @@ def table1(
     rows: Sequence[str] = tuple(ROWS),
     t_end: float = paper.T_END,
     dt: float = paper.DT,
-    cap: float = 30.0,
+    cap: float = 15.0,
     runs: int = 5,
     progress: bool = False,
 ) -> Table:
