@@ -1,4 +1,8 @@
-"""Runs that are interrupted or killed: what is in their file are states of the whole run."""
+"""Runs that are interrupted or killed: what is in their file are states of the whole run.
+
+A run passes states on to its file after at most 2000 steps (docs/large.md).  Its process counts
+those that have been, so that a file is held to exactly these, however far the run had come.
+"""
 
 import multiprocessing
 import os
@@ -8,14 +12,16 @@ import time
 from functools import cache
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 import ancfsparse as ancf
 from ancfsparse.results.files import load
+from ancfsparse.results.writer import Writer
 from tests.soak.report import Report
 
-STEPS, DT = 40_000, 5e-4
+STEPS, DT, EVERY = 40_000, 5e-4, 10
+# Steps after which the states so far are passed on at the latest.
+AT_ONCE = 2000
 # Longest time that a child may take [s].
 PATIENCE = 120.0
 
@@ -29,17 +35,24 @@ def pendulum():
 
 
 def job(path, pipe):
-    """Run to a file; tell how far the run came if it is interrupted."""
+    """Run to a file; send how many states were passed on, and how the run ended."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    append = Writer.append
+
+    def counted(writer, *rows, **where):
+        append(writer, *rows, **where)
+        pipe.send(("passed on", writer.rows))
+
+    Writer.append = counted
     scene = pendulum()
-    pipe.send("ready")
+    pipe.send(("ready", 0))
     try:
-        ancf.simulate(scene, STEPS * DT, DT, save_every=10, output=path)
+        ancf.simulate(scene, STEPS * DT, DT, save_every=EVERY, output=path)
     except KeyboardInterrupt as stop:
         carried = getattr(stop, "trajectory", None)
-        pipe.send(None if carried is None else len(carried.t))
+        pipe.send(("an interruption", 0 if carried is None else len(carried.t)))
     else:
-        pipe.send("finished")
+        pipe.send(("the end", STEPS // EVERY + 1))
 
 
 @cache
@@ -52,53 +65,65 @@ def whole():
 def run(seed, index):
     rng = np.random.default_rng([seed, index])
     how = signal.Signals(int(rng.choice([signal.SIGINT, signal.SIGKILL])))
-    t, q = whole()
+    whole()
     wait = float(rng.uniform(0.0, 1.0))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "run.h5")
-        reported, word = interrupt(path, how, wait)
-        tried = f"{how.name} after {wait:.2f} s, which came to {word}"
-        if reported is None:
+        word, carried, passed = interrupt(path, how, wait)
+        tried = f"{how.name} after {wait:.2f} s, which came to {word} after {passed} states"
+        if word == "a hang":
             return Report("hung", [f"the run did not end {PATIENCE:g} s after {how.name}"], tried)
-        try:
-            kept = load(path, pendulum())
-            states, times = kept.q[:], kept.t
-        except ancf.AncfError as refused:
-            # No state is written before HDF5 has begun the file.
-            early = not path.exists() or path.stat().st_size < 10_000 or not h5py.is_hdf5(path)
-            finds = [] if early else [f"its file cannot be read: {refused}"]
-            ancf.simulate(pendulum(), DT, DT, output=path)
-            return Report("no state yet" if early else "lost", finds, tried)
-    finds = []
-    n, steps = len(times), np.rint(times / DT).astype(int)
-    every_tenth = np.array_equal(steps[:-1], np.arange(0, 10 * (n - 1), 10))  # and the last one
-    if not (every_tenth and np.allclose(times, t[steps]) and np.array_equal(states, q[steps])):
+        return Report(word, judged(path, word, carried, passed), tried)
+
+
+def judged(path, word, carried, passed):
+    """Give what is wrong with the file of a run that had passed on some numbers of states."""
+    finds, passed = [], [0, *passed]
+    if max(np.diff(passed), default=0) > AT_ONCE // EVERY:
+        finds.append(f"states were passed on in greater numbers than {AT_ONCE // EVERY}: {passed}")
+    try:
+        kept = load(path, pendulum())
+        times, states = kept.t, kept.q[:]
+    except ancf.AncfError as refused:
+        # Nothing is promised of a run that has passed on nothing, but that another replaces it.
+        ancf.simulate(pendulum(), DT, DT, output=path)
+        if passed[-1]:
+            finds.append(f"its file cannot be read: {refused}")
+        return finds
+    (t, q), n, steps = whole(), len(times), np.rint(times / DT).astype(int)
+    # All in turn, and the last one.
+    in_turn = np.array_equal(steps[:-1], np.arange(0, EVERY * (n - 1), EVERY))
+    if not (in_turn and np.allclose(times, t[steps]) and np.array_equal(states, q[steps])):
         finds.append(f"the {n} states in its file are not those of the whole run")
-    if how == signal.SIGINT and isinstance(reported, int) and reported != n:
-        finds.append(f"the interruption carries {reported} states and the file has {n}")
-    if how == signal.SIGINT and word == "an interruption" and not isinstance(reported, int):
-        finds.append("the interruption carries no trajectory")
-    return Report(word, finds, tried)
+    if n < passed[-1]:
+        finds.append(f"{passed[-1]} states were passed on and the file has {n}")
+    if word != "a kill" and carried != n:
+        finds.append(f"it ended by {word} with {carried} states and the file has {n}")
+    return finds
 
 
 def interrupt(path, how, wait):
-    """Run in a child, send it a signal; give what it says and a word for it."""
+    """Run in a child, send it a signal; give how it ended, its states, and those passed on."""
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     child = context.Process(target=job, args=(path, there), daemon=True)
     child.start()
     there.close()
+    word, carried, passed = "a hang", 0, []
     try:
         here.recv()
         time.sleep(wait)
         os.kill(child.pid, how)
-        reported = here.recv() if here.poll(PATIENCE) else None
+        while word == "a hang" and here.poll(PATIENCE):
+            word, carried = here.recv()
+            if word == "passed on":
+                passed.append(carried)
+                word = "a hang"
     except EOFError:
-        reported = "killed"
+        word = "a kill"
     child.join(PATIENCE)
     if child.is_alive():
         child.kill()
         child.join()
-        return None, "a hang"
-    words = {"killed": "a kill", "finished": "the end"}
-    return reported if reported is not None else "nothing", words.get(reported, "an interruption")
+        word = "a hang"
+    return word, carried, passed
