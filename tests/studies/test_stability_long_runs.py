@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ancfsparse.cli import main
-from ancfsparse.studies.long_runs.report import chart, findings, headline
+from ancfsparse.studies.long_runs.report import chart, findings
 from ancfsparse.studies.long_runs.run import ENTRANTS, NOISE, SOFT, LongRun, LongRuns, long_runs
 
 
@@ -54,7 +54,6 @@ def test_what_is_said_follows_the_numbers():
     assert "a; b. The one that keeps most is b: -1 % in 2 s." in sentences[0]
     assert sentences[1] == "c was stopped at 2 s: gained energy."
     assert sentences[2].startswith("Memory grew in c by more than 4 MB")
-    assert headline(result).startswith("2 of 3 runs come to 2 s; b keeps its energy best")
 
 
 def test_the_chart_can_be_read(readable):

@@ -32,7 +32,7 @@ from ancfsparse.studies.stability.cells import (
     unsure_work,
     work_of,
 )
-from ancfsparse.studies.stability.findings import solver_headline
+from ancfsparse.studies.stability.findings import findings
 from ancfsparse.studies.stability.report import integrator_chart, solver_chart
 from ancfsparse.studies.stability.run import (
     CALM_SHARE,
@@ -311,9 +311,9 @@ def test_the_solver_chart_shows_the_worst_and_frames_what_differs():
     with_both = [replace(run, place=run.place._replace(integrator="GeneralizedAlpha(0.8)"))
                  for run in runs]  # fmt: skip
     result = Stability(runs + with_both, {})
-    assert solver_headline(result) == (
-        "Where Newton finishes so do the others, in all but 4 of 20 runs;\n"
-        "where it does not, 16 of 20 do"
+    assert findings(result)[0].startswith(
+        "Other solvers beside Newton at the same 40 points: 0 failed and 4 were stopped for energy "
+        "where Newton finished, 16 finished where Newton did not."
     )
     newton, kept, full, *_ = solver_chart(result).axes
     worst = [[OUTCOMES[int(k)] for k in ax.images[0].get_array().ravel()]

@@ -23,9 +23,8 @@ WIDTH = 9.0
 SMALL = 8.0
 NOTE_SIZE = 7.0
 
-# Letters that fit above the whole picture, above one of two panels beside each other, and into a
-# column of notes.
-HEAD_LETTERS, TITLE_LETTERS, NOTE_LETTERS = 96, 64, 71
+# Letters that fit into a column of notes.
+NOTE_LETTERS = 71
 
 MODEL_COLOURS = dict(
     zip(MODELS, ("#0072b2", "#009e73", "#e69f00", "#d55e00", "#cc79a7"), strict=True)
@@ -33,18 +32,11 @@ MODEL_COLOURS = dict(
 """One colour per model, distinguished by colour-blind eyes too."""
 
 
-def set_head(figure: Figure, text: str) -> None:
-    """Set the finding of a picture above it, in as many lines as it takes."""
-    figure.suptitle(_fill(text, HEAD_LETTERS), fontsize="large")
-
-
-def set_title(ax: Axes, text: str) -> None:
-    """Set the finding of one of two panels beside each other above it."""
-    ax.set_title(_fill(text, TITLE_LETTERS), fontsize=SMALL)
-
-
-def _fill(text: str, letters: int) -> str:
-    return "\n".join(textwrap.fill(line, letters) for line in text.splitlines())
+def new_figure(height: float, title: str) -> Figure:
+    """Return an empty picture of this height [in], with what it shows above it."""
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    figure.suptitle(title)
+    return figure
 
 
 def set_legend(figure: Figure, shown: Mapping[str, Any], columns: int, title: str = "") -> None:
@@ -55,7 +47,7 @@ def set_legend(figure: Figure, shown: Mapping[str, Any], columns: int, title: st
     )  # fmt: skip
 
 
-def set_axes(ax: Axes, x: str, y: str = "", log: str = "xy") -> None:
+def set_axes(ax: Axes, x: str, y: str = "", log: str = "xy", title: str = "") -> None:
     """Label the axes of a panel, where curves are drawn already, and draw its grid.
 
     Those of ``"x"`` and ``"y"`` that `log` names are logarithmic; x beyond a decade is labelled at
@@ -70,6 +62,8 @@ def set_axes(ax: Axes, x: str, y: str = "", log: str = "xy") -> None:
         ax.set_yscale("log")
     ax.set_xlabel(x, fontsize=SMALL)
     ax.set_ylabel(y, fontsize=SMALL)
+    if title:
+        ax.set_title(title, fontsize=SMALL)
     ax.grid(alpha=0.3, which="major")
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.common.charts import WIDTH, set_axes, set_head, set_legend
+from ancfsparse.studies.common.charts import new_figure, set_axes, set_legend
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import Table, bullets
 from ancfsparse.studies.common.target import Target
@@ -144,7 +144,7 @@ def _name(outcome: Outcome) -> str:
 
 def chart(result: Economy) -> Figure:
     """Draw reached against requested errors, and costs over the best against its time."""
-    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+    figure = new_figure(4.6, "Errors of plans, and their cost beside the best choice by hand")
     left, right = figure.subplots(1, 2)
     judged = _judged(result)
     for colour, asked in zip(COLOURS, sorted({o.asked for o in result.outcomes}), strict=False):
@@ -182,8 +182,6 @@ def chart(result: Economy) -> Figure:
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
             shown.setdefault(label, handle)
     set_legend(figure, shown, 3)
-    met = [each for each in judged if each.share <= 1.0]
-    set_head(figure, f"{len(met)} of {len(judged)} errors are at most those asked for")
     return figure
 
 

@@ -8,15 +8,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.common.charts import (
-    MODEL_COLOURS,
-    SMALL,
-    WIDTH,
-    set_axes,
-    set_head,
-    set_legend,
-    set_title,
-)
+from ancfsparse.studies.common.charts import MODEL_COLOURS, SMALL, new_figure, set_axes, set_legend
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.error_budget.run import DEFAULT, PARTS, Budget, Part, error_budget
@@ -51,7 +43,8 @@ def _cell(budget: Budget, model: str, part: str) -> str:
 
 def chart(budget: Budget) -> Figure:
     """Draw each part against what it depends on, and the distances between the models."""
-    figure = Figure(figsize=(WIDTH, 7.6), layout="constrained")
+    name = f"{budget.elements} elements, dt = {budget.dt:g} s"
+    figure = new_figure(7.6, f"The parts of the error of {name}")
     panels = figure.subplots(2, 2, sharey=True).ravel()
     shown: dict[str, Any] = {}
     for ax, part in zip(panels, AXES, strict=False):
@@ -65,15 +58,14 @@ def chart(budget: Budget) -> Figure:
         if chosen is not None:
             ax.axvline(chosen, color="black", linewidth=0.8, linestyle=":")
         dotted = DEFAULT if chosen is None else f"{chosen:g}"
-        set_axes(ax, AXES[part] + f"; dotted: {dotted}", "tip error [m]")
+        what = AXES[part] + f"; dotted: {dotted}"
+        set_axes(ax, what, "tip error [m]", title=part.capitalize())
         ax.tick_params(labelleft=True)
-        set_title(ax, _title(budget, part))
     meshes = sorted({int(p.value) for p in budget.parts if p.part == "mesh"})
     panels[0].set_xticks(meshes, [str(n) for n in meshes])
     _models(panels[3], budget)
     text = "hollow: not larger than what the reference may be off"
     set_legend(figure, shown, len(shown), text)
-    set_head(figure, _headline(budget))
     return figure
 
 
@@ -103,41 +95,9 @@ def _models(ax: Axes, budget: Budget) -> None:
         range(len(pairs)), [f"{p.model} – {p.value}" for p in pairs], rotation=35, ha="right",
         fontsize=SMALL,
     )  # fmt: skip
-    set_axes(ax, "two models, both converged in mesh and time", "distance of the tips [m]", "y")
+    what = "two models, both converged in mesh and time"
+    set_axes(ax, what, "distance of the tips [m]", "y", "Model")
     ax.tick_params(labelleft=True)
-    known = [p.error for p in pairs if p.known]
-    if known:
-        text = f"Model: converged motions differ by {min(known):.0e} to {max(known):.0e} m"
-        alike = [f"{p.model} and {p.value}" for p in pairs if not p.known]
-        text += f"\nnot distinguished: {', '.join(alike)}" if alike else ""
-        set_title(ax, text)
-
-
-def _title(budget: Budget, part: str) -> str:
-    """Return the bounds of this part of the chosen run."""
-    found = [budget.choice(model)[part] for model in budget.references]
-    low, high = (f(p.error for p in found) for f in (min, max))
-    best = min(found, key=lambda p: p.error).model
-    worst = max(found, key=lambda p: p.error).model
-    return f"{part.capitalize()}: {low:.1e} m ({best}) to {high:.1e} m ({worst})"
-
-
-def _headline(budget: Budget) -> str:
-    """Name the part that is largest for most models."""
-    largest = [max(budget.choice(m).values(), key=lambda p: p.error) for m in budget.references]
-    ratios = [
-        first.error / max(p.error for p in budget.choice(first.model).values() if p is not first)
-        for first in largest
-    ]
-    parts = {p.part for p in largest}
-    name = f"{budget.elements} elements, dt = {budget.dt:g} s"
-    if len(parts) == 1:
-        return (
-            f"With {name} the {parts.pop()} is the largest error of every model, "
-            f"{min(ratios):.0f} to {max(ratios):.0f} times the next"
-        )
-    listed = ", ".join(f"{p.model}: {p.part}" for p in largest)
-    return f"With {name} the largest error is: {listed}"
 
 
 STUDY = Study(

@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.common.charts import SMALL, WIDTH, set_axes, set_empty, set_head, set_legend
+from ancfsparse.studies.common.charts import SMALL, new_figure, set_axes, set_empty, set_legend
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.common.target import Target
@@ -49,7 +49,7 @@ def chart(rows: Sequence[Row]) -> Figure:
         "octet trusses": [row for row in rows if row.job.case == "octet"],
     }
     kinds = {name: own for name, own in kinds.items() if own}
-    figure = Figure(figsize=(WIDTH, 1.0 + 3.4 * len(kinds)), layout="constrained")
+    figure = new_figure(1.0 + 3.4 * len(kinds), "Time and memory of exact and incomplete seeds")
     colours = dict(zip(dict.fromkeys(map(_label, rows)), COLOURS, strict=False))
     shown: dict[str, Any] = {}
     for (left, right), (name, own) in zip(
@@ -58,7 +58,6 @@ def chart(rows: Sequence[Row]) -> Figure:
         shown |= _panels(left, right, name, own, colours)
     if shown:
         set_legend(figure, shown, 3, "solid: incomplete seeds, dashed: exact ones")
-        set_head(figure, _headline(rows))
     return figure
 
 
@@ -81,8 +80,7 @@ def _panels(
             if seed == "incomplete" and own:
                 shown[label] = drawn
     for ax, what in ((left, "microseconds per element and step"), (right, "kB per element")):
-        ax.set_title(name, fontsize=SMALL)
-        set_axes(ax, "elements", what, "x")
+        set_axes(ax, "elements", what, "x", name)
         ax.tick_params(labelsize=SMALL)
     left.set_yscale("log")
     right.set_ylim(bottom=0.0)
@@ -92,17 +90,6 @@ def _panels(
 def _label(row: Row) -> str:
     job = row.job
     return f"{'net' if job.case == 'net' else job.stiff}, {job.course}"
-
-
-def _headline(rows: Sequence[Row]) -> str:
-    both = [pair for pair in pairs(rows) if pair[0].job.case != "net"]
-    if not both:
-        return "Exact and incomplete seeds"
-    exact, incomplete = max(both, key=lambda pair: pair[0].microseconds / pair[1].microseconds)
-    return (
-        f"The exact seed takes up to {exact.microseconds / incomplete.microseconds:.2g} times as "
-        f"long as the incomplete one ({exact.job.title}, {exact.job.side})"
-    )
 
 
 GIGABYTE = 1e9

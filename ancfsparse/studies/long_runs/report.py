@@ -7,7 +7,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.common.charts import SMALL, WIDTH, set_axes, set_head, set_legend
+from ancfsparse.studies.common.charts import new_figure, set_axes, set_legend
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.long_runs.run import MOST_RISE, NOISE, LongRun, LongRuns, long_runs
@@ -74,30 +74,13 @@ def findings(result: LongRuns) -> list[str]:
     return [*sentences, f"{memory} by more than {NOISE / 1e6:g} MB beyond a tenth of it."]
 
 
-def headline(result: LongRuns) -> str:
-    """Sum up the chart."""
-    completed = [run for run in result.runs if not run.reason]
-    if not completed:
-        return "No run came to its end"
-    text = f"{len(completed)} of {len(result.runs)} runs come to {completed[0].t[-1]:.4g} s"
-    kept = [run for run in completed if run.kept]
-    if not kept:
-        return f"{text}, none without gaining energy"
-    best = min(kept, key=lambda run: abs(run.energy[-1]))
-    return f"{text}; {best.label} keeps its energy best: {100 * best.energy[-1]:+.2g}\u00a0%"
-
-
 def chart(result: LongRuns) -> Figure:
     """Draw energy against time: all runs of the soft pendulum, the same nearer, those of steel."""
-    figure = Figure(figsize=(WIDTH, 6.2), layout="constrained")
+    figure = new_figure(6.2, "Energy of a pendulum that falls without damping")
     axes = figure.subplots(1, 3)
     soft = [run for run in result.runs if not run.steel]
     steel = [run for run in result.runs if run.steel]
-    titles = (
-        f"All; x: stopped, {sum(bool(run.reason) for run in soft)} runs",
-        "The same, nearer; dotted: what it may rise",
-        f"Of steel; x: stopped, {sum(bool(run.reason) for run in steel)} runs",
-    )
+    titles = ("All; x: stopped", "The same, nearer; dotted: what it may rise", "Of steel")
     limits = ((-70.0, 10.0), (-3.0, 3.0), (-1.0, 1.0))
     for ax, runs, title, (low, high) in zip(axes, (soft, soft, steel), titles, limits, strict=True):
         for run, colour in _coloured(runs):
@@ -108,13 +91,11 @@ def chart(result: LongRuns) -> Figure:
             )  # fmt: skip
             if run.reason:
                 ax.plot(run.t[-1], 100 * run.energy[-1], "x", color=colour, markersize=7)
-        set_axes(ax, "time [s]", log="x")
+        set_axes(ax, "time [s]", log="x", title=title)
         ax.set_ylim(low, high)
-        ax.set_title(title, fontsize=SMALL)
     for ax in axes[1:]:
         ax.axhline(100 * MOST_RISE, color="grey", linestyle=":", linewidth=1.0)
     axes[0].set_ylabel("energy above the start [% of the largest kinetic]")
-    set_head(figure, headline(result))
     shown: dict[str, Any] = {}
     for ax in axes:
         handles, labels = ax.get_legend_handles_labels()

@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 from matplotlib.figure import Figure
 
-from ancfsparse.studies.common.charts import SMALL, WIDTH, set_axes, set_head, set_legend
+from ancfsparse.studies.common.charts import new_figure, set_axes, set_legend
 from ancfsparse.studies.common.race import OURS
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import Table, bullets
@@ -50,7 +50,7 @@ def chart(found: Comparison) -> Figure:
     scenes = list(dict.fromkeys(row.scene for row in found.rows))
     columns = min(3, len(scenes))
     lines = -(-len(scenes) // columns)
-    figure = Figure(figsize=(WIDTH, 1.2 + 2.6 * lines), layout="constrained")
+    figure = new_figure(1.2 + 2.6 * lines, "Error of the steps against time")
     panels = figure.subplots(lines, columns, squeeze=False).ravel()
     shown = {}
     ways = dict.fromkeys((row.program, row.newton) for row in found.rows)
@@ -62,17 +62,11 @@ def chart(found: Comparison) -> Figure:
             style = "o-" if way[0] == OURS else "s--"
             (line,) = ax.plot(x, y, style, color=colour, markersize=4, linewidth=1.2)
             shown[OURS if way[0] == OURS else f"Exudyn, {way[1]}"] = line
-        ax.set_title(scene.replace("_", " "), fontsize=SMALL)
-        set_axes(ax, "processor time of the solver [ms]", "error [m]")
+        title = scene.replace("_", " ")
+        set_axes(ax, "processor time of the solver [ms]", "error [m]", title=title)
     for ax in panels[len(scenes) :]:
         ax.set_axis_off()
     set_legend(figure, shown, 2)
-    ratios = [other.seconds / ours.seconds for ours, other in found.pairs()]
-    set_head(
-        figure,
-        f"At equal errors our program takes {min(ratios):.0f} to {max(ratios):.0f} times less time "
-        "than the fastest of Exudyn's settings",
-    )
     return figure
 
 

@@ -22,7 +22,7 @@ from ancfsparse.solve import simulate
 from ancfsparse.solve.memory import NOTHING
 from ancfsparse.solve.seed import make_seed
 from ancfsparse.solve.setup import costs
-from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
+from ancfsparse.studies.common.charts import SMALL, new_figure, set_legend
 from ancfsparse.studies.common.progress import bar
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import Table
@@ -248,7 +248,7 @@ def table(rows: Sequence[Row], shown: Sequence[Row]) -> Table:
 def chart(rows: Sequence[Row]) -> Figure:
     """Draw the work beside the chord against the step, by scene; a gap is a run that fails."""
     scenes = list(dict.fromkeys(row.scene for row in rows))
-    figure = Figure(figsize=(WIDTH, 6.4), layout="constrained")
+    figure = new_figure(6.4, "Work of secant pairs on incomplete seeds")
     axes = figure.subplots(2, -(-len(scenes) // 2), sharey=True, squeeze=False)
     shown: dict[str, Any] = {}
     for ax, scene in zip(axes.ravel(), scenes, strict=False):
@@ -258,7 +258,6 @@ def chart(rows: Sequence[Row]) -> Figure:
     for ax in axes[-1]:
         ax.set_xlabel("step times highest frequency of an element", fontsize=SMALL)
     set_legend(figure, shown, 3, "two pairs; the black line is auto, gaps are runs that fail")
-    set_head(figure, _headline(rows))
     return figure
 
 
@@ -286,17 +285,6 @@ def _panel(ax: Axes, rows: Sequence[Row], scene: str, shown: dict[str, Any]) -> 
     ax.set_title(scene, fontsize=SMALL)
     ax.tick_params(labelsize=SMALL)
     ax.grid(alpha=0.3)
-
-
-def _headline(rows: Sequence[Row]) -> str:
-    ratios = [beside(rows, row) for row in rows if row.update == "auto"]
-    known = [ratio for ratio in ratios if ratio == ratio]
-    if not known:
-        return "Secant pairs on incomplete seeds"
-    return (
-        "On incomplete seeds auto, which takes pairs where sweeps contract slowly,\n"
-        f"takes {min(known):.2f} to {max(known):.2f} of the work of the chord"
-    )
 
 
 STUDY = Study(

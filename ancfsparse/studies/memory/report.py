@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ancfsparse.nonlinear.methods import UPDATES
-from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
+from ancfsparse.studies.common.charts import SMALL, new_figure, set_legend
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import Table
-from ancfsparse.studies.memory.run import SAME, MemoryStudy, Run, memory
+from ancfsparse.studies.memory.run import MemoryStudy, Run, memory
 
 COLOURS = dict(zip(UPDATES, cycle(["#e69f00", "#0072b2", "#009e73", "#cc79a7"]), strict=False))
 """Taken in turn, so that a new update has one."""
@@ -68,7 +68,7 @@ ROWS: tuple[tuple[str, Callable[[Run, Run], float]], ...] = (
 def chart(result: MemoryStudy) -> Figure:
     """Draw corrections, seeds, modelled cost and seconds against memory length, by scene."""
     scenes = result.scenes
-    figure = Figure(figsize=(WIDTH, 8.6), layout="constrained")
+    figure = new_figure(8.6, "Counts and cost of secant pairs against their number")
     axes = figure.subplots(len(ROWS), len(scenes), sharex=True, squeeze=False)
     shown: dict[str, Any] = {}
     for column, scene in zip(axes.T, scenes, strict=True):
@@ -81,26 +81,7 @@ def chart(result: MemoryStudy) -> Figure:
     for ax in axes[2:].ravel():
         ax.axhline(1.0, color="black", linewidth=0.8)
     set_legend(figure, shown, 4)
-    set_head(figure, _headline(result))
     return figure
-
-
-def _headline(result: MemoryStudy) -> str:
-    """Count the scenes on which pairs are cheaper than what is simpler."""
-    scenes, bound = result.scenes, 1.0 - SAME
-
-    def paying(carry: bool) -> str:
-        cheaper = [
-            result.best(scene, carry).model_cost
-            < bound * (result.best(scene, False) if carry else result.of(scene)[0]).model_cost
-            for scene in scenes
-        ]
-        return f"on {sum(cheaper)} of {len(scenes)} scenes"
-
-    return (
-        f"By counts, pairs of the step alone pay beside the chord {paying(False)}, "
-        f"carried ones beside them {paying(True)}"
-    )
 
 
 def _panel(

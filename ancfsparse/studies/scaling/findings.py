@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ancfsparse.studies.common.target import Target
 from ancfsparse.studies.peers.exudyn_scene import SETTINGS as PEERS
 from ancfsparse.studies.scaling.rows import TITLES, Row, Scaling, ratios
@@ -115,71 +113,3 @@ def size_of(row: Row) -> str:
 def name_of(row: Row) -> str:
     """Write a scene and a size."""
     return f"{TITLES[row.scene]}, {size_of(row)}"
-
-
-def headline(result: Scaling) -> str:
-    """State how the cost of the longest chain compares with that of one that fits the caches."""
-    rows = result.done(("chain", "rest"), "auto")
-    if len(rows) < 2:
-        return "Cost per element and step"
-    first = next((r for r in rows if r.job.elements >= 1000), rows[0])
-    if first is rows[-1]:
-        first = rows[0]
-    growth = rows[-1].microseconds / first.microseconds
-    return (
-        f"From {first.job.elements:,} to {rows[-1].job.elements:,} elements, a step of a chain "
-        f"costs {growth:.2f} times as much per element"
-    )
-
-
-def cost_title(result: Scaling, scene: tuple[str, str]) -> str:
-    """Name the nearest rival of auto at the largest size where both have a result."""
-    groups = [group for group in result.by_size() if group[0].scene == scene]
-    title = TITLES[scene].capitalize()
-    for names in ([peer.name for peer in PEERS], ["Newton"]):
-        for group in reversed(groups):
-            found = ratios(group)
-            rivals = {name: found[k] for name in names if (k := f"{name} / auto") in found}
-            if rivals:
-                name = min(rivals, key=lambda each: rivals[each])
-                return (
-                    f"{title}: {name} takes {rivals[name]:.1f} times as long as auto at "
-                    f"{size_of(group[0])}"
-                )
-    return title
-
-
-def memory_title(result: Scaling) -> str:
-    """State how memory grows."""
-    slopes = [f"{value:.2f}" for key, value in result.slopes().items() if "memory" in key]
-    text = "Memory of auto above an idle process"
-    return f"{text} grows with the elements to the power {', '.join(slopes)}" if slopes else text
-
-
-def split_title(rows: list[Row]) -> str:
-    """Name the largest part of auto's time on the largest of the scenes."""
-    if not rows:
-        return "Time of auto by part"
-    row = max(rows, key=lambda each: each.job.elements)
-    shares = shares_of(row)
-    part = max(shares, key=lambda each: shares[each])
-    return f"Auto spends {shares[part]:.0f} % on {part} in the {name_of(row)}"
-
-
-def shares_of(row: Row) -> dict[str, float]:
-    """Return the shares of the parts of a march [%]."""
-    split: dict[str, Any] = row.record["split"]
-    whole = sum(split.values())
-    return {part: 100.0 * seconds / whole for part, seconds in split.items()}
-
-
-def count_title(rows: list[Row]) -> str:
-    """State the bounds of the corrections and factorisations of auto."""
-    if not rows:
-        return "Corrections and factorisations of auto"
-    corrections = [row.record["iterations_per_step"] for row in rows]
-    each = [row.job.steps / max(row.record["factorizations"], 1) for row in rows]
-    return (
-        f"Auto corrects {min(corrections):.1f} to {max(corrections):.1f} times per step and "
-        f"factors once in {min(each):.0f} to {max(each):.0f} steps"
-    )

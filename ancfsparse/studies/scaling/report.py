@@ -9,30 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ancfsparse.dispatch import instruction_set
-from ancfsparse.studies.common.charts import (
-    SMALL,
-    WIDTH,
-    set_axes,
-    set_empty,
-    set_head,
-    set_legend,
-    set_title,
-)
+from ancfsparse.studies.common.charts import SMALL, new_figure, set_axes, set_empty, set_legend
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import Table
 from ancfsparse.studies.peers.exudyn_scene import SETTINGS as PEERS
-from ancfsparse.studies.scaling.findings import (
-    cost_title,
-    count_title,
-    findings,
-    headline,
-    memory_title,
-    name_of,
-    shares_of,
-    size_of,
-    split_title,
-    targets,
-)
+from ancfsparse.studies.scaling.findings import findings, name_of, size_of, targets
 from ancfsparse.studies.scaling.rows import TITLES, Row, Scaling, ratios
 from ancfsparse.studies.scaling.run import scaling
 from ancfsparse.studies.scaling.worker import SOLVERS
@@ -58,7 +39,7 @@ PARTS = {
 
 def chart(result: Scaling) -> Figure:
     """Draw cost per element and step for each scene, memory, time by part, and counts."""
-    figure = Figure(figsize=(WIDTH, 10.5), layout="constrained")
+    figure = new_figure(10.5, "Cost, memory and counts against the number of elements")
     costs = figure.subplots(3, 2).ravel()
     memory, split, counted = costs[3:]
     shown: dict[str, Any] = {}
@@ -71,19 +52,17 @@ def chart(result: Scaling) -> Figure:
         x, y = [r.job.elements for r in rows], [r.bytes_per_element for r in rows]
         memory.plot(x, y, style, color="black", markersize=5, label=TITLES[scene])
     if known:
-        set_axes(memory, "elements", "bytes per element")
+        what = "Memory of auto above an idle process"
+        set_axes(memory, "elements", "bytes per element", title=what)
         memory.legend(fontsize=SMALL)
-        set_title(memory, memory_title(result))
     else:
         set_empty(memory, "memory of auto: above that of an idle process at no size")
     _parts(split, [row for row in autos if len(row.record.get("split", {})) > 1])
     if autos:
         _counts(counted, result)
-        set_title(counted, count_title(autos))
     else:
         set_empty(counted, "corrections and factorisations of auto: no result")
     set_legend(figure, shown, 4, "crosses: no result at that size, for reasons given in the table")
-    set_head(figure, headline(result))
     return figure
 
 
@@ -102,10 +81,10 @@ def _costs(ax: Axes, result: Scaling, scene: tuple[str, str], shown: dict[str, A
         missing = [r.job.elements for r in here if r.note]
         ax.plot(missing, [0.97 - 0.035 * k] * len(missing), "x", color=colour, markersize=5,
                 transform=top)  # fmt: skip
-    set_axes(ax, "elements", "us per element and step")
+    title = TITLES[scene].capitalize()
+    set_axes(ax, "elements", "us per element and step", title=title)
     low, high = ax.get_ylim()
     ax.set_ylim(low, high * (high / low) ** 0.25)  # room for crosses above the curves
-    set_title(ax, cost_title(result, scene))
 
 
 def _curve(ax: Axes, x: list[int], y: list[float], solver: str, colour: str) -> Any:
@@ -122,7 +101,7 @@ def _parts(ax: Axes, rows: list[Row]) -> None:
     """Stack the parts of the march of auto, a bar for each scene and size."""
     floor = np.zeros(len(rows))
     for part, colour in PARTS.items():
-        height = np.array([shares_of(row).get(part, 0.0) for row in rows])
+        height = np.array([_share(row, part) for row in rows])
         ax.bar(range(len(rows)), height, 0.8, bottom=floor, color=colour, label=part)
         floor += height
     names = [f"{TITLES[row.scene].split()[0]} {_short(row)}, {row.job.motion}" for row in rows]
@@ -132,7 +111,13 @@ def _parts(ax: Axes, rows: list[Row]) -> None:
     ax.set_yticks(range(0, 101, 20))
     ax.set_ylabel("share of the march [%]")
     ax.legend(fontsize=SMALL, ncols=5, loc="upper center", columnspacing=0.8, handlelength=0.9)
-    set_title(ax, split_title(rows))
+    ax.set_title("Time of auto by part", fontsize=SMALL)
+
+
+def _share(row: Row, part: str) -> float:
+    """Return the share of a part of a march [%]."""
+    split: dict[str, float] = row.record["split"]
+    return 100.0 * split.get(part, 0.0) / sum(split.values())
 
 
 def _short(row: Row) -> str:
@@ -148,7 +133,8 @@ def _counts(ax: Axes, result: Scaling) -> None:
         factors = [row.record["factorizations"] / row.job.steps for row in rows]
         ax.plot(x, corrections, style, color="black", markersize=5)
         ax.plot(x, factors, style, color="#d55e00", markersize=5)
-    set_axes(ax, "elements", "per step; black: corrections,\norange: factorisations")
+    what = "per step; black: corrections,\norange: factorisations"
+    set_axes(ax, "elements", what, title="Corrections and factorisations of auto")
 
 
 def heading(result: Scaling) -> str:

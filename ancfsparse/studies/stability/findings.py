@@ -90,33 +90,6 @@ def _verdict(holds: bool) -> str:
     return "met" if holds else "missed"
 
 
-def headline(result: Stability) -> str:
-    """Sum up the first chart: which integrator completes most often and which least."""
-    shares = {name: completed(with_integrator(result, name)) for name in INTEGRATORS}
-    ordered = sorted(shares, key=lambda name: shares[name])
-    least, most = ordered[0], ordered[-1]
-    return (
-        f"{least} comes to its end in {shares[least]:.0f} % of the runs, "
-        f"{most} in {shares[most]:.0f} %"
-    )
-
-
-def solver_headline(result: Stability) -> str:
-    """Sum up the second chart: how often other solvers end otherwise than Newton does."""
-    pairs = [
-        (run, newton) for run, newton in result.beside_newton()
-        if run.place.integrator in FOR_ALL_SOLVERS
-    ]  # fmt: skip
-    living = [run for run, newton in pairs if newton.whole]
-    dead = [run for run, newton in pairs if not newton.whole]
-    lost, won = sum(not run.whole for run in living), sum(run.whole for run in dead)
-    among = f"all but {lost} of" if lost else "all"
-    return (
-        f"Where Newton finishes so do the others, in {among} {len(living):,} runs;\n"
-        f"where it does not, {won} of {len(dead)} do"
-    )
-
-
 def integrator_table(result: Stability) -> Table:
     """Set safe step and share of the runs that complete by integrator and scene."""
     rows = []

@@ -14,15 +14,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from ancfsparse.studies.common.charts import SMALL, WIDTH
+from ancfsparse.studies.common.charts import SMALL, new_figure
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.stability.cells import INTEGRATORS, OUTCOMES, SOLVERS, Run
 from ancfsparse.studies.stability.findings import (
     completed,
     findings,
-    headline,
     integrator_table,
-    solver_headline,
     solver_table,
 )
 from ancfsparse.studies.stability.run import FOR_ALL_SOLVERS, MOST_GAIN, Stability, stability
@@ -69,7 +67,7 @@ def integrator_chart(result: Stability) -> Figure:
         for scene in result.scenes
     ]
     titles = [re.sub("(?=Alpha|Momentum)", "-\n", name) for name in INTEGRATORS]
-    figure = _chart(panels, result.scenes, titles, headline(result))
+    figure = _chart(panels, result.scenes, titles, "Outcome of runs by integrator")
     keys = [
         *OUTCOME_KEYS,
         HIDDEN_KEY,
@@ -95,7 +93,7 @@ def solver_chart(result: Stability) -> Figure:
         for integrator in FOR_ALL_SOLVERS
         for k, group in enumerate(GROUPS)
     ]
-    figure = _chart(panels, result.scenes, titles, solver_headline(result))
+    figure = _chart(panels, result.scenes, titles, "Outcome of runs by solver")
     keys = [
         *OUTCOME_KEYS,
         HIDDEN_KEY,
@@ -115,7 +113,7 @@ def _spot(run: Run) -> tuple[float, float]:
 def _chart(
     panels: Sequence[Sequence[Panel]], rows: Sequence[str], columns: Sequence[str], title: str
 ) -> Figure:
-    figure = Figure(figsize=(WIDTH, 1.7 + 1.25 * len(rows)), layout="constrained")
+    figure = new_figure(1.7 + 1.25 * len(rows), title)
     axes = figure.subplots(len(rows), len(columns), sharex=True, sharey=True, squeeze=False)
     for i, line in enumerate(panels):
         for j, panel in enumerate(line):
@@ -124,7 +122,6 @@ def _chart(
     for j, name in enumerate(columns):
         axes[0, j].set_title(name, fontsize=SMALL)
         axes[-1, j].set_xlabel("dt [s]", fontsize=SMALL)
-    figure.suptitle(title, fontsize="medium")
     return figure
 
 

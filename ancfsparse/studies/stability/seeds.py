@@ -15,7 +15,7 @@ from ancfsparse.problems import lattice, octet
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from ancfsparse.studies.common import methods
-from ancfsparse.studies.common.charts import SMALL, WIDTH, set_head, set_legend
+from ancfsparse.studies.common.charts import new_figure, set_axes, set_legend
 from ancfsparse.studies.common.methods import chosen
 from ancfsparse.studies.common.progress import bar
 from ancfsparse.studies.common.study import Study
@@ -194,8 +194,9 @@ OUTCOMES = {
 def chart(rows: Sequence[Row]) -> Figure:
     """Draw at each stiffness and step which seeds finish, the two integrators side by side."""
     scenes = list(dict.fromkeys(row.scene for row in rows))
-    figure = Figure(figsize=(WIDTH, 2.6 * -(-len(scenes) // 3) + 1.2), layout="constrained")
-    axes = figure.subplots(-(-len(scenes) // 3), min(3, len(scenes)), squeeze=False)
+    lines = -(-len(scenes) // 3)
+    figure = new_figure(2.6 * lines + 1.2, "Runs that finish on exact and on incomplete seeds")
+    axes = figure.subplots(lines, min(3, len(scenes)), squeeze=False)
     shown: dict[str, Any] = {}
     for ax in axes.ravel()[len(scenes) :]:
         ax.set_axis_off()
@@ -210,17 +211,8 @@ def chart(rows: Sequence[Row]) -> Figure:
                 label, colour, marker = OUTCOMES[whole, other]
                 x = dt * (0.9 if integrator == next(iter(INTEGRATORS)) else 1.1)
                 (shown[label],) = ax.plot(x, modulus, marker, color=colour, linestyle="none")
-        ax.set_xscale("log")
-        ax.set_yscale("log")
-        ax.set_title(scene, fontsize=SMALL)
-        ax.tick_params(labelsize=SMALL)
-        ax.set_xlabel("dt [s]", fontsize=SMALL)
-    for ax in axes[:, 0]:
-        ax.set_ylabel("Young's modulus [Pa]", fontsize=SMALL)
+        set_axes(ax, "dt [s]", "Young's modulus [Pa]", title=scene)
     set_legend(figure, shown, 4)
-    lost = worse(rows, "incomplete")
-    total = sum(row.seed == "incomplete" for row in rows)
-    set_head(figure, f"{len(lost)} of {total} runs finish on exact seeds only")
     return figure
 
 

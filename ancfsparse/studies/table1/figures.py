@@ -61,24 +61,12 @@ def figure2(table: Table) -> Figure:
     figure.suptitle(f"Differences in the vertical position of the tip, {row} element")
 
     pairs = [("Davidon", each) for each in paper.QUASI_NEWTON if each != "Davidon"]
-    size = _draw(among, table.t, _between(pairs, height))
-    agreement = _power(max(size.values(), default=0.0))
-    among.set_title(f"Quasi-Newton methods agree to {agreement}", fontsize=10)
-
+    _draw(among, "Quasi-Newton methods", table.t, _between(pairs, height))
     pairs = [("Davidon", "Radau"), ("RK23", "Radau")]
-    size = _draw(against, table.t, _between(pairs, height))
-    against.set_title(
-        "From the stand-in for ode23t: "
-        + ", ".join(f"{name.partition(' –')[0]} {_power(each)}" for name, each in size.items()),
-        fontsize=10,
-    )
-
+    _draw(against, "From the stand-in for ode23t", table.t, _between(pairs, height))
     shown = [each for each in ("Davidon", *paper.ODE_FUNCTIONS) if each in height]
-    size = _draw(off, table.t, {each: (each, height[each] - exact) for each in shown})
-    theirs = [size[each] for each in paper.ODE_FUNCTIONS if each in size]
-    sizes = [f"Davidon {_power(size['Davidon'])}"] if "Davidon" in size else []
-    sizes += [f"SciPy's {_power(max(theirs))} at most"] if theirs else []
-    off.set_title("From the motion converged in time: " + ", ".join(sizes), fontsize=10)
+    errors = {each: (each, height[each] - exact) for each in shown}
+    _draw(off, "From the motion converged in time", table.t, errors)
     off.set_xlabel("time [s]")
     return figure
 
@@ -94,28 +82,21 @@ def _between(
     }
 
 
-def _draw(ax: Axes, t: Vector, curves: Mapping[str, tuple[str, Vector]]) -> dict[str, float]:
-    """Draw the sizes of differences over time and return the largest of each.
+def _draw(ax: Axes, title: str, t: Vector, curves: Mapping[str, tuple[str, Vector]]) -> None:
+    """Draw the sizes of differences over time, and state the largest of each in the key.
 
     A difference that oscillates crosses zero all the time; drawn is the largest nearby.
     """
-    largest = {label: float(np.abs(each).max()) for label, (_, each) in curves.items()}
-    for label, (colour, difference) in curves.items():
+    largest = [float(np.abs(each).max()) for _, each in curves.values()]
+    for (name, (colour, difference)), most in zip(curves.items(), largest, strict=True):
         nearby = maximum_filter1d(np.abs(difference), WINDOW)
+        label = f"{name}: {most:.1e} m"
         ax.plot(t[1:], nearby[1:], color=COLOURS[colour], linewidth=1.4, label=label)
     if largest:
         ax.set_yscale("log")
-        top = max(largest.values())
+        top = max(largest)
         ax.set_ylim(1e-5 * top, 3.0 * top)
         ax.legend(fontsize="small", loc="lower right", ncols=len(largest))
     ax.set_ylabel(f"largest within ± {t[WINDOW // 2] - t[0]:.2g} s [m]")
+    ax.set_title(title, fontsize=10)
     ax.grid(alpha=0.3)
-    return largest
-
-
-def _power(size: float) -> str:
-    """Set a length with two digits, 1.6e-7 m as a power of ten."""
-    if size == 0.0:
-        return "0 m"
-    digits, _, exponent = f"{size:.1e}".partition("e")
-    return rf"${digits} \cdot 10^{{{int(exponent)}}}$ m"

@@ -14,12 +14,10 @@ from ancfsparse.studies.common import paper
 from ancfsparse.studies.common.charts import (
     MODEL_COLOURS,
     SMALL,
-    WIDTH,
     mark_failures,
+    new_figure,
     set_axes,
-    set_head,
     set_legend,
-    set_title,
     write_notes,
 )
 from ancfsparse.studies.common.race import OURS, Point, front
@@ -68,23 +66,21 @@ def _runs(points: Sequence[Point], title: str = "") -> Table:
 
 def chart(result: TotalError) -> Figure:
     """Draw cost against error with its front, in seconds and counts, and error by mesh and step."""
-    figure = Figure(figsize=(WIDTH, 9.6), layout="constrained")
+    figure = new_figure(9.6, "Whole error against cost, and by mesh and step")
     seconds, counts, mesh, step = figure.subplots(2, 2).ravel()
     shown: dict[str, Any] = {}
     notes: list[str] = []
-    _cloud(seconds, result, lambda p: p.seconds, "seconds", shown)
+    _cloud(seconds, result, lambda p: p.seconds, "seconds", "March or solver alone", shown)
     mark_failures(seconds, result.points, _colour, notes)
     low, high = result.model_spread()
-    set_title(seconds, _front_title(result))
-    _cloud(counts, result, element_forces, "forces of elements evaluated", shown)
-    set_title(counts, "The same without a clock: forces of elements that were evaluated")
+    what = "forces of elements evaluated"
+    _cloud(counts, result, element_forces, what, "The same without a clock", shown)
     _by_mesh(mesh, result)
     _by_step(step, result)
     for ax in (seconds, counts):
         if not math.isnan(low):
             shown["distance between models"] = ax.axvspan(low, high, color="#dddddd", zorder=0)
     set_legend(figure, shown, 5, "areas of dots: number of elements")
-    set_head(figure, headline(result))
     write_notes(figure, notes)
     return figure
 
@@ -98,7 +94,9 @@ def _colour(p: Point) -> str:
     return MODEL_COLOURS[p.task.model] if p.task.program == OURS else PEERS[p.task.program][0]
 
 
-def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str, Any]) -> None:
+def _cloud(
+    ax: Axes, result: TotalError, size: Size, unit: str, title: str, shown: dict[str, Any]
+) -> None:
     """Draw all runs, the front of ours through them, the paper's choices and the peers."""
     for model in result.references:
         points = result.ours(model)
@@ -135,17 +133,9 @@ def _cloud(ax: Axes, result: TotalError, size: Size, unit: str, shown: dict[str,
                 [p.error for p in theirs], [size(p) for p in theirs], 40, color=colour,
                 marker=marker,
             )  # fmt: skip
-    set_axes(ax, "tip error [m]; labels: elements, step (*: explicit)", unit)
+    set_axes(ax, "tip error [m]; labels: elements, step (*: explicit)", unit, title=title)
     ax.set_xlim(0.02 * min(p.error for p in best), 1.5)  # room for labels
     ax.set_ylim(bottom=0.5 * min(size(p) for p in best))
-
-
-def _front_title(result: TotalError) -> str:
-    """Name the models on the front."""
-    names = dict.fromkeys(p.task.model for p in result.front())
-    off = [model for model in result.references if model not in names]
-    text = "On the front: " + ", ".join(names)
-    return text + (f"; never: {', '.join(off)}" if off else "")
 
 
 def _by_mesh(ax: Axes, result: TotalError) -> None:
@@ -155,11 +145,10 @@ def _by_mesh(ax: Axes, result: TotalError) -> None:
         ax.plot([p.task.elements for p in curve], [p.error for p in curve], "o-",
                 color=MODEL_COLOURS[model], markersize=4)  # fmt: skip
     ax.axvline(paper.ELEMENTS, color="black", linewidth=0.8, linestyle=":")
-    set_axes(ax, "elements", f"tip error at dt = {paper.DT:g} s [m]")
+    set_axes(ax, "elements", "tip error [m]", title=f"By mesh, dt = {paper.DT:g} s")
     ax.xaxis.set_major_locator(FixedLocator(list(MESHES)))
     ax.xaxis.set_major_formatter(ScalarFormatter())
     ax.xaxis.set_minor_locator(NullLocator())
-    set_title(ax, (about_thick(result) or ["Error by mesh"])[0])
 
 
 def _by_step(ax: Axes, result: TotalError) -> None:
@@ -172,16 +161,14 @@ def _by_step(ax: Axes, result: TotalError) -> None:
                     color=MODEL_COLOURS[model], markersize=4)  # fmt: skip
     ax.axvline(paper.DT, color="black", linewidth=0.8, linestyle=":")
     meshes = f"solid: {paper.ELEMENTS} elements, dashed: {fine}"
-    set_axes(ax, f"time step [s], implicit; {meshes}", "tip error [m]")
-    thin = result.at("Thin", paper.ELEMENTS, paper.DT)
-    set_title(ax, about_steps(result, thin) if thin else "Error by step")
+    set_axes(ax, f"time step [s], implicit; {meshes}", "tip error [m]", title="By step")
 
 
 def findings(result: TotalError) -> list[str]:
     """State what the front shows of the paper's choices, the thick element, steps and models."""
     sentences = [_about_choice(result, p) for p in result.paper_choices()]
-    sentences += [about_steps(result, p) for p in result.paper_choices()]
-    sentences += about_thick(result)
+    sentences += [_about_steps(result, p) for p in result.paper_choices()]
+    sentences += _about_thick(result)
     low, high = result.model_spread()
     if not math.isnan(low):
         sentences.append(
@@ -210,7 +197,7 @@ def _say(p: Point) -> str:
     )
 
 
-def about_steps(result: TotalError, p: Point) -> str:
+def _about_steps(result: TotalError, p: Point) -> str:
     """State by how much the step of a choice can grow before its error does."""
     largest = result.largest_step(p.task.model, p.task.elements)
     name = f"{p.task.model}, {p.task.elements} elements"
@@ -223,7 +210,7 @@ def about_steps(result: TotalError, p: Point) -> str:
     )
 
 
-def about_thick(result: TotalError) -> list[str]:
+def _about_thick(result: TotalError) -> list[str]:
     """State whether the thick element locks on the paper's mesh, if it and Thin were run."""
     found = {m: result.at(m, paper.ELEMENTS, paper.DT) for m in ("Thin", "Thick", "Thick, nodal")}
     thin, thick, nodal = found.values()
@@ -271,20 +258,6 @@ def _about_peers(result: TotalError) -> list[str]:
                 f"{best.seconds / ours.seconds:.0f} times faster."
             )
     return sentences
-
-
-def headline(result: TotalError) -> str:
-    """State how far the paper's thin choice is from the front, and why."""
-    thin = [p for p in result.paper_choices() if p.task.model == "Thin"]
-    if not thin:
-        return "Whole error against cost"
-    (p,) = thin
-    as_good = min(q.seconds for q in result.front() if q.error <= p.error)
-    as_cheap = min(q.error for q in result.front() if q.seconds <= p.seconds)
-    return (
-        f"The paper's choice with Thin elements costs {p.seconds / as_good:.0f} times the cheapest "
-        f"run as good;\nfor its time the error can be {p.error / as_cheap:.0f} times smaller"
-    )
 
 
 STUDY = Study(

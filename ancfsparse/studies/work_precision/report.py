@@ -10,12 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ancfsparse.studies.common.charts import (
-    WIDTH,
     mark_failures,
+    new_figure,
     set_axes,
-    set_head,
     set_legend,
-    set_title,
     write_notes,
 )
 from ancfsparse.studies.common.entrants import INTEGRATORS
@@ -77,21 +75,18 @@ def _times(ratio: float) -> str:
 def chart(result: WorkPrecision) -> Figure:
     """Draw seconds against error for each model, and residuals against error for the first."""
     models = list(result.references)
-    figure = Figure(figsize=(WIDTH, 1.6 + 3.9 * -(-(len(models) + 1) // 2)), layout="constrained")
-    panels = figure.subplots(-(-(len(models) + 1) // 2), 2, squeeze=False).ravel()
+    lines = -(-(len(models) + 1) // 2)
+    figure = new_figure(1.6 + 3.9 * lines, "Seconds against error in time")
+    panels = figure.subplots(lines, 2, squeeze=False).ravel()
     shown: dict[str, Any] = {}
     notes: list[str] = []
     first = models[0]
     _panel(panels[0], result, first, lambda p: p.seconds, "seconds", shown, notes)
-    set_title(panels[0], title(result, first))
     _panel(panels[1], result, first, evaluations, "residuals or right-hand sides", shown, None)
-    set_title(panels[1], count_title(result, first))
     for ax, model in zip(panels[2:], models[1:], strict=False):
         _panel(ax, result, model, lambda p: p.seconds, "seconds", shown, notes)
-        set_title(ax, title(result, model))
     for ax in panels[len(models) + 1 :]:
         ax.remove()
-    set_head(figure, headline(result))
     set_legend(figure, shown, 4, "lines: best solver at each step; small dots: other solvers")
     write_notes(figure, notes)
     return figure
@@ -123,7 +118,8 @@ def _panel(
         )  # fmt: skip
         ax.plot([p.error for p in good], [size(p) for p in good], ".", color=colour,
                 markersize=3, alpha=0.5)  # fmt: skip
-    set_axes(ax, "tip error in time [m]", unit)
+    title = f"{model}, {result.settings['elements']} elements"
+    set_axes(ax, "tip error in time [m]", unit, title=title)
     blind = ax.axvspan(*_blind(result, model), color="#dddddd", zorder=0)
     shown.setdefault("below the uncertainty of the reference", blind)
     if notes is not None:
@@ -213,64 +209,6 @@ def _about_counts(result: WorkPrecision, model: str) -> list[str]:
         + " m, Jacobians and factorizations not counted."
         for name, levels in fewer.items()
     ]
-
-
-def headline(result: WorkPrecision) -> str:
-    """State in a line who is fastest at equal error."""
-    model = next(iter(result.references))
-    reach = [v for v in LEVELS if fastest(result.of(model, OURS), v) is not None]
-    found = [
-        (ratio, level, program)
-        for program in result.programs(model)
-        for level in reach
-        if math.isfinite(ratio := result.ratio(model, program, level))
-    ]
-    if not found:
-        best = fastest(result.of(model, OURS), min(reach, default=0.0))
-        if best is None:
-            return "Seconds against error in time: no run of ours has a result"
-        return f"{model}: {best.task.name} reaches {best.error:.0e} m in {best.seconds:.2g} s"
-    ratio, level, program = min(found)
-    if ratio < 1.0:
-        text = f"{program} needs {ratio:.2f} of the time of our fastest at {level:.0e} m"
-    else:
-        text = (
-            f"Down to {min(reach):.0e} m no peer is faster than our fastest; the nearest, "
-            f"{program}, takes {ratio:.1f} times as long at {level:.0e} m"
-        )
-    below = [v for v in LEVELS if v < min(reach) and fastest(result.of(model), v) is not None]
-    return text + ("; below, only peers have results" if below else "")
-
-
-def title(result: WorkPrecision, model: str) -> str:
-    """Name the nearest peer at 1e-5 m, or the cost of that error where there is none."""
-    best = fastest(result.of(model, OURS), 1e-5)
-    name = f"{model}, {result.settings['elements']} elements"
-    if best is None:
-        return name
-    text = f"{name}: 1e-5 m takes {1e3 * best.seconds:.0f} ms ({best.task.name})"
-    if "Exudyn" in result.programs(model):
-        best_of_all = result.ratio(model, "Exudyn", 1e-5)
-        alike = result.ratio(model, "Exudyn", 1e-5, implicit=True, alike=True)
-        if all(0.0 < each < math.inf for each in (best_of_all, alike)):
-            text += (
-                f", Exudyn {best_of_all:.0f} times as long; implicit against implicit {alike:.0f}"
-            )
-    return text
-
-
-def count_title(result: WorkPrecision, model: str) -> str:
-    """Compare evaluations at 1e-5 m between ours and the peer with the fewest."""
-    counted = [p for p in result.of(model) if p.finished and p.error <= 1e-5 and evaluations(p) > 0]
-    ours = min((evaluations(p) for p in counted if p.task.program == OURS), default=math.nan)
-    rivals = [p for p in counted if p.task.program != OURS]
-    if math.isnan(ours):
-        return "Evaluations of the equations"
-    text = f"Evaluations for 1e-5 m: ours {ours:,.0f}"
-    if rivals:
-        best = min(rivals, key=evaluations)
-        text += f", {best.task.program} {evaluations(best):,.0f} ({best.task.method})"
-    return text
 
 
 def evaluations(point: Point) -> float:
