@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from ancfsparse.errors import InputError, PlanFailure, StepFailure
 from ancfsparse.plans.found import Found
@@ -11,17 +12,18 @@ from ancfsparse.plans.per_beam import limp, refusing, staying
 from ancfsparse.plans.pilots import Pilots
 from ancfsparse.plans.rungs import (
     CABLE,
-    FLOOR,
     NEGLIGIBLE,
     STRING,
     bending_of,
     candidates,
     effects_of,
+    floors,
     left_out,
     model_of,
     needed,
     of_way,
     open_beams,
+    within_reach,
 )
 from ancfsparse.plans.search import search
 from ancfsparse.scene import Scene
@@ -74,13 +76,14 @@ def climb(
     first = CABLE if CABLE in richer else richer[-1]
     found = search(pilots, model_of(pilots.scene, first, fixed), finer, fixed_steps)
     effects = effects_of(pilots, found.judge, found.rough)
-    rung = needed(richer, first, effects, found.asked)
+    reached = within_reach(effects, found.asked)
+    rung = needed(richer, first, effects, reached)
     why = _sentences(first, rung, effects, found.asked, pilots)
     why += [f"{name} is not possible: {reason}" for name, reason in refused.items()]
     names = [name for name in open_beams(pilots.scene) if name not in fixed]
     left = [left_out(each, rung) for each in effects]
     if rung != first:
-        stay, kept = staying(found.judge, names, effects, first, found.asked)
+        stay, kept = staying(found.judge, names, effects, first, reached)
         fixed |= {name: rung for name in names if name not in stay}
         found = search(pilots, model_of(pilots.scene, first, fixed), finer, fixed_steps, found)
         if stay:
@@ -97,6 +100,7 @@ def climb(
             share = _price(string)[1] / _price(found)[1]
             why.append(f"strings would do too, but take {share:.2g} times the work: more elements")
     both = zip(left, effects, strict=True)
+    found = replace(found, floors=floors(effects))
     return found.with_effects([own | of_way(each) for own, each in both]), why
 
 
@@ -139,7 +143,7 @@ def _string(
         most = zip(own, found.asked, strict=True)
         if any(sum(each.values()) > NEGLIGIBLE * asked for each, asked in most):
             return None
-    return found.with_effects(own)
+    return replace(found, floors=floors(effects)).with_effects(own)
 
 
 def _limp(
@@ -167,27 +171,24 @@ def _sentences(
 ) -> list[str]:
     """Return what decided between elements, in sentences."""
     out = []
-    for each, most, wanted in zip(effects, asked, pilots.wanted, strict=True):
+    reached = within_reach(effects, asked)
+    for each, most, reach, wanted in zip(effects, asked, reached, pilots.wanted, strict=True):
         unit = wanted.quantity.unit
         own = left_out(each, first)
         parts = ", ".join(f"{name} {value:.1e}" for name, value in own.items())
+        is_enough = sum(own.values()) <= most
+        enough = "sufficient" if is_enough else "as good as converged elements agree"
         if first != CABLE:
             out.append(f"{first} is the richest element that the scene takes")
         elif rung == first:
             out.append(
-                f"{first} is sufficient: what it neglects of the {wanted.quantity.name} is "
+                f"{first} is {enough}: what it neglects of the {wanted.quantity.name} is "
                 f"predicted to be {parts or 'nothing'} {unit}".rstrip()
             )
-        elif sum(own.values()) > NEGLIGIBLE * most:
+        elif sum(own.values()) > NEGLIGIBLE * reach:
             out.append(
                 f"{first} is not sufficient for the {wanted.quantity.name}: it neglects {parts} "
-                f"{unit}, of which at most {NEGLIGIBLE * most:.1e} may be left out, so {rung} is "
+                f"{unit}, of which at most {NEGLIGIBLE * reach:.1e} may be left out, so {rung} is "
                 "taken"
-            )
-        if each.get(FLOOR, 0.0) > most:
-            out.append(
-                f"elements that are all converged differ by about {each[FLOOR]:.1e} {unit} in the "
-                f"{wanted.quantity.name}, because bending and stretch are measured in several ways:"
-                f" no model here can promise {most:.1e} {unit}".rstrip()
             )
     return out

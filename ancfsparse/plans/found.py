@@ -18,7 +18,8 @@ from ancfsparse.plans.time_error import TimeError
 SURE, UNSURE = 0.75, 0.5
 # Shares of it that the mesh may have, of which the cheapest is taken.
 SHARES = np.linspace(0.05, 0.95, 37)
-# Where the rest of the error is larger than what was asked for, what is open may add this share.
+# Where the rest of the error is larger than what was asked for, or models differ by more, what is
+# open may add this share.
 BESIDE = 0.1
 # Errors are continued to so many times the elements or steps of the finest pilots, no further; to
 # fewer steps by an order that is not that of the method.
@@ -61,6 +62,8 @@ class Found:
         Whether mesh and steps were refined together, see `ladder`.
     order : int
         Order of positions in the length of the elements.
+    floors : tuple of float
+        By how much converged elements differ, for every quantity [its unit].
     """
 
     model: Model
@@ -77,6 +80,7 @@ class Found:
     pair: tuple[float, ...] | None = None
     is_short: bool = False
     order: int = 4
+    floors: tuple[float, ...] = ()
 
     def with_effects(self, effects: Sequence[Mapping[str, float]]) -> Found:
         """Return the same with what the elements neglect."""
@@ -172,16 +176,27 @@ class Found:
         return max(sum(each.values()) / most for each, most in errors)
 
     def _price(self, choice: tuple[float, int]) -> tuple[float, float]:
-        """Return by how much a choice misses what was asked for, and its work."""
+        """Return by how much a choice misses what can be reached, and its work."""
         finest, steps = choice
-        return max(1.0, self.missed(finest, steps)), self.work(finest, steps)
+        errors = enumerate(self.errors(finest, steps))
+        excess = max(sum(each.values()) / self._within_reach(i) for i, each in errors)
+        return max(1.0, excess), self.work(finest, steps)
+
+    def _within_reach(self, i: int) -> float:
+        """Return the error asked for; or what is left of it and what is open may add."""
+        rest = self.given[i] + self.neglected(i)
+        return max(self.asked[i], rest + self._free(i))
+
+    def _free(self, i: int) -> float:
+        """Return the error of a quantity that what is open may have [its unit]."""
+        rest, most = self.given[i] + self.neglected(i), self.share * self.asked[i]
+        beside = BESIDE * max(rest, self.floors[i] if self.floors else 0.0)
+        return max(most - rest if most > rest else most, beside)
 
     def _for(self, share: float) -> tuple[float, int]:
         finest, steps = 1.0, 1.0
-        for i, (time, most) in enumerate(zip(self.time.estimates, self.asked, strict=True)):
-            rest = self.given[i] + self.neglected(i)
-            free = self.share * most - rest
-            free = free if free > 0.0 else max(self.share * most, BESIDE * rest)
+        for i, time in enumerate(self.time.estimates):
+            free = self._free(i)
             if self.mesh is not None:
                 of_mesh = share * free
                 needed = self.mesh.estimates[i].needed(of_mesh) / self.density

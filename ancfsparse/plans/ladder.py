@@ -19,7 +19,6 @@ import numpy as np
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.plans.mesh_error import (
     GROWTH,
-    LOST,
     SOLVER_NOISE,
     MeshError,
     elements_of,
@@ -226,7 +225,7 @@ def _undamped(pilots: Pilots) -> Pilots:
 
 def _orders(pilots: Pilots, order: int) -> list[int]:
     """Return the order of every quantity in the length of the elements."""
-    return [order if w.quantity.smooth else max(1, order - LOST) for w in pilots.wanted]
+    return [each.quantity.order(order) for each in pilots.wanted]
 
 
 def _is_close(pilots: Pilots, other: Pilot, far: Sequence[float]) -> bool:

@@ -26,8 +26,6 @@ MOST_GRADES = 2
 # another has shown, and if two meshes cannot show it.  `confirmed` looks whether it is right.
 FAR, NEAR, SMALL = 12.0, 1.0, 0.4
 SOLVER_NOISE = 1e-7
-# Orders that strains and forces in sections lose.
-LOST = 2
 
 
 @dataclass(frozen=True)
@@ -173,7 +171,7 @@ def corrected_estimates(
 def _expected(pilots: Pilots, run: Pilot, order: int) -> tuple[list[int], list[float]]:
     """Return the order in which every quantity converges, and its rounding [its unit]."""
     pairs = list(zip((each.quantity for each in pilots.wanted), run.histories, strict=True))
-    orders = [order if quantity.smooth else max(1, order - LOST) for quantity, _ in pairs]
+    orders = [quantity.order(order) for quantity, _ in pairs]
     return orders, [SOLVER_NOISE * quantity.size(history) for quantity, history in pairs]
 
 
@@ -204,7 +202,7 @@ def given_error(pilots: Pilots, finer: Scene, model: Model, steps: int, order: i
     coarse, fine = _run(pilots, model, steps), _run(other, model, steps)
     pilots.seconds += other.seconds
     apart = distances(pilots.wanted, coarse, fine)
-    orders = [order if each.quantity.smooth else max(1, order - LOST) for each in pilots.wanted]
+    orders = [each.quantity.order(order) for each in pilots.wanted]
     # The difference is e(n) - e(2 n) = e(n) (1 - 2^-p).
     return [d / (1.0 - 2.0**-p) for d, p in zip(apart, orders, strict=True)]
 

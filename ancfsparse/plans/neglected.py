@@ -38,8 +38,9 @@ Change = Callable[[ElasticBody], dict[str, Any]]
 # Relative change of stiffness or density with which the response of a quantity is measured, and by
 # how many times its size it may respond at most.
 PROBE, UNLIKELY = 0.01, 10.0
-# Of what no element includes, it is only stated whether it is larger than what was asked for.
-FLOOR_SHARE = 0.4
+# Of what no element includes, it is only stated whether it is larger than what was asked for, of
+# which `enough` is half.
+FLOOR_SHARE = 0.5
 # States of which energies in sections are looked at.
 MOST_STATES = 64
 

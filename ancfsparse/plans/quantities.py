@@ -39,9 +39,6 @@ class Quantity(ABC):
     ----------
     unit : str
         Unit of its values and of its absolute errors.
-    smooth : bool
-        Whether it depends on coordinates alone, and so converges with the order of the element; a
-        strain or a force in a section loses one for each derivative.
     static : bool
         Whether it is one of the equilibrium, and so of a scene without a motion.
     slow : bool
@@ -50,7 +47,6 @@ class Quantity(ABC):
 
     at: str = field(default="saved", kw_only=True)
     unit: ClassVar[str] = "m"
-    smooth: ClassVar[bool] = True
     slow: ClassVar[bool] = False
     static: ClassVar[bool] = False
 
@@ -76,6 +72,10 @@ class Quantity(ABC):
     @abstractmethod
     def name(self) -> str:
         """What plans call it."""
+
+    def order(self, of_positions: int) -> int:
+        """Return the order in which it converges, by that of positions in the same elements."""
+        return of_positions
 
     def __repr__(self) -> str:
         """Describe what it is, and when."""
@@ -212,7 +212,6 @@ class Reaction(AtPoint):
     """See `reaction`."""
 
     unit: ClassVar[str] = "N"
-    smooth: ClassVar[bool] = False
     slow: ClassVar[bool] = True
 
     @property
@@ -239,7 +238,6 @@ class SectionForceAt(AtPoint):
     """See `section_force`."""
 
     part: str = "M"
-    smooth: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Check the part."""
@@ -256,6 +254,10 @@ class SectionForceAt(AtPoint):
         """What plans call it."""
         return f"section force {self.part} at {self.point!r}"
 
+    def order(self, of_positions: int) -> int:
+        """Moments need two derivatives, shear forces three; tension is even in an element."""
+        return min(of_positions, 2 if self.part in "MT" else 1)
+
     def history(self, run: Trajectory) -> Array:
         """Return components (k, m) [N, N m]."""
         values = getattr(run.section_force(self.beam, [self.point]), self.part)
@@ -271,12 +273,15 @@ class Strain(AtPoint):
     """See `strain`."""
 
     unit: ClassVar[str] = ""
-    smooth: ClassVar[bool] = False
 
     @property
     def name(self) -> str:
         """What plans call it."""
         return f"strain at {self.point!r}"
+
+    def order(self, of_positions: int) -> int:
+        """Strains of the axis are averages of what they are in an element."""
+        return min(of_positions, 2)
 
     def history(self, run: Trajectory) -> Array:
         """Return strains (k, 1) [-]."""

@@ -42,11 +42,14 @@ class Prediction:
     sources : mapping of str to float
         Predicted error by source: ``"mesh"``, ``"time"``, ``"solver"``, and every effect that the
         model neglects [unit of the quantity].
+    floor : float
+        By how much elements that are all converged differ: no model promises less [likewise].
     """
 
     wanted: Wanted
     asked: float
     sources: Mapping[str, float]
+    floor: float = 0.0
 
     @property
     def error(self) -> float:
@@ -55,14 +58,17 @@ class Prediction:
 
     @property
     def is_met(self) -> bool:
-        """Whether it is at most the error that was asked for."""
-        return self.error <= self.asked
+        """Whether it is at most the error that was asked for, and a model can promise that."""
+        return max(self.error, self.floor) <= self.asked
 
     def __str__(self) -> str:
         """Write it in one line."""
         unit = self.wanted.quantity.unit
         parts = ", ".join(f"{name} {value:.1e}" for name, value in self.sources.items() if value)
-        return f"{self.error:.1e} {unit}".rstrip() + f" ({parts})"
+        text = f"{self.error:.1e} {unit}".rstrip() + f" ({parts})"
+        if self.floor <= self.asked:
+            return text
+        return f"{text}, and no model promises less than {self.floor:.1e} {unit}".rstrip()
 
 
 @dataclass(frozen=True)

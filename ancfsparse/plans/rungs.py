@@ -20,7 +20,8 @@ SHEARED = Rung("thick", {"curvature": "section", "section_strain": "nodal"}, 2)
 LADDER = (STRING, CABLE, TWISTED, SHEARED)
 """From the cheapest to the richest."""
 
-# What no richer element includes: converged elements differ by how their bending depends on it.
+# What no richer element includes: converged elements differ by how their bending depends on it, so
+# no choice of elements can promise less.
 FLOOR = "stretch"
 # What every element leaves out where the motion is not marched.
 OF_WAYS = frozenset({"inertia", "nonlinearity", "modes", "flexibility"})
@@ -156,7 +157,7 @@ def needed(
     effects : sequence of mapping
         What it neglects, for every quantity [its unit].
     asked : sequence of float
-        Largest error of every quantity [its unit].
+        Largest error of every quantity that elements are to leave, see `within_reach` [its unit].
     """
     richer = rungs[list(rungs).index(first) :]
     for rung in richer:
@@ -166,6 +167,16 @@ def needed(
         ):
             return rung
     return richer[-1]
+
+
+def floors(effects: Sequence[Mapping[str, float]]) -> tuple[float, ...]:
+    """Return by how much converged elements differ in every quantity [its unit]."""
+    return tuple(each.get(FLOOR, 0.0) for each in effects)
+
+
+def within_reach(effects: Sequence[Mapping[str, float]], asked: Sequence[float]) -> list[float]:
+    """Return the errors that elements are chosen for: those asked for, or what none falls below."""
+    return [max(pair) for pair in zip(asked, floors(effects), strict=True)]
 
 
 def left_out(effects: Mapping[str, float], rung: Rung) -> dict[str, float]:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import ancfsparse as ancf
 from ancfsparse.plans.climb import _limp
@@ -138,3 +139,39 @@ def test_strings_are_tried_for_a_single_line_too():
     scene.pin(line.end)
     plan = ancf.plan(scene, 0.3, ancf.position(line.at(0.5)), "25 %")
     assert rung_of(plan) == STRING or "strings would do too" in str(plan)
+
+
+def test_below_what_models_agree_on_a_cable_is_as_good_as_any():
+    """A soft pendulum: Green's and Biot's strain differ by more than the shear of thick beams."""
+
+    def pendulum(element, n, **options):
+        scene = ancf.Scene()
+        made = ancf.Rectangle(0.01, 0.01), ancf.Material(1e7, 4000)
+        rod = scene.add_beam(element, (0, 0), (1, 0), n, *made, **options)
+        scene.pin(rod.start)
+        return scene, rod.end
+
+    def tip(n, element="thin", **options):
+        scene, end = pendulum(element, n, **options)
+        return ancf.simulate(scene, 1.0, dt=2.5e-4, save_every=40).position(end)
+
+    def apart(one, other):
+        return np.linalg.norm(one - other, axis=1).max()
+
+    scene, end = pendulum("auto", "auto")
+    plan = ancf.plan(scene, 1.0, ancf.position(end), 3e-4)
+    (predicted,) = plan.predictions
+    sheared = {"curvature": "section", "section_strain": "nodal"}
+    coarse, fine = (tip(n, "thick", **sheared) for n in (128, 256))
+    models = tip(48), tip(48, strain="biot"), fine + (fine - coarse) / 3.0
+    most = max(apart(a, b) for a in models for b in models)
+    assert most / 2.0 <= predicted.floor <= 2.0 * most
+    assert predicted.sources["shear"] > 0.5 * predicted.asked
+    assert rung_of(plan) == CABLE
+    assert not plan.is_met
+    assert "no model here can promise 3.0e-04 m" in str(plan)
+    assert "and no model promises less than" in str(plan)
+    run = plan.run()
+    found = CubicSpline(run.t, run.position(end))(np.linspace(0.0, 1.0, len(fine)))
+    assert apart(found, models[0]) <= predicted.asked
+    assert apart(found, models[2]) <= predicted.error + predicted.asked

@@ -5,6 +5,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.plans.asking import checked
+from ancfsparse.plans.pilots import at_rest
 from ancfsparse.plans.wanted import wanted
 from ancfsparse.problems import pendulum
 
@@ -84,3 +85,46 @@ def test_bad_input_gets_a_sentence(motion):
     ):
         with pytest.raises(ancf.InputError, match=words):
             make()
+
+
+SHEARED = {"curvature": "section", "section_strain": "nodal"}
+
+
+def loaded(element, n, gravity=-9.81, **options):
+    scene = ancf.Scene((0.0, gravity))
+    made = ancf.Rectangle(0.05, 0.05), ancf.Material(2e8, 1000.0, 0.3)
+    rod = scene.add_beam(element, (0, 0), (1, 0), n, *made, **options)
+    scene.clamp(rod.start)
+    return scene, rod
+
+
+@pytest.mark.parametrize(("element", "options", "own"), [("thin", {}, 4), ("thick", SHEARED, 2)])
+@pytest.mark.parametrize("part", ["M", "Q", "N"])
+def test_forces_in_sections_converge_as_plans_take_them_to(element, options, own, part):
+    """The largest error along a cantilever under its weight, to 8 times as many elements."""
+
+    def along(n):
+        scene, rod = loaded(element, n, **options)
+        scene.point_force(rod.end, (1.0, 0.5))
+        run = at_rest(ancf.solve_static(scene))
+        forces = (ancf.section_force(rod.at(s), part) for s in np.linspace(0.03, 0.97, 48))
+        return np.array([each.history(run)[0, 0] for each in forces])
+
+    fine = along(256)
+    coarse, finer = (np.abs(along(n) - fine).max() for n in (4, 32))
+    known = ancf.section_force(loaded(element, 4, **options)[1].end, part).order(own)
+    assert np.log2(coarse / finer) / 3.0 == pytest.approx(known, abs=0.3)
+
+
+@pytest.mark.parametrize(("element", "options", "own"), [("thin", {}, 4), ("thick", SHEARED, 2)])
+def test_reactions_converge_as_positions_do(element, options, own):
+    def held(n):
+        scene, rod = loaded(element, n, 0.0, **options)
+        scene.point_force(rod.end, lambda t: (0.0, 10.0 * np.sin(4.0 * t) ** 4))
+        run = ancf.simulate(scene, 0.6, 1e-3)
+        return ancf.reaction(rod.start).history(run), ancf.reaction(rod.start).order(own)
+
+    fine, order = held(32)
+    coarse, finer = (np.abs(held(n)[0] - fine).max() for n in (4, 8))
+    assert order == own
+    assert np.log2(coarse / finer) >= 0.9 * own
