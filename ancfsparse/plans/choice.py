@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ancfsparse.errors import AncfError, InputError, PlanFailure, StepFailure
-from ancfsparse.integrators import CentralDifference
-from ancfsparse.plans import costs
 from ancfsparse.plans.climb import climb
+from ancfsparse.plans.explicit import explicit
 from ancfsparse.plans.found import Found
 from ancfsparse.plans.links import links
 from ancfsparse.plans.mesh_error import COARSEST
-from ancfsparse.plans.models import FEWEST_ELEMENTS, RIGID, Model, coarsest, spread, undecided
-from ancfsparse.plans.pilots import FREE, Pilots, distances, tolerances
+from ancfsparse.plans.models import FEWEST_ELEMENTS, Model, coarsest, spread, undecided
+from ancfsparse.plans.pilots import FREE, Pilots, tolerances
 from ancfsparse.plans.rungs import CABLE, NAMES, SHEARED, effects_of, model_of, of_way, open_beams
 from ancfsparse.plans.search import search
 from ancfsparse.plans.ways import ModalSum, Statics, Way
 from ancfsparse.scene import Scene
-from ancfsparse.solve import stable_step
 
 # What is tried before marching, where loads are slow, and what is tried where marching takes long:
 # finding modes takes as much as short motions do.
@@ -30,9 +27,6 @@ LAST: tuple[type[Way], ...] = (ModalSum,)
 # Pilots of a motion take this many runs of the longest steps at least: those steps, half of them
 # by two integrators, and one more mesh (see `time_error`).
 LEAST_PILOTS = 6.0
-# What is marched where the stable step is no burden, the share of that step, and the work of a
-# step for each coordinate: a residual, and a solution with the masses.
-EXPLICIT, STABLE, EXPLICIT_STEP = CentralDifference(), 0.8, 2.2
 
 
 @dataclass(frozen=True)
@@ -110,47 +104,14 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
     if found is None:
         assert other is not None
         return other
-    explicit = _explicit(pilots, found) if free and pilots.t_end is not None else None
-    if explicit is not None:
-        pilots, found, beside = explicit, _by_steps(explicit, found), beside + pilots.spent
+    other_steps = explicit(pilots, found) if free and pilots.t_end is not None else None
+    if other_steps is not None:
+        beside += pilots.spent
+        pilots, found = other_steps
         reasons = [*reasons, "the stable step of central differences is no burden on this mesh"]
     if other is not None and (_excess(found) > 1.0 or _amount(other.found) < _amount(found)):
         return other
     return Chosen(pilots, found, (*why, *reasons), beside)
-
-
-def _explicit(pilots: Pilots, found: Found) -> Pilots | None:
-    """Return runs by central differences where their stable steps take less work; else None."""
-    if RIGID in found.model.rungs.values():  # flexible beams are to verify it
-        return None
-    finest, steps = found.choice()
-    model = found.model.with_counts(spread(pilots.scene, finest))
-    scene = pilots.built(model)
-    assert pilots.t_end is not None
-    try:
-        stable = stable_step(scene, EXPLICIT)
-    except AncfError:  # constraints or damping that it does not take
-        return None
-    needed = math.ceil(max(steps, pilots.t_end / (STABLE * stable)))
-    work = needed * EXPLICIT_STEP * (found.coordinates(finest) + costs.BESIDE)
-    if work >= min(FREE, found.work(finest, steps)):
-        return None
-    mine = replace(pilots.with_integrator(EXPLICIT), base=needed)
-    run = mine.run(model, needed)
-    if run is None or run.cost.amount >= found.work(finest, steps):
-        return None
-    implicit = pilots.run(model, steps) if found.work(finest, steps) <= FREE else None
-    if implicit is not None:
-        apart = distances(pilots.wanted, implicit, run)
-        if any(far > most for far, most in zip(apart, found.asked, strict=True)):
-            return None
-    return mine
-
-
-def _by_steps(explicit: Pilots, found: Found) -> Found:
-    """Return what was found with the steps and the cost of explicit runs."""
-    finest, _ = found.choice()
-    return replace(found, chosen=(finest, explicit.base), cost=costs.model(explicit.costs))
 
 
 def elements(

@@ -242,6 +242,8 @@ def _mesh(count: int, inner: list[float]) -> dict[str, Any]:
 
     Each part between two places is divided evenly, in proportion to its length.
     """
+    if not inner:
+        return {"n_elements": max(1, count)}
     ends = np.array([0.0, *inner, 1.0])
     parts = [max(1, round(count * each)) for each in np.diff(ends)]
     total = sum(parts)

@@ -1,8 +1,10 @@
 """Plans that take central differences where their stable step is no burden."""
 
 import numpy as np
+import pytest
 
 import ancfsparse as ancf
+from ancfsparse.plans.explicit import EXPLICIT, longest_step
 
 
 def line(element="auto", n="auto", radius=0.02):
@@ -38,3 +40,22 @@ def test_a_stiff_mesh_is_not():
     scene, point = line(radius=0.2)
     plan = ancf.plan(scene, 0.5, ancf.position(point), "3 %")
     assert plan.integrator != ancf.CentralDifference()
+
+
+SHEARED = {"curvature": "section", "section_strain": "nodal"}
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize(("element", "options"), [("thin", {}), ("thick", {}), ("thick", SHEARED)])
+def test_no_stable_step_is_longer_than_the_slope_of_one_node_allows(dim, element, options):
+    made = ancf.Circle(0.02), ancf.Material(1e8, 1000, 0.3)
+    none = (0,) * (dim - 1)
+    for n, heavy in ((2, False), (3, True), (8, True)):
+        scene = ancf.Scene((*none, -9.81))
+        beam = scene.add_beam(element, (0, *none), (1, *none), n, *made, **options)
+        (scene.clamp if heavy else scene.pin)(beam.start)
+        if heavy:
+            scene.add_mass(beam.end, 1.0)
+        ratio = longest_step(scene) / ancf.stable_step(scene, EXPLICIT)
+        assert ratio >= 1.0
+        assert element != "thin" or ratio <= 3.0
