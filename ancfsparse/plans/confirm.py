@@ -12,9 +12,9 @@ from dataclasses import replace
 from ancfsparse.plans.found import SURE, UNSURE, Found, scaled
 from ancfsparse.plans.mesh_error import corrected_estimates, elements_of
 from ancfsparse.plans.models import spread
-from ancfsparse.plans.pilots import FREE, Pilot, Pilots, distances
+from ancfsparse.plans.pilots import FREE, SHARE, Pilot, Pilots, distances
 from ancfsparse.plans.richardson import Estimate
-from ancfsparse.plans.search import SHARE, thorough
+from ancfsparse.plans.search import thorough
 
 # How often a choice is made again, and work of one that is run, in that of free pilots.
 MOST, WORTH = 4, 2.0

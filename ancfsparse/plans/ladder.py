@@ -11,7 +11,7 @@ The first pilot has no numerical damping: what long damped steps take away is pa
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,9 +24,14 @@ from ancfsparse.plans.mesh_error import (
     elements_of,
 )
 from ancfsparse.plans.models import FEWEST_ELEMENTS, Model, coarsest, spread
-from ancfsparse.plans.pilots import FREE, Pilot, Pilots, distances, farthest, tolerances
+from ancfsparse.plans.pilots import FREE, SHARE, Pilot, Pilots, distances, farthest, tolerances
 from ancfsparse.plans.richardson import LEAST_ORDER, Estimate, estimate
-from ancfsparse.plans.time_error import TimeError, step_estimates
+from ancfsparse.plans.time_error import (
+    MOST_HALVINGS,
+    TimeError,
+    step_estimates,
+    undamped_is_alike,
+)
 
 # The first pilot has the fewest elements and the longest steps where this share of the quantity is
 # asked for or more; for less, elements grow with this power of it, and steps are half as long.
@@ -50,6 +55,8 @@ SEEN, ASTRAY = 0.5, 1.0
 # the method; before that, both are refined so many times if that makes distances this share or
 # less.
 CLOSE, MOST, FALLING = 0.1, 5, 0.5
+# Runs without numerical damping that may fail.
+TRIED = 2
 
 
 @dataclass(frozen=True)
@@ -94,17 +101,14 @@ def ladder(pilots: Pilots, model: Model, order: int, order_of_steps: int) -> Lad
         for itself.
     """
     growth = GROWTH if order > LOW_ORDER else float(SHORTER)
-    finest, steps = _start(pilots)
     runs: list[Pilot] = []
     before: list[float] = []
     last = [0.0] * len(pilots.wanted)
-    for _ in range(MOST):
-        own = pilots if runs else _undamped(pilots)
+    for own, finest, steps in _rungs(pilots, growth, runs):
         finer = _on(pilots, model, finest)
         if _count(pilots, finer) != sum(finer.counts.values()):
             return None  # places on beams set the mesh, whose error falls by leaps
         run = own.run(finer, steps)
-        finest, steps = growth * finest, SHORTER * steps
         if run is None:
             runs.clear()
             continue
@@ -119,14 +123,51 @@ def ladder(pilots: Pilots, model: Model, order: int, order_of_steps: int) -> Lad
             errors = [_left(a, b, r) for a, b, r in zip(apart, last, ratios, strict=True)]
             asked = tolerances(pilots.wanted, other)
             worst = max(e / (ENOUGH * most) for e, most in zip(errors, asked, strict=True))
+            found = None
             if worst <= 1.0:
-                return _pair(pilots, runs, errors, order, order_of_steps)
+                found = _pair(pilots, runs, errors, order, order_of_steps)
+            elif worst > FEW:
+                found = _divided(pilots, runs, order, order_of_steps)
+            if found is not None:
+                time = found.time
+                is_alike = runs[0].integrator != pilots.integrator or undamped_is_alike(
+                    pilots, time.runs[-1].model, time.runs, time.estimates)  # fmt: skip
+                return found if is_alike else None
             if worst > FEW:
-                return _divided(pilots, runs, order, order_of_steps)
+                return None
         if before and any(b > FALLING * a for a, b in zip(before, far, strict=True)):
             return None
         before, last = far, apart
     return None
+
+
+def _rungs(
+    pilots: Pilots, growth: float, runs: Sequence[Pilot]
+) -> Iterator[tuple[Pilots, float, int]]:
+    """Give by which integrator, with how many elements and in how many steps pilots are run.
+
+    Where two without numerical damping have failed, they begin again with it, and with steps that
+    are halved until one does not fail.
+    """
+    first, steps = _start(pilots)
+    undamped = _undamped(pilots)
+    finest, failures = first, 0
+    if undamped is not pilots:
+        for _ in range(TRIED):
+            yield undamped, finest, steps
+            finest, steps = growth * finest, SHORTER * steps
+            if runs:
+                break
+        else:
+            finest, steps = first, steps // SHORTER
+    done = len(runs)
+    while done < MOST and failures < MOST_HALVINGS:
+        yield pilots, finest, steps
+        steps *= SHORTER
+        if runs:
+            done, finest = done + 1, growth * finest
+        else:
+            failures += 1
 
 
 def _slowest(pilots: Pilots, order: int, order_of_steps: int, growth: float) -> list[float]:
@@ -286,13 +327,13 @@ def _divided(pilots: Pilots, runs: list[Pilot], order: int, order_of_steps: int)
         of_steps = step_estimates(pilots, halved, order_of_steps)
         if any(each.seen and each.order <= LEAST_ORDER for each in of_steps):
             return None  # shorter steps do not approach a motion
-        needed = (each.needed(0.5 * most) for each, most in zip(of_steps, asked, strict=True))
+        needed = [each.needed(0.5 * most) for each, most in zip(of_steps, asked, strict=True)]
         far = [n / run.steps / _reach(e) for n, e in zip(needed, of_steps, strict=True)]
         if max(far) <= 1.0:
             break
-        if pilots.spent > WORTH * FREE:
-            if not all(each.seen for each in of_steps):
-                return None
+        planned = run.cost.amount * max(needed) / run.steps
+        is_dear = pilots.spent > WORTH * FREE and run.cost.amount > SHARE * planned
+        if is_dear and all(each.seen for each in of_steps):
             break
     mesh = MeshError(_of_mesh(pilots, halved[1], other, order), (halved[1], other))
     return Ladder(TimeError(of_steps, tuple(halved)), mesh, None, (*runs, *halved[1:]))

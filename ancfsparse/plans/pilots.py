@@ -33,6 +33,8 @@ FEWEST = 100
 # Work that pilots may cost in any case, about a tenth of a second; it is counted, so that plans do
 # not depend on what else a machine does.
 FREE = 1.5e7
+# Share of the planned run that they may cost.
+SHARE = 0.15
 # Intervals between saved states at most: those of a planned run, which a pilot may become.
 MOST_STATES = 2000
 # Numbers of steps that were chosen are multiples of half the fewest, and have so many units of a
@@ -222,6 +224,12 @@ class Pilots:
             start=self.start if system is None else None,
         )
         return marched(request, system_at_start(request) if system is None else system)
+
+    @property
+    def failed(self) -> int:
+        """Most steps with which a run has failed, on whatever mesh; 0 if none has."""
+        steps = (key[-1] for key, run in self.done.items() if run is None)
+        return max((cast(int, each) for each in steps), default=0)
 
     def find(self, model: Model, steps: int) -> Pilot | None:
         """Return a run that was made, None if there is none."""

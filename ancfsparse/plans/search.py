@@ -17,14 +17,12 @@ from ancfsparse.plans.mesh_error import (
     mesh_error,
 )
 from ancfsparse.plans.models import Model, coarsest, order_of, spread, undecided
-from ancfsparse.plans.pilots import FREE, Pilot, Pilots, tolerances
+from ancfsparse.plans.pilots import FREE, SHARE, Pilot, Pilots, tolerances
 from ancfsparse.plans.sampling import between
 from ancfsparse.plans.time_error import TimeError, no_time_error, time_error
 from ancfsparse.plans.ways import Way
 from ancfsparse.scene import Scene
 
-# Share of the planned run that pilots may cost.
-SHARE = 0.15
 # The coarsest mesh may be refined so many times if shorter steps do not converge on it.
 MOST_COARSE = 4.0
 # Meshes are compared at steps whose own error is at most so many times the one asked for.

@@ -75,7 +75,10 @@ def time_error(pilots: Pilots, model: Model, order: int, hasty: bool = False) ->
         the quantity is not smooth.
     """
     runs: list[Pilot] = []
+    failed = pilots.failed
     for halvings in range(MOST_HALVINGS + 1):
+        if pilots.base << halvings <= failed:
+            continue
         run = pilots.run(model, pilots.base << halvings)
         if run is None:
             runs.clear()
@@ -84,7 +87,7 @@ def time_error(pilots: Pilots, model: Model, order: int, hasty: bool = False) ->
         if len(runs) < 2:
             continue
         estimates = step_estimates(pilots, runs, order)
-        if _enough(pilots, runs, estimates, order) and _undamped_is_alike(
+        if _enough(pilots, runs, estimates, order) and undamped_is_alike(
             pilots, model, runs, estimates
         ):
             return TimeError(estimates, tuple(runs))
@@ -164,7 +167,7 @@ def _is_firm(pilots: Pilots, runs: Sequence[Pilot], i: int, order: int) -> bool:
     )
 
 
-def _undamped_is_alike(
+def undamped_is_alike(
     pilots: Pilots, model: Model, runs: Sequence[Pilot], estimates: Sequence[Estimate]
 ) -> bool:
     """Whether no vibrations that matter were lost by the damping of long steps."""

@@ -1,0 +1,54 @@
+"""Pilots of mesh and steps together, also where none without numerical damping finishes."""
+
+import numpy as np
+
+import ancfsparse as ancf
+from ancfsparse.plans import ladder as module
+from ancfsparse.plans.asking import checked
+from ancfsparse.plans.ladder import ladder
+from ancfsparse.plans.models import FEWEST_ELEMENTS, Model
+from ancfsparse.plans.pilots import FEWEST, Pilots
+from ancfsparse.plans.time_error import time_error
+from ancfsparse.plans.wanted import wanted
+
+DAMPED = ancf.GeneralizedAlpha(0.9)
+
+
+def pilots_of(scene, t_end, quantity, error):
+    return Pilots(scene, t_end, wanted(checked(quantity, scene), error), DAMPED)
+
+
+def long_pendulum(n="auto"):
+    """A pendulum of 2 m whose steps gain energy without damping, and with it if they are long."""
+    scene = ancf.Scene()
+    rod = scene.add_beam(
+        "thin", (0, 0), (2, 0), n, ancf.Rectangle(0.01, 0.01), ancf.Material(2e9, 1000)
+    )
+    scene.pin(rod.start)
+    return scene, rod.end
+
+
+def test_pilots_begin_with_damping_where_those_without_fail():
+    scene, end = long_pendulum()
+    pilots = pilots_of(scene, 10.0, ancf.position(end), "3 %")
+    found = ladder(pilots, Model(), 4, 2)
+    assert found is not None
+    assert all(run.integrator == DAMPED for run in found.runs)
+    assert found.runs[0].model.counts == {"beam 0": FEWEST_ELEMENTS}
+    last = found.runs[-1]
+    fine, its = long_pendulum(12)
+    exact = ancf.simulate(fine, 10.0, 10.0 / (8 * last.steps), save_every=8)
+    mine = pilots.wanted[0].quantity.on(last.run.system.scene).history(last.run)
+    off = np.linalg.norm(mine - exact.position(its), axis=1).max()
+    assert 0.05 * found.pair[0] <= off <= found.pair[0]
+    # Steps with which a run has failed are not tried on other meshes.
+    failed = pilots.failed
+    time_error(pilots, Model(counts={"beam 0": 8}), 2)
+    tried = [key[-1] for key in pilots.done if ("beam 0", 8) in key]
+    assert min(tried) > failed >= FEWEST
+
+
+def test_motions_without_numerical_damping_must_agree_with_pilots_that_have_it(monkeypatch):
+    scene, end = long_pendulum()
+    monkeypatch.setattr(module, "undamped_is_alike", lambda *_: False)
+    assert ladder(pilots_of(scene, 10.0, ancf.position(end), "3 %"), Model(), 4, 2) is None
