@@ -84,7 +84,7 @@ class Balance(Norms):
     loads : float
         Size of all loads, see `size_of_forces`.
     acceleration : float
-        Root mean square of the acceleration by them [m/s2].
+        Root mean square of the acceleration by `pushes` [m/s2].
     """
 
     def __init__(
@@ -121,8 +121,8 @@ class Balance(Norms):
         if system.n_multipliers:
             self._penalties = Penalties(system, self._gradients, pushed.r)
         self.loads = self.size_of_forces(pushed.r - self.start.r)
-        self.acceleration = self.loads * (system.dim / self.whole_mass) ** 0.5
         self._stress_at_start = self.size_of_forces(self.start.r)
+        self.acceleration = self.pushes * (system.dim / self.whole_mass) ** 0.5
         self.span = float(np.max(np.abs(system.q_ref)))
         largest = np.full(system.n_free, self.span)
         largest[self.slopes] = 1.0
@@ -137,7 +137,12 @@ class Balance(Norms):
         self._ready = None
         pushed = self.state(self.start.q, self.start.lam, 1.0)
         self.loads = max(self.loads, self.size_of_forces(pushed.r - self.start.r))
-        self.acceleration = self.loads * (self.system.dim / self.whole_mass) ** 0.5
+        self.acceleration = self.pushes * (self.system.dim / self.whole_mass) ** 0.5
+
+    @property
+    def pushes(self) -> float:
+        """Size of all loads, or without any of the forces that stress the reference shape."""
+        return self.loads or self._stress_at_start
 
     def _set_drives(self, t: float) -> None:
         """Let drives begin in the reference shape; with the loads they come to where they are."""

@@ -43,7 +43,7 @@ def find_hanging(balance: Balance, q: Vector, tolerance: float, free: list[str])
     SingularSceneError
         If the loads do not restrain them either.
     """
-    if not balance.loads > 0.0:
+    if not balance.pushes > 0.0:
         raise not_held(free, "no load restrains them")
     if not balance.conservative:
         raise not_held(free, "some loads have no potential that could restrain them")
@@ -57,7 +57,7 @@ def find_hanging(balance: Balance, q: Vector, tolerance: float, free: list[str])
     except NotFoundError as lost:
         last = balance.state(lost.state.q, lost.state.lam, 1.0)
     try:
-        if balance.size_of_forces(last.r) < IN_BALANCE * balance.loads:
+        if balance.size_of_forces(last.r) < IN_BALANCE * balance.pushes:
             return settle(balance, out_of_balance(balance, last), 1.0, tolerance, farthest=farthest)
     except NotFoundError:
         pass

@@ -27,7 +27,7 @@ class Norms:
     mass : (n_free,) float
         Diagonal of the mass matrix, which measures corrections and forces [kg, kg m2].
     whole_mass : float
-        Its sum [kg].
+        Of all coordinates, moments of inertia over the squares of sizes [kg].
     slopes : (k,) int
         Places of coordinates that are no positions.
     """
@@ -35,9 +35,13 @@ class Norms:
     def __init__(self, system: System) -> None:
         self.system = system
         self.mass = system.mass_diagonal
-        self.whole_mass = float(self.mass.sum())
         self._body, self.slopes = self._bodies()
-        body_mass = np.bincount(self._body, self.mass, minlength=len(system.scene.bodies))
+        # Masses of slopes are moments of inertia, so they count by the size of their body.
+        sizes = np.array([each.size for each in system.scene.bodies])
+        masses = np.array(self.mass)
+        masses[self.slopes] /= sizes[self._body[self.slopes]] ** 2
+        self.whole_mass = float(masses.sum())
+        body_mass = np.bincount(self._body, masses, minlength=len(system.scene.bodies))
         self._body_mass = np.where(body_mass > 0.0, body_mass, 1.0)
 
     def _bodies(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:

@@ -264,3 +264,35 @@ def test_modes_of_a_heavy_box_on_a_cable_are_those_of_a_massless_beam():
     stiffness = ei * np.array([[12.0, -6.0], [-6.0, 4.0]])
     expected = np.sqrt(np.linalg.eigvals(np.linalg.solve(np.diag([mass, inertia]), stiffness)))
     np.testing.assert_allclose(2 * np.pi * modes.frequencies, np.sort(expected), rtol=1e-4)
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("natural", [2.5, 1.5])
+def test_two_bars_in_line_without_loads_are_held_by_what_stresses_them(natural, size):
+    """A spring at the slider stretches the bars, which then swing, or compresses and folds them.
+
+    With y of the hinge the slider comes nearer by y^2 / L: the stiffness is 2 N / L and the mass
+    2 m / 3.
+    Folded, the spring has its own length.
+    """
+    scene = ancf.Scene((0.0, 0.0))
+    bars = [
+        scene.add_body(ancf.Rod(size), mass=1.0, position=(start * size, 0.0)) for start in (0, 1)
+    ]
+    slider = scene.add_body(ancf.Box(0.2 * size, 0.1 * size, 0.1 * size), mass=1.0,
+                            position=(2.0 * size, 0.0))  # fmt: skip
+    scene.pin(bars[0].origin)
+    scene.connect(bars[0].end, bars[1].origin)
+    scene.connect(bars[1].end, slider.origin)
+    scene.prismatic(slider.origin, axis=(1, 0))
+    scene.spring(slider.origin, (0.0, 0.0), stiffness=200.0, length=natural * size)
+    rest = ancf.solve_static(scene)
+    assert rest.stable
+    hinge = rest.position(bars[0].end) / size
+    if natural > 2.0:
+        np.testing.assert_allclose(hinge, (1.0, 0.0), atol=1e-9)
+        swings = np.sqrt(2.0 * 200.0 * (natural - 2.0) / (2.0 / 3.0)) / (2.0 * np.pi)
+        assert ancf.modes(rest, 1).frequencies[0] == pytest.approx(swings, rel=1e-9)
+    else:
+        expected = 0.5 * natural, np.sqrt(1.0 - (0.5 * natural) ** 2)
+        np.testing.assert_allclose(np.abs(hinge), expected, atol=1e-9)
