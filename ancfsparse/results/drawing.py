@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -13,7 +14,7 @@ from matplotlib.markers import MarkerStyle
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Affine2D
-from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d import Axes3D, proj3d
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 from ancfsparse.errors import InputError
@@ -33,7 +34,14 @@ WIDEST, HIGHEST, LEFT, BOTTOM, TOP, RIGHT, LEGEND = 5.2, 5.2, 0.8, 0.55, 0.35, 0
 MANY = 200
 # Elevation and azimuth of the eye [degrees].
 EYE = 22.0, -60.0
+# Room of numbers and labels around a picture in perspective [inch], and between both [pt].
+AROUND = {"left": 0.65, "bottom": 0.65, "right": 0.85, "top": 0.4}
+PAD = 10.0
+# In perspective the size of a box is not quite linear in its zoom.
+FITS = 3
 SUPPORT = "0.25"
+# Width of ropes and springs beside that of beams.
+LINK = 0.5
 
 _TRIANGLE = Path(
     [(0, 0), (-0.7, -1.1), (0.7, -1.1), (0, 0), (-1.0, -1.1), (1.0, -1.1)],
@@ -58,11 +66,14 @@ class Film:
         body [m].
     held : list of ndarray, each of shape (j, dim)
         The point that every support holds [m].
+    links : ndarray, shape (j, n, 2, dim)
+        The ends of ropes, springs and distances [m].
     """
 
     outline: Outline
     lines: list[Array]
     held: list[Array]
+    links: Array
 
     @property
     def supports(self) -> list[tuple[str, Array, Array]]:
@@ -73,7 +84,7 @@ class Film:
     @property
     def box(self) -> Array:
         """Smallest and largest coordinates of all that is drawn, shape (2, dim) [m]."""
-        points = [each.reshape(-1, self.outline.dim) for each in self.lines]
+        points = [each.reshape(-1, self.outline.dim) for each in (*self.lines, self.links)]
         points += [other[None, :] for kind, _, other in self.supports if kind == "rod"]
         together = np.concatenate(points)
         return np.stack([together.min(axis=0), together.max(axis=0)])
@@ -91,7 +102,7 @@ def film(outline: Outline, q: Array) -> Film:
     lines = [shapes(q, part, pieces) for part in outline.parts]
     lines += [edges_of(q, solid) for solid in outline.solids]
     held = [combine((each.places, each.weights), q) for each in outline.supports]
-    return Film(outline, lines, held)
+    return Film(outline, lines, held, outline.links.ends(q))
 
 
 class Canvas:
@@ -136,12 +147,14 @@ class Canvas:
         if isinstance(self.ax, Axes3D):
             elevation, azimuth = view if isinstance(view, tuple) else EYE
             self.ax.view_init(elev=elevation, azim=azimuth)
+            if self._new:
+                _fit(self.ax, self.figure, limits)
 
     def draw(self, state: int, colour: Any, *, alpha: float = 1.0, label: str = "") -> list[Any]:
-        """Draw all bodies in one state; every body is one artist."""
+        """Draw all bodies in one state; every body is one artist, ropes and springs are others."""
         artists = []
+        several = Line3DCollection if len(self.axes) == 3 else LineCollection
         for lines in self.film.lines:
-            several = Line3DCollection if len(self.axes) == 3 else LineCollection
             artist = several(
                 lines[state][..., self.axes], colors=[colour], alpha=alpha, capstyle="round",
                 linewidths=self.film.width, label=label or None,
@@ -149,6 +162,15 @@ class Canvas:
             self.ax.add_collection(artist, autolim=False)
             artists.append(artist)
             label = ""
+        links, springs = self.film.links[state][..., self.axes], self.film.outline.links.springs
+        for some, style in ((links[~springs], "solid"), (links[springs], "dashed")):
+            if len(some):
+                artist = several(
+                    some, colors=[colour], alpha=alpha, linestyles=style,
+                    linewidths=LINK * self.film.width,
+                )  # fmt: skip
+                self.ax.add_collection(artist, autolim=False)
+                artists.append(artist)
         return artists
 
     def add_legend(self, title: str | None = None) -> None:
@@ -158,6 +180,8 @@ class Canvas:
                 title=title, fontsize="small", frameon=False, loc="upper left",
                 bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0,
             )  # fmt: skip
+        elif len(self.axes) == 3:  # upright axes stand on the right
+            self.ax.legend(title=title, fontsize="small", loc="upper left")
         else:
             self.ax.legend(title=title, fontsize="small")
 
@@ -204,6 +228,7 @@ class Canvas:
             ax.set_box_aspect(size, zoom=0.95)
             for axis, share in zip((ax.xaxis, ax.yaxis, ax.zaxis), size / size.max(), strict=True):
                 axis.set_major_locator(MaxNLocator(int(np.clip(1 + 4 * share, 2, 5))))
+            ax.zaxis.labelpad = PAD
         else:
             ax.set_aspect("equal")
             ax.grid(alpha=0.3)
@@ -270,3 +295,21 @@ def _new(limits: Array, right: float) -> Axes:
     across, up = LEFT + width + right, BOTTOM + height + TOP
     figure = plt.figure(figsize=(across, up))
     return figure.add_axes((LEFT / across, BOTTOM / up, width / across, height / up))
+
+
+def _fit(ax: Any, figure: Any, limits: Array) -> None:
+    """Let a box in perspective, its labels and a title fill the figure."""
+    size = limits[1] - limits[0]
+    whole = figure.get_size_inches()
+    low = np.array([AROUND["left"], AROUND["bottom"]])
+    room = whole - (AROUND["right"], AROUND["top"]) - low
+    ax.set_position((*(low / whole), *(room / whole)))
+    zoom, corners = 1.0, np.array(list(product(*limits.T)))
+    for _ in range(FITS):
+        ax.set_box_aspect(size, zoom=zoom)
+        x, y, _ = proj3d.proj_transform(*corners.T, ax.get_proj())
+        there = ax.transData.transform(np.column_stack([x, y])) / figure.dpi
+        extent = np.ptp(there, axis=0)
+        zoom *= float(np.min(room / extent))
+    shift = low + 0.5 * room - 0.5 * (there.min(axis=0) + there.max(axis=0))
+    ax.set_position(ax.get_position().translated(*(shift / whole)))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.results.hdf5 import DAMAGE, damaged
+from ancfsparse.results.links import Links, links_of, no_links, read_links
 from ancfsparse.results.solids import PACKED, Solid, read_solids, solid_of, write_solids
 from ancfsparse.results.source import Array, SolvedSystem
 from ancfsparse.scene import Body, ElasticBody, Node
@@ -71,7 +72,7 @@ class Support:
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """The axes of all beams and meshes, the outlines of all rigid bodies, and the supports.
+    """The axes of beams and meshes, the outlines of rigid bodies, supports, and what links them.
 
     Attributes
     ----------
@@ -83,12 +84,15 @@ class Outline:
         The rigid bodies, in the order of the scene.
     supports : list of Support
         Pins, clamps, rods and joints.
+    links : Links
+        Ropes, springs and distances.
     """
 
     gravity: Array
     parts: list[Part]
     solids: list[Solid]
     supports: list[Support]
+    links: Links
 
     @property
     def dim(self) -> int:
@@ -99,7 +103,8 @@ class Outline:
     def nbytes(self) -> int:
         """Bytes of all tables."""
         beams = sum(each.places.nbytes + each.lengths.nbytes for each in self.parts)
-        return beams + sum(each.places.nbytes + each.points.nbytes for each in self.solids)
+        links = self.links.places.nbytes + self.links.weights.nbytes + self.links.fixed.nbytes
+        return beams + links + sum(each.places.nbytes + each.points.nbytes for each in self.solids)
 
     def write(self, file: h5py.File) -> None:
         """Put it into the file of a run, as the group ``outline``."""
@@ -111,6 +116,7 @@ class Outline:
             body.create_dataset("lengths", data=part.lengths, **PACKED)
             body.create_dataset("places", data=part.places, **PACKED)
         write_solids(group, self.solids)
+        self.links.write(group)
         if self.supports:
             kinds = [KINDS.index(each.kind) for each in self.supports]
             group.create_dataset("support kinds", data=np.array(kinds, np.int8), **PACKED)
@@ -147,16 +153,17 @@ class Outline:
             solids = read_solids(group)
             supports = _read_supports(group) if "support kinds" in group else []
             gravity = np.asarray(group.attrs["gravity"])
+            links = read_links(group, len(gravity))
             # Files of earlier versions have no such number, and at least one body.
             lost = len(parts) != group.attrs.get("bodies", max(len(parts), 1))
         except DAMAGE as error:
             raise InputError(damaged(path, ": its outline is lost")) from error
         if not (lost or parts or solids):
             return None
-        every = [each.places for some in (parts, solids, supports) for each in some]
+        every = [each.places for some in (parts, solids, supports, [links]) for each in some]
         if lost or any(((each < 0) | (each >= n)).any() for each in every):
             raise InputError(damaged(path, ": its outline is lost"))
-        return Outline(gravity, parts, solids, supports)
+        return Outline(gravity, parts, solids, supports, links)
 
 
 def _read_supports(group: h5py.Group) -> list[Support]:
@@ -196,10 +203,15 @@ def outline_of(system: SolvedSystem, of: Body | None = None) -> Outline:
         other = np.zeros(system.scene.dim) if mark.other is None else mark.other
         places, weights = system.point(node)
         supports.append(Support(mark.kind, places.astype(np.int32), weights, other))
+    tied = [end for thing in system.attached for pair in thing.links for end in pair]
+    for end in tied:
+        if isinstance(end, Node):
+            used.setdefault(end.beam.name, []).append(end)
     parts = [part_of(system, body) for body in bodies if isinstance(body, ElasticBody)]
     solids = [
         solid_of(system, body, used.get(body.name, []))
         for body in bodies
         if isinstance(body, RigidBody)
     ]
-    return Outline(system.scene.gravity, parts, solids, supports)
+    links = links_of(system) if of is None else no_links(system.scene.dim)
+    return Outline(system.scene.gravity, parts, solids, supports, links)

@@ -27,9 +27,10 @@ except ImportError as missing:
     ) from missing
 
 SIDES = 24
-RIGID = "#ff9d3c"
-# Radius of the lines of rigid bodies as a share of the extent of the body.
-THIN = 0.01
+RIGID, ROPE = "#ff9d3c", "#404040"
+# Radius of the lines of rigid bodies as a share of the extent of the body, and that of ropes and
+# springs, which have no section, as one of the scene.
+THIN, THINNER = 0.01, 0.002
 SIZES = range(16, 10_000)
 
 
@@ -83,6 +84,8 @@ def render(
         for solid in outline.solids:
             for mesh in _meshes(q[None, :], solid):
                 plotter.add_mesh(mesh, color=RIGID, specular=0.3)
+        for rope in _ropes(outline, q, np.ptp(np.reshape(plotter.bounds, (3, 2)), axis=1).max()):
+            plotter.add_mesh(rope, color=ROPE)
         plotter.set_background("white")
         centre = np.array(plotter.center)
         plotter.camera_position = [tuple(centre + eye), tuple(centre), tuple(up)]
@@ -119,3 +122,11 @@ def _meshes(q: Array, solid: Solid) -> list[Any]:
     ends = points[drawn.edges]
     apart = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > radius]
     return [pv.Line(*pair).tube(radius=radius, n_sides=SIDES) for pair in apart]
+
+
+def _ropes(outline: Outline, q: Array, extent: float) -> list[Any]:
+    """Return ropes, springs and distances as thin tubes."""
+    ends = np.zeros((len(outline.links), 2, 3))
+    ends[..., : outline.dim] = outline.links.ends(q[None])[0]
+    apart = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > THINNER * extent]
+    return [pv.Line(*pair).tube(radius=THINNER * extent, n_sides=SIDES) for pair in apart]

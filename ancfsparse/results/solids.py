@@ -1,4 +1,4 @@
-"""Rigid bodies in pictures: their shapes, and the points that joints use."""
+"""Rigid bodies in pictures: their shapes, and the points at which they are joined."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Solid:
         of the same mass and inertia.
     points : ndarray, shape (n, n_vectors)
         In the frame of the body, its centre [m]; of a body given by its inertia then the points
-        that joints use.
+        of its joints, ropes and springs.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Solid:
 
 
 def solid_of(system: SolvedSystem, body: RigidBody, used: Iterable[Node]) -> Solid:
-    """Return the outline of a rigid body, whose points in `used` have joints."""
+    """Return the outline of a rigid body, which is joined or tied at points in `used`."""
     places = system.rows(body.origin)[0].reshape(body.n_vectors + 1, body.dim).astype(np.int32)
     centre = body.masses[0, 1:] / body.mass
     shape = body.shape

@@ -12,6 +12,7 @@ from ancfsparse.scene import Body, ElasticBody, Joint, Node, Scene
 from ancfsparse.system.state import State
 
 if TYPE_CHECKING:
+    from ancfsparse.scene.attached import Attached
     from ancfsparse.scene.ropes import Rope
     from ancfsparse.system.joint_forces import States
 
@@ -39,6 +40,11 @@ class SolvedSystem(Protocol):
     @property
     def joints(self) -> tuple[Joint, ...]:
         """The same of its joints."""
+        ...
+
+    @property
+    def attached(self) -> tuple[Attached, ...]:
+        """The same of what is attached to points."""
         ...
 
     @property

@@ -17,6 +17,8 @@ Shape = tuple[Array, Sequence[tuple[int, ...]], Sequence[tuple[int, ...]]]
 
 # Points on a circle, a multiple of 4, and pieces of a meridian, an even number.
 AROUND, ALONG = 32, 16
+# Arms of a body given by its inertia beside the distance of its farthest joint.
+ARM = 0.25
 
 
 class Wire(NamedTuple):
@@ -76,9 +78,15 @@ def _shape(solid: Solid) -> Shape:
 
 
 def _star(solid: Solid) -> Shape:
-    """Lines from the centre to the points that joints use, and along the axes both ways."""
+    """Lines from the centre to the points that are joined, and along the axes both ways.
+
+    Light bodies of large inertia would cover a mechanism, so arms are no longer than a quarter of
+    the way to the farthest of these points.
+    """
     centre = solid.points[0]
-    arms = np.diag(solid.reach[: len(centre)])
+    farthest = float(np.max(np.linalg.norm(solid.points - centre, axis=1)))
+    reach = solid.reach[: len(centre)]
+    arms = np.diag(np.minimum(reach, ARM * farthest) if farthest else reach)
     points = np.concatenate([solid.points, centre + arms, centre - arms])
     return points, [(0, k) for k in range(1, len(points))], []
 

@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.bodies import Node
+
+Vector = NDArray[np.float64]
 
 
 class Attached(ABC):
@@ -21,3 +29,8 @@ class Attached(ABC):
     @abstractmethod
     def what(self) -> str:
         """Name in messages."""
+
+    @property
+    def links(self) -> tuple[tuple[Node | Vector, Node | Vector], ...]:
+        """Pairs of points between which pictures draw a line."""
+        return ()

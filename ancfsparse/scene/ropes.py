@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -90,6 +91,11 @@ class Rope(Attached):
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled."""
         return self.__dict__ | {"given": sendable(self.given)}
+
+    @property
+    def links(self) -> tuple[tuple[Node | Vector, Node | Vector], ...]:
+        """The lines from point to point."""
+        return tuple(pairwise(self.points))
 
     def tension(self, path: Vector, rate: Vector, length: Vector | float) -> Vector:
         """Return the tension, (k,) [N].

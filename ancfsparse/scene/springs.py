@@ -106,6 +106,11 @@ class Spring(Attached):
         """Name in messages."""
         return f"the spring between {self.a!r} and {place(self.b)}"
 
+    @property
+    def links(self) -> tuple[tuple[Node | NDArray[np.float64], Node | NDArray[np.float64]], ...]:
+        """The line between its ends."""
+        return ((self.a, self.b),)
+
     def pull(self, elongation: float) -> float:
         """Return the force at an elongation [N]; 0 of a C function, not called from here."""
         if is_compiled(self.stiffness):

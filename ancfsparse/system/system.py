@@ -62,8 +62,8 @@ class System(Coordinates):
         The equations with multipliers.
     prescribed : Prescribed
         What the last coordinates and the last equations follow over time.
-    bodies, joints : tuple
-        What the scene had of both, which may get more of them later.
+    bodies, joints, attached : tuple
+        What the scene had of them, which may get more of them later.
     description : dict of str to str
         What the scene was when this was made, as `Scene.digest` describes it.
     damped : bool
@@ -90,6 +90,7 @@ class System(Coordinates):
         self.scene, self.description = scene, scene.digest()
         self.dim = scene.dim
         self.bodies, self.joints = tuple(scene.bodies), tuple(scene.joints)
+        self.attached = tuple(scene.attached)
         self.kinds = [body.kind for body in self.bodies]
         if start is not None:
             check_state(scene, start)

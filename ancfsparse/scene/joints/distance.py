@@ -55,6 +55,11 @@ class Distance(Joint):
         return self.a, self.b
 
     @property
+    def links(self) -> tuple[tuple[Node, Node], ...]:
+        """The line between both."""
+        return ((self.a, self.b),)
+
+    @property
     def has_multipliers(self) -> bool:
         """Whether it is made by an equation: always."""
         return True

@@ -174,6 +174,11 @@ class Joint(ABC):
         return None
 
     @property
+    def links(self) -> tuple[tuple[Node | Vector, Node | Vector], ...]:
+        """Pairs of points between which pictures draw a line."""
+        return ()
+
+    @property
     def direction(self) -> Vector | None:
         """The only direction in which it holds its node, a unit vector (dim,); None holds all."""
         return None

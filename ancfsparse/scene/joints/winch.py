@@ -59,6 +59,11 @@ class Winch(Joint):
         return *(each for each in self.points if isinstance(each, Node)), *more
 
     @property
+    def links(self) -> tuple[tuple[Node | Vector, Node | Vector], ...]:
+        """The lines from point to point."""
+        return tuple(pairwise(self.points))
+
+    @property
     def has_multipliers(self) -> bool:
         """Whether it is made by an equation: always."""
         return True
