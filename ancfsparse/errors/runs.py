@@ -250,21 +250,40 @@ class PlanFailure(AncfError, RuntimeError):
         Of both.
     runs : int
         Number of motions that were compared.
+    t : float, optional
+        Where meshes were refined too: the time at which the last two differ most [s].
     """
 
-    def __init__(self, quantity: str, asked: float, apart: float, unit: str, runs: int) -> None:
-        super().__init__(quantity, asked, apart, unit, runs)
+    def __init__(
+        self,
+        quantity: str,
+        asked: float,
+        apart: float,
+        unit: str,
+        runs: int,
+        t: float | None = None,
+    ) -> None:
+        super().__init__(quantity, asked, apart, unit, runs, t)
         self.quantity, self.asked, self.apart = quantity, asked, apart
-        self.unit, self.runs = unit, runs
+        self.unit, self.runs, self.t = unit, runs, t
 
     def sentence(self, face: Face = in_python) -> str:
         """Compose the message a reader meets."""
+        if self.t == 0.0:
+            return (
+                f"no plan: the {self.quantity} has no limit at t = 0, where it grows by "
+                f"{self.apart:.3g} {self.unit} from a fine mesh to a finer one: the shape without "
+                "stress does not suit what holds it. Begin with start='equilibrium', or ask for it "
+                "at='end'."
+            )
+        refined = "steps are halved" if self.t is None else "meshes and steps are refined"
+        where = "" if self.t is None else f", most at t = {self.t:.3g} s"
         return (
-            f"no plan: the {self.quantity} does not converge as steps are halved; after "
+            f"no plan: the {self.quantity} does not converge as {refined}; after "
             f"{self.runs} motions the last two differ by {self.apart:.3g} {self.unit}".rstrip()
-            + f", and {self.asked:.3g} {self.unit}".rstrip()
-            + " was asked for. Ask for a larger error, for a shorter time (a chaotic motion "
-            "forgets its start), or smooth loads that jump."
+            + f"{where}, and {self.asked:.3g} {self.unit}".rstrip()
+            + " was asked for. Ask for a larger error, for a shorter time (a chaotic "
+            "motion forgets its start), or smooth loads that jump."
         )
 
 

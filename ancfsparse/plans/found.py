@@ -64,6 +64,8 @@ class Found:
         Order of positions in the length of the elements.
     floors : tuple of float
         By how much converged elements differ, for every quantity [its unit].
+    is_bound : bool
+        Whether errors are bounds, of motions that approach each other slowly, see `rugged`.
     """
 
     model: Model
@@ -81,6 +83,7 @@ class Found:
     is_short: bool = False
     order: int = 4
     floors: tuple[float, ...] = ()
+    is_bound: bool = False
 
     def with_effects(self, effects: Sequence[Mapping[str, float]]) -> Found:
         """Return the same with what the elements neglect."""

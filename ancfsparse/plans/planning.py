@@ -21,6 +21,7 @@ from ancfsparse.plans.quantities import AtPoint, Quantity
 from ancfsparse.plans.record import SAVED, Alternative, Plan, Prediction, described
 from ancfsparse.plans.rungs import NAMES
 from ancfsparse.plans.span import span_of
+from ancfsparse.plans.starts import check_start
 from ancfsparse.plans.wanted import Wanted, wanted
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.memory import estimate
@@ -137,6 +138,7 @@ def _planned(
     pilots = Pilots(own, t_end, moved, named or DEFAULT, steps or FEWEST, start)
     finer = refined(own)
     chosen = choose(pilots, finer, steps, named is None and steps is None)
+    check_start(chosen.pilots, chosen.found.judge)
     chosen = replace(chosen, found=confirmed(chosen.pilots, chosen.found))
     why = ["the scene moves in a plane, and is solved there"] if flat is not None else []
     chosen = replace(chosen, why=(*why, *chosen.why))
@@ -232,13 +234,21 @@ def _reasons(
     if found.model.grades:
         out.append(spread_by(found.model.grades))
     for name, part in (("mesh", found.mesh), ("steps", found.time)):
+        if found.is_bound:
+            break
         if part is not None and not all(each.settled for each in part.estimates):
             reserve = "" if found.chosen else ", and half of the error stays in reserve"
             out.append(
                 f"pilots of the {name} do not show the order of the method, so the more "
                 f"pessimistic order is used{reserve}"
             )
-    if found.chosen is not None:
+    if found.is_bound:
+        out.append(
+            "whole motions do not approach each other as steps are halved, as after jumps; what is "
+            "asked for does as mesh and steps are refined together, by order 1 or less, so errors "
+            "are bounds that four motions show"
+        )
+    elif found.chosen is not None:
         out.append(
             "the run was made as the last pilot, and is as far from those before as foreseen"
         )

@@ -18,6 +18,7 @@ from ancfsparse.plans.mesh_error import (
 )
 from ancfsparse.plans.models import Model, coarsest, order_of, spread, undecided
 from ancfsparse.plans.pilots import FREE, SHARE, Pilot, Pilots, tolerances
+from ancfsparse.plans.rugged import rugged
 from ancfsparse.plans.sampling import between
 from ancfsparse.plans.time_error import TimeError, no_time_error, time_error
 from ancfsparse.plans.ways import Way
@@ -67,7 +68,12 @@ def search(
         short = _shortest(pilots, model, _order(pilots.scene, model), near)
         if short is not None:
             return short
-    return thorough(pilots, model, finer, fixed_steps)
+    try:
+        return thorough(pilots, model, finer, fixed_steps)
+    except PlanFailure as failure:
+        if pilots.t_end is None or isinstance(pilots.integrator, Way):
+            raise
+        return rugged(pilots, model, finer, fixed_steps, _order(pilots.scene, model), failure)
 
 
 def thorough(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int | None) -> Found:

@@ -106,7 +106,7 @@ def test_what_does_not_converge_is_no_plan():
     scene.pin(rope.start)
     scene.pin(rope.end)
     scene.point_force(rope.at(0.6), (5.0, 0.0))
-    with pytest.raises(ancf.PlanFailure, match="does not converge as steps are halved"):
+    with pytest.raises(ancf.PlanFailure, match="does not converge as meshes and steps are refined"):
         ancf.plan(scene, 0.5, ancf.position(rope.at(0.6)), "0.3 %")
 
 

@@ -1,0 +1,89 @@
+"""Quantities after jumps, which converge slowly, and forces that have no limit at the start."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.plans.richardson import LEAST_ORDER
+from ancfsparse.plans.rugged import bound
+
+
+@pytest.mark.parametrize("order", [0.6, 0.8, 1.0])
+def test_the_bound_of_a_regular_series_is_what_is_left(order):
+    errors = 3.0 * 2.0 ** (-order * np.arange(4.0))
+    found, left = bound(-np.diff(errors))
+    assert found == pytest.approx(order)
+    assert left == pytest.approx(errors[-1])
+
+
+def test_chance_and_high_orders_are_not_believed():
+    assert bound([4.0, 2.0, 1e-6]) == (1.0, 1.0)  # the one before the last, halved
+    assert bound([64.0, 8.0, 1.0]) == (1.0, 4.0)
+    order, left = bound([1.0, 0.5, 2.0])  # none falls
+    assert order == LEAST_ORDER
+    assert left == pytest.approx(2.0 / (2.0**LEAST_ORDER - 1.0))
+    assert bound([0.0, 0.0, 0.0]) == (1.0, 0.0)
+
+
+def struck(element, n):
+    """Build a cantilever whose end a force pushes at once, and leaves as suddenly."""
+    scene = ancf.Scene((0.0, 0.0))
+    made = ancf.Rectangle(0.01, 0.01), ancf.Material(2e9, 1000.0, 0.3)
+    beam = scene.add_beam(element, (0, 0), (1, 0), n, *made)
+    scene.clamp(beam.start)
+    scene.point_force(beam.end, ancf.Pulse((0.0, 2.0), 0.0, 0.05))
+    return scene, beam
+
+
+@pytest.mark.parametrize(
+    ("ask", "t_end", "error"),
+    [
+        (lambda beam: ancf.section_force(beam.start, at="largest"), 0.5, "3 %"),
+        (lambda beam: ancf.strain(beam.start, at="largest"), 0.2, "10 %"),
+    ],
+)
+def test_peaks_after_a_pulse_have_plans_that_hold(ask, t_end, error):
+    scene, beam = struck("auto", "auto")
+    plan = ancf.plan(scene, t_end, ask(beam), error)
+    assert plan.is_met
+    assert "bounds that four motions show" in str(plan)
+    found = ask(beam).value(plan.run())
+    fine, its = struck("thin", 120)
+    run = ancf.simulate(fine, t_end, t_end / 20000, integrator=ancf.GeneralizedAlpha(0.9))
+    assert abs(found - ask(its).value(run))[0, 0] <= plan.predictions[0].asked
+
+
+def slack(element, n):
+    """Build a rope with an arch of its own length, whose pins hold no moment of its bending."""
+    scene = ancf.Scene()
+    made = ancf.Circle(0.01), ancf.Material(1e7, 1000.0)
+    rope = scene.add_beam(element, (0, 0), (1, 0), n, *made, length=1.1)
+    scene.pin(rope.start)
+    scene.pin(rope.end)
+    return scene, rope
+
+
+def test_a_force_without_a_limit_at_the_start_has_no_plan():
+    forces = []
+    for n in (64, 128, 256):
+        scene, rope = slack("thin", n)
+        run = ancf.simulate(scene, 1e-6, 1e-6)
+        forces.append(np.linalg.norm(run.reaction(rope.start)[0]))
+    assert forces[2] / forces[1] == pytest.approx(2.0, rel=0.05)
+    assert forces[1] / forces[0] == pytest.approx(2.0, rel=0.1)
+    scene, rope = slack("auto", "auto")
+    largest = ancf.reaction(rope.start, at="largest")
+    with pytest.raises(ancf.PlanFailure, match="has no limit at t = 0, where it") as caught:
+        ancf.plan(scene, 0.3, largest, "10 %")
+    assert "Begin with start='equilibrium', or ask for it at='end'." in str(caught.value)
+    assert ancf.plan(scene, 0.3, largest, "10 %", start="equilibrium").is_met
+
+
+def test_a_reaction_of_a_straight_rod_has_a_plan():
+    pinned = ancf.Scene()
+    rod = pinned.add_beam(
+        "thin", (0, 0), (1, 0), "auto", ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
+    )
+    pinned.pin(rod.start)
+    plan = ancf.plan(pinned, 0.5, ancf.reaction(rod.start), "5 %")
+    assert plan.is_met
