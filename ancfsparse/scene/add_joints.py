@@ -22,6 +22,7 @@ from ancfsparse.scene.joints import (
     Rod,
     check_end,
     check_other_body,
+    check_point,
     check_turns,
 )
 from ancfsparse.scene.joints.clamp import ClampSpec
@@ -58,12 +59,13 @@ class Joints(Records):
     """Joints of a scene."""
 
     def pin(self, node: Node, *, as_constraint: bool = False) -> Pin:
-        """Hold the position of a node where it is, leave its rotation free.
+        """Hold the position of a point where it is, leave its rotation free.
 
         Parameters
         ----------
         node : Node
-            The node, for example ``rod.start``.
+            The point, for example ``rod.start`` or ``rod.at(0.3)``; inside an element it is held by
+            equations.
         as_constraint : bool, optional
             Hold it by constraint equations, whose multipliers are the reaction, instead of by
             leaving its coordinates out.  The motion is the same.
@@ -73,7 +75,7 @@ class Joints(Records):
         Pin
             The joint.
         """
-        own = self._mine("a pin", check_end("a pin", node))
+        own = self._mine("a pin", check_point("a pin", node))
         check_flag("as_constraint of a pin", as_constraint)
         return self._add(Pin(own, as_constraint), PinSpec(own.reference, as_constraint))
 
@@ -109,14 +111,14 @@ class Joints(Records):
         second_rate: Callable[[float], ArrayLike] | None = None,
         as_constraint: bool = False,
     ) -> Drive:
-        """Move the position of a node as prescribed, leave its rotation free.
+        """Move the position of a point as prescribed, leave its rotation free.
 
         The force that takes is the reaction at the node; its work counts in the energy balance.
 
         Parameters
         ----------
         node : Node
-            The node, for example ``rod.start``.
+            The point, for example ``rod.start`` or ``rod.at(0.3)``.
         position : array_like of shape (dim,), or callable
             Where it is [m], or a function of t [s] that returns it: a signal such as
             ``Ramp((0.1, 0.0), 0.5, smooth=True) + (2.0, 0.0)`` or a function of your own, whose
@@ -135,7 +137,7 @@ class Joints(Records):
         Drive
             The joint.
         """
-        own = self._mine("a drive", check_end("a drive", node))
+        own = self._mine("a drive", check_point("a drive", node))
         check_flag("as_constraint of a drive", as_constraint)
         subject = f"the position of the drive at {own!r}"
         from ancfsparse.scene.course import course_of
@@ -153,12 +155,12 @@ class Joints(Records):
         rate: Callable[[float], float] | None = None,
         second_rate: Callable[[float], float] | None = None,
     ) -> Rod:
-        """Tie a node to a fixed point with a rigid massless rod of their initial distance.
+        """Tie a point to a fixed one with a rigid massless rod of their initial distance.
 
         Parameters
         ----------
         node : Node
-            The node held.
+            The point held.
         anchor : array_like, shape (dim,)
             The fixed point [m], apart from the node.
         length : callable, optional
@@ -173,7 +175,7 @@ class Joints(Records):
         Rod
             The joint.
         """
-        self._mine("a rod", check_end("a rod", node))
+        self._mine("a rod", check_point("a rod", node))
         point = check_position(f"anchor of the rod at {node!r}", anchor, self.dim)
         way = node.position - point
         distance = math.sqrt(way @ way)
@@ -195,12 +197,12 @@ class Joints(Records):
         return self._add(Rod(node, point, distance, course), record)
 
     def connect(self, a: Node, b: Node, *, apart: bool = False) -> Connect:
-        """Join two nodes at one place, free to turn against each other.
+        """Join two points at one place, free to turn against each other.
 
         Parameters
         ----------
         a, b : Node
-            Nodes with the same reference position, unless `apart`.
+            Points with the same reference position, unless `apart`.
         apart : bool, optional
             Whether they may be apart in the reference shape.  `assemble` and `solve_static` bring
             them together; a motion starts from what these return.
@@ -210,10 +212,10 @@ class Joints(Records):
         Connect
             The joint, spherical in a spatial scene, a revolute joint in a planar one.
         """
-        self._mine("a connection", check_end("a connection", a))
-        self._mine("a connection", check_end("a connection", b))
+        self._mine("a connection", check_point("a connection", a))
+        self._mine("a connection", check_point("a connection", b))
         if a == b:
-            raise InputError(f"a connection needs two nodes, got {a!r} twice")
+            raise InputError(f"a connection needs two points, got {a!r} twice")
         check_other_body("a connection", a, b)
         gap = float(np.linalg.norm(a.position - b.position))
         if not check_flag("apart", apart) and gap > SAME_PLACE * max(a.beam.size, b.beam.size):
@@ -253,8 +255,8 @@ class Joints(Records):
         """
         from ancfsparse.scene.joints.distance import Distance
 
-        self._mine("a distance", check_end("a distance", a))
-        self._mine("a distance", check_end("a distance", b))
+        self._mine("a distance", check_point("a distance", a))
+        self._mine("a distance", check_point("a distance", b))
         check_other_body("a distance", a, b)
         apart = float(np.linalg.norm(a.position - b.position))
         if apart <= SAME_PLACE * max(a.beam.size, b.beam.size):

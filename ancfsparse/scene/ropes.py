@@ -16,7 +16,7 @@ from ancfsparse.scene.attached import Attached
 from ancfsparse.scene.bodies import Node
 from ancfsparse.scene.course import Places
 from ancfsparse.scene.functions import sendable
-from ancfsparse.scene.joints import SAME_PLACE, check_end
+from ancfsparse.scene.joints import SAME_PLACE, check_point
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.straight import check_position
 from ancfsparse.words import shown
@@ -162,7 +162,7 @@ def points_of_rope(
     ends: list[Node | Vector] = []
     for k, each in enumerate(points):
         if isinstance(each, Node):
-            ends.append(scene._mine(what, check_end(what, each)))
+            ends.append(scene._mine(what, check_point(what, each)))
         else:
             ends.append(check_position(f"point {k} of {what}", each, scene.dim))
     nodes = [each for each in ends if isinstance(each, Node)]

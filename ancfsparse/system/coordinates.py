@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -12,7 +13,7 @@ from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.scene import Body, Node, check_point
 from ancfsparse.system.numbering import Places
-from ancfsparse.system.vectors import weighed
+from ancfsparse.system.vectors import inside, weighed
 
 Vector = NDArray[np.float64]
 Handle = TypeVar("Handle", Body, Node)
@@ -124,7 +125,7 @@ class Coordinates:
             out["xyz".index(vector[-1])] = places[kind.columns(vector)]
         return out
 
-    def _interpolate(self, node: Node, vector: str, inside: Vector) -> tuple[Places, Vector]:
+    def _interpolate(self, node: Node, vector: str, weights: Vector) -> tuple[Places, Vector]:
         """Weigh the ends of an element, or take this vector of a node as it is."""
         kind = self.kind_of(node.beam)
         offsets = node.offsets if vector == "r" else ()
@@ -134,11 +135,7 @@ class Coordinates:
             places = self.rows(node)[0] if vector == "r" else self.place(node)
             return places[kind.columns(vector)][:, None], np.ones(1)
         ends = self.places[self._of(node.beam)][node.beam.ends[node.index]]
-        each = [end[kind.columns(name)] for end in ends for name in kind.axis]
-        for name, offset in zip(("r_y", "r_z"), offsets[1:], strict=False):
-            each += [end[kind.columns(name)] for end in ends]
-            inside = np.append(inside, [(1.0 - node.xi) * offset, node.xi * offset])
-        return np.stack(each, axis=1), inside
+        return inside(kind, ends, replace(node, offsets=offsets), weights)
 
     @staticmethod
     def _length(point: Node) -> float:

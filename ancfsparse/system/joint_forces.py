@@ -86,6 +86,10 @@ class Recorder:
         """Return the coordinates of the position of a node."""
         return self.lowering.position(node)
 
+    def ends(self, node: Node) -> Places:
+        """Return the coordinates of all rows that a point follows from."""
+        return self.lowering.ends(node)
+
     def point(self, node: Node) -> tuple[Places, Vector]:
         """Return coordinates and weights of a point."""
         return self.lowering.point(node)
@@ -163,7 +167,7 @@ def joint_force(system: System, joint: Joint, states: States) -> tuple[Vector, V
     a, _b = joint.sides
     if not record.numbers:
         forces = _of_multipliers(record, q, states.lam[:, rows_of(system, joint)])
-        wrench = _wrench(lowering.rows(a), a, q, forces, lowering)
+        wrench = _wrench(a, q, forces, lowering)
     else:
         wrench = _of_balance(system, joint, record, q, states)
     return *wrench, _axes(lowering, joint, q)
@@ -211,7 +215,7 @@ def _of_balance(
         if free[mine].all():
             forces = np.zeros_like(q)
             forces[:, mine] = _raw(lowering, cut, _missing(system, cut, states))[:, mine]
-            return _wrench(lowering.rows(a), a, q, forces, lowering)
+            return _wrench(a, q, forces, lowering)
     side = next((n for n in (a, b) if n and np.all(cut.rows(n) < cut.n_free)), None)
     if side is None:
         raise SingularSceneError(
@@ -220,7 +224,7 @@ def _of_balance(
             "make a pin by as_constraint=True"
         )
     forces = _raw(lowering, cut, _missing(system, cut, states))
-    force, moment = _wrench(lowering.rows(side), side, q, forces, lowering)
+    force, moment = _wrench(side, q, forces, lowering)
     if side is a:
         return force, moment
     apart = _place(lowering, side, q) - _place(lowering, a, q)
@@ -259,15 +263,14 @@ def _missing(system: System, cut: System, states: States) -> Vector:
     return out
 
 
-def _wrench(
-    rows: Places, node: Node, q: Vector, forces: Vector, lowering: Lowering
-) -> tuple[Vector, Vector]:
-    """Add up generalized forces on a node or a body to a force and a moment about the point."""
-    kind = lowering.kind(node)
+def _wrench(node: Node, q: Vector, forces: Vector, lowering: Lowering) -> tuple[Vector, Vector]:
+    """Add up generalized forces around a point to a force and a moment about it."""
+    kind, rows = lowering.kind(node), lowering.ends(node)
     where = _place(lowering, node, q)
-    of_r = rows[0, kind.columns("r")]
-    force = forces[:, of_r]
-    moment = _cross(q[:, of_r] - where, force)
+    # The rows of one node share its position.
+    positions = np.unique(rows[:, kind.columns("r")], axis=0)
+    force = np.sum([forces[:, each] for each in positions], axis=0)
+    moment = np.sum([_cross(q[:, each] - where, forces[:, each]) for each in positions], axis=0)
     for row in rows:
         for name in kind.vectors[1:]:
             places = row[kind.columns(name)]

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.scene import Body, Node, Scene
 from ancfsparse.scene.joints import LINEAR, Led
 from ancfsparse.system.constraints import Constraints
-from ancfsparse.system.vectors import weighed
+from ancfsparse.system.vectors import inside, weighed
 
 if TYPE_CHECKING:
     from ancfsparse.scene.course import Course
@@ -95,9 +96,21 @@ class Lowering:
         """Return the coordinates of the position of a node, (dim,)."""
         return self.rows(node)[0, self.kind(node).columns("r")]
 
+    def ends(self, node: Node) -> Places:
+        """Return the coordinates of all rows that a point follows from, (k, n_c)."""
+        if not node.xi:
+            return self.rows(node)
+        return np.asarray(self.raw[self._index[id(node.beam)]][node.beam.ends[node.index]])
+
     def point(self, node: Node) -> tuple[Places, NDArray[np.float64]]:
         """Return coordinates (dim, p) and weights (p,) of a point."""
-        return weighed(self.kind(node), self.rows(node)[0], node.offsets)
+        kind = self.kind(node)
+        if not node.xi:
+            return weighed(kind, self.rows(node)[0], node.offsets)
+        length = node.beam.lengths[node.index]
+        return inside(
+            kind, self.ends(node), node, position_weights(node.xi, length, kind.is_string)
+        )
 
     def fix(self, coordinates: Places) -> None:
         """Hold coordinates at their reference values."""

@@ -40,6 +40,11 @@ def reaction(
         If no joint to the ground holds the node, or it is not a node.
     """
     node = system.own(check_point("a reaction", node))
+    if node.xi:
+        raise InputError(
+            f"{node!r} lies inside an element, where forces belong to no node: ask for joint_force "
+            "of the joint there"
+        )
     places = system.rows(check_node("a reaction", node))[0, system.kind_of(node.beam).columns("r")]
     rows = {i for i, j in zip(system.constraints.i, system.constraints.j, strict=True)}
     if np.all(places < system.n_free) and rows.isdisjoint(places.tolist()):

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.scene import Node
 
 # Numbers of a vector: components in space; in the plane, and for single ones, some remain free.
 WIDTH = 3
@@ -70,6 +71,29 @@ def weighed(
     names = ("r", "r_x", "r_y", "r_z")[: len(offsets) + 1]
     places = np.stack([row[kind.columns(name)] for name in names], axis=1)
     return places, np.array([1.0, *offsets])
+
+
+def inside(
+    kind: ElementKind, ends: NDArray[np.int32], point: Node, weights: NDArray[np.float64]
+) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+    """Return places (dim, p) and weights (p,) of a point inside an element.
+
+    Parameters
+    ----------
+    kind : ElementKind
+        Its coordinates.
+    ends : (2, n_c) int32 array
+        Their places at both of its nodes.
+    point : Node
+        The point, which may be beside the axis.
+    weights : (k,) float array
+        Of positions and slopes of both ends, see `kernels.hermite`.
+    """
+    each = [end[kind.columns(name)] for end in ends for name in kind.axis]
+    for name, offset in zip(("r_y", "r_z"), point.offsets[1:], strict=False):
+        each += [end[kind.columns(name)] for end in ends]
+        weights = np.append(weights, [(1.0 - point.xi) * offset, point.xi * offset])
+    return np.stack(each, axis=1), weights
 
 
 def _padded(table: NDArray[np.int32]) -> NDArray[np.int32]:

@@ -35,7 +35,7 @@ class Distance(Joint):
         """State (|r_a - r_b|^2 - l^2) / (2 l) = 0: in metres, with gradients of length one."""
         apart = point(builder, self.a) - point(builder, self.b)
         positions = {
-            int(k) for node in self.nodes for k in builder.rows(node)[0][: len(apart.terms)]
+            int(k) for node in self.nodes for k in builder.ends(node)[:, : len(apart.terms)].ravel()
         }
         terms, about = [], []
         for own, origin in zip(apart.terms, self.a.position, strict=True):

@@ -72,8 +72,12 @@ class Builder(Protocol):
         """Return the coordinates of the position of a node, (dim,)."""
         ...
 
+    def ends(self, node: Node) -> Coordinates:
+        """Return the coordinates of all rows that a point follows from, (k, n_c)."""
+        ...
+
     def point(self, node: Node) -> tuple[Coordinates, Vector]:
-        """Return coordinates (dim, p) and weights (p,) whose sums are a node or a body's point."""
+        """Return coordinates (dim, p) and weights (p,) whose sums are a point of a body."""
         ...
 
     def fix(self, coordinates: Coordinates) -> None:
@@ -221,9 +225,11 @@ class Joint(ABC):
 
 
 def in_the_plane(joint: Joint) -> tuple[str, ...]:
-    """Return the freedoms of a joint of points: an angle in the plane, where both have slopes."""
-    flat = all(node.beam.dim == 2 and not node.beam.kind.is_string for node in joint.nodes)
-    return ("angle",) if flat else ()
+    """Return the freedoms of a joint of points: an angle in the plane, where nodes have slopes."""
+    turn = all(
+        node.beam.dim == 2 and not node.xi and not node.beam.kind.is_string for node in joint.nodes
+    )
+    return ("angle",) if turn else ()
 
 
 def check_point(what: str, node: object) -> Node:

@@ -85,7 +85,8 @@ class Rod(Joint):
     def lower(self, builder: Builder) -> None:
         """State (|r - p|^2 - l(t)^2) / (2 l) = 0: in metres, with a gradient of length one."""
         led = None if self.course is None else Led(self.course, 0, HalfSquare(self.length))
-        terms, about = squared(*builder.point(self.node), self.anchor, 0.5 / self.length)
+        own = builder.ends(self.node)[:, : len(self.anchor)]
+        terms, about = squared(*builder.point(self.node), own, self.anchor, 0.5 / self.length)
         offset = -0.5 * self.length if led is None else 0.0
         builder.equation(f"rod at {self.node!r}", offset, *terms, about=about, led=led)
 
@@ -111,7 +112,11 @@ class Rod(Joint):
 
 
 def squared(
-    places: Coordinates, weights: NDArray[np.float64], anchor: NDArray[np.float64], factor: float
+    places: Coordinates,
+    weights: NDArray[np.float64],
+    positions: Coordinates,
+    anchor: NDArray[np.float64],
+    factor: float,
 ) -> tuple[list[Term], list[float]]:
     """Return the terms of ``factor |sum of w q - anchor|^2``, and what their places count from.
 
@@ -120,7 +125,9 @@ def squared(
     places : (dim, p) int
         Coordinates.
     weights : (p,) float
-        Their weights; the first one is 1 where the anchor is not zero.
+        Their weights.
+    positions : (k, dim) int
+        Which of them are positions; their weights add up to 1.
     anchor : (dim,) float
         Fixed point [m].
     factor : float
@@ -128,15 +135,14 @@ def squared(
     """
     terms: list[Term] = []
     about: list[float] = []
-    for row, held in zip(places, np.asarray(anchor, dtype=float), strict=True):
-        for a, (i, w) in enumerate(zip(row, weights, strict=True)):
-            terms.append((factor * w * w, int(i), int(i)))
-            about.append(float(held) if a == 0 else 0.0)
-            for b in range(a):
-                twice = 2.0 * factor * w * weights[b]
-                terms.append((twice, int(i), int(row[b])))
-                about.append(0.0)
-                if b == 0 and held != 0.0:
-                    terms.append((-twice * float(held), int(i), LINEAR))
+    for row, held, own in zip(places, anchor.tolist(), positions.T.tolist(), strict=True):
+        for a, (i, w) in enumerate(zip(row.tolist(), weights.tolist(), strict=True)):
+            for b, (j, x) in enumerate(zip(row[: a + 1].tolist(), weights.tolist(), strict=False)):
+                product = (1.0 if a == b else 2.0) * factor * w * x
+                both = i in own and j in own
+                terms.append((product, i, j))
+                about.append(held if both else 0.0)
+                if held and not both and (i in own or j in own):
+                    terms.append((-product * held, j if i in own else i, LINEAR))
                     about.append(0.0)
     return terms, about
