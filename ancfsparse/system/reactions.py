@@ -42,8 +42,8 @@ def reaction(
     node = system.own(check_point("a reaction", node))
     if node.xi:
         raise InputError(
-            f"{node!r} lies inside an element, where forces belong to no node: ask for joint_force "
-            "of the joint there"
+            f"a reaction needs a node, but {node!r} lies inside element {node.index}: ask for "
+            "joint_force of the joint there"
         )
     places = system.rows(check_node("a reaction", node))[0, system.kind_of(node.beam).columns("r")]
     rows = {i for i, j in zip(system.constraints.i, system.constraints.j, strict=True)}

@@ -317,8 +317,8 @@ def test_bad_drives_are_refused():
     refused(r"rate of the position .* must be a function", lambda t: (t, t), rate=1, second_rate=2)
     refused(r"has shape \(\), but the scene is planar", lambda t: 1.0)
     scene, rod = pendulum()
-    with pytest.raises(ancf.InputError, match="a drive needs a node"):
-        scene.drive(rod.at(0.1), (0.0, 0.0))
+    with pytest.raises(ancf.InputError, match="a drive needs a point on a beam"):
+        scene.drive(rod, (0.0, 0.0))
 
 
 def test_a_node_is_not_held_twice_by_a_drive():
