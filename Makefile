@@ -7,7 +7,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peers demo test soak sanitize mutants codegen codegen-check bench-paper bench-kernels bench-time bench-error accuracy charts gallery lint format clean
+.PHONY: help setup peers demo test soak sanitize mutants codegen codegen-check bench-paper bench-kernels compare bench-time bench-error accuracy charts gallery lint format clean
 
 help: ## Show this list
 	@echo 'make TARGET            (ARGS="..." is handed on to the command behind it)'
@@ -58,6 +58,9 @@ bench-paper: .venv/.peers ## Time the paper's pendulum beside Exudyn, one thread
 
 bench-kernels: .venv/.all_sets ## Time every element kernel on every instruction set
 	$(ONE_THREAD) $(BIN)/ancfsparse bench-kernels $(ARGS)
+
+compare: setup ## Compare speed and counts with another build, ARGS="OTHER/.venv/bin/python"
+	$(ONE_THREAD) $(BIN)/python -P tools/compare_builds.py $(ARGS)
 
 bench-time: .venv/.peers ## Measure seconds against the error of the steps, beside peers
 	$(ONE_THREAD) $(BIN)/ancfsparse study work-precision --peers $(ARGS)
