@@ -89,7 +89,8 @@ typedef struct {
     void (*coast)(void *context);   /* set x to a predictor without the last acceleration; may be NULL */
     /* x += factor s; returns the sum over the coordinates of mass (factor s)^2 */
     double (*correct)(void *context, double factor, const double *s);
-    void (*residual)(void *context, double *r);    /* scaled residual at x */
+    /* Scaled residual at x; returns the sum over the coordinates of r^2 / mass, if there are masses */
+    double (*residual)(void *context, double *r);
     void (*matrix)(void *context, double *values); /* scaled iteration matrix at x */
     /* A positive definite approximation, for seeds where the matrix is indefinite; NULL if none */
     void (*material)(void *context, double *values);

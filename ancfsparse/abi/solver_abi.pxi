@@ -46,7 +46,7 @@ cdef extern from "solver_abi.h":
         void (*restart)(void *) noexcept nogil
         void (*coast)(void *) noexcept nogil
         double (*correct)(void *, double, const double *) noexcept nogil
-        void (*residual)(void *, double *) noexcept nogil
+        double (*residual)(void *, double *) noexcept nogil
         void (*matrix)(void *, double *) noexcept nogil
         void (*material)(void *, double *) noexcept nogil
         const double *q

@@ -49,29 +49,95 @@ static inline double vec_dot(const double *x, const double *y, ptrdiff_t n)
 /* Sum of w x^2. */
 static inline double vec_weigh(const double *w, const double *x, ptrdiff_t n)
 {
-    vec total = {0};
+    vec t0 = {0}, t1 = {0}, x0, x1;
     double rest = 0.0;
     ptrdiff_t i = 0;
-    for (; i + ANCF_LANES <= n; i += ANCF_LANES)
-        total += vec_load(w + i) * vec_load(x + i) * vec_load(x + i);
+    for (; i + 2 * ANCF_LANES <= n; i += 2 * ANCF_LANES) {
+        x0 = vec_load(x + i), x1 = vec_load(x + i + ANCF_LANES);
+        t0 += vec_load(w + i) * x0 * x0;
+        t1 += vec_load(w + i + ANCF_LANES) * x1 * x1;
+    }
+    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
+        x0 = vec_load(x + i);
+        t0 += vec_load(w + i) * x0 * x0;
+    }
     for (; i < n; ++i)
         rest += w[i] * x[i] * x[i];
-    return vec_total(total) + rest;
+    return vec_total(t0 + t1) + rest;
 }
 
 /* Sum of w (x - y)^2. */
 static inline double vec_weigh_apart(const double *w, const double *x, const double *y, ptrdiff_t n)
 {
-    vec total = {0}, apart;
+    vec t0 = {0}, t1 = {0}, d0, d1;
     double rest = 0.0;
     ptrdiff_t i = 0;
+    for (; i + 2 * ANCF_LANES <= n; i += 2 * ANCF_LANES) {
+        d0 = vec_load(x + i) - vec_load(y + i);
+        d1 = vec_load(x + i + ANCF_LANES) - vec_load(y + i + ANCF_LANES);
+        t0 += vec_load(w + i) * d0 * d0;
+        t1 += vec_load(w + i + ANCF_LANES) * d1 * d1;
+    }
     for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
-        apart = vec_load(x + i) - vec_load(y + i);
-        total += vec_load(w + i) * apart * apart;
+        d0 = vec_load(x + i) - vec_load(y + i);
+        t0 += vec_load(w + i) * d0 * d0;
     }
     for (; i < n; ++i)
         rest += w[i] * (x[i] - y[i]) * (x[i] - y[i]);
-    return vec_total(total) + rest;
+    return vec_total(t0 + t1) + rest;
+}
+
+/* out = a x; returns the sum of w out^2. */
+static inline double vec_scale_weigh(double *out, double a, const double *x, const double *w,
+                                     ptrdiff_t n)
+{
+    vec t0 = {0}, t1 = {0}, x0, x1;
+    double rest = 0.0;
+    ptrdiff_t i = 0;
+    for (; i + 2 * ANCF_LANES <= n; i += 2 * ANCF_LANES) {
+        x0 = a * vec_load(x + i), x1 = a * vec_load(x + i + ANCF_LANES);
+        *(vec *)(out + i) = x0, *(vec *)(out + i + ANCF_LANES) = x1;
+        t0 += vec_load(w + i) * x0 * x0;
+        t1 += vec_load(w + i + ANCF_LANES) * x1 * x1;
+    }
+    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
+        x0 = a * vec_load(x + i);
+        *(vec *)(out + i) = x0;
+        t0 += vec_load(w + i) * x0 * x0;
+    }
+    for (; i < n; ++i) {
+        out[i] = a * x[i];
+        rest += w[i] * out[i] * out[i];
+    }
+    return vec_total(t0 + t1) + rest;
+}
+
+/* x += a s and y += b s; returns the sum of w s^2. */
+static inline double vec_advance(double *x, double a, double *y, double b, const double *s,
+                                 const double *w, ptrdiff_t n)
+{
+    vec t0 = {0}, t1 = {0}, s0, s1;
+    double rest = 0.0;
+    ptrdiff_t i = 0;
+    for (; i + 2 * ANCF_LANES <= n; i += 2 * ANCF_LANES) {
+        s0 = vec_load(s + i), s1 = vec_load(s + i + ANCF_LANES);
+        *(vec *)(x + i) += a * s0, *(vec *)(x + i + ANCF_LANES) += a * s1;
+        *(vec *)(y + i) += b * s0, *(vec *)(y + i + ANCF_LANES) += b * s1;
+        t0 += vec_load(w + i) * s0 * s0;
+        t1 += vec_load(w + i + ANCF_LANES) * s1 * s1;
+    }
+    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
+        s0 = vec_load(s + i);
+        *(vec *)(x + i) += a * s0;
+        *(vec *)(y + i) += b * s0;
+        t0 += vec_load(w + i) * s0 * s0;
+    }
+    for (; i < n; ++i) {
+        x[i] += a * s[i];
+        y[i] += b * s[i];
+        rest += w[i] * s[i] * s[i];
+    }
+    return vec_total(t0 + t1) + rest;
 }
 
 /* The products that an update with a pair takes: y.y / w, s.y, p.y, and s.s w, p.p w. */

@@ -202,15 +202,20 @@ cdef void correct_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef ptrdiff_t begin = share(self, part), end = share(self, part + 1), stop, i
     cdef double factor = self.factor, of_a = factor / self.scale, total = 0.0
     cdef double of_v = of_a * self.scheme.weights.v_new
+    cdef const double *mass = self.interface.mass
     while begin < end:
         stop = min(begin + PIECE, end)
-        for i in range(begin, stop):
-            self.q[i] += factor * s[i]
-            self.a[i] += of_a * s[i]
+        if mass != NULL:
+            total += vec_advance(self.q + begin, factor, self.a + begin, of_a, s + begin,
+                                 mass + begin, stop - begin)
+        else:
+            for i in range(begin, stop):
+                self.q[i] += factor * s[i]
+                self.a[i] += of_a * s[i]
+            total += dot(s + begin, s + begin, stop - begin)
         if self.system.damped:
             for i in range(begin, stop):
                 self.v[i] += of_v * s[i]
-        total += weighed(self, s + begin, begin, stop)
         begin = stop
     self.squares[part] = factor * factor * total
 

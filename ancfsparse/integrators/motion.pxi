@@ -16,6 +16,10 @@ cdef extern from "vectors.h":
         const double *, const double *, const double *, ptrdiff_t) noexcept nogil
     void vec_compare(const double *, const double *, const double *, double *, ptrdiff_t,
                      double *, double *) noexcept nogil
+    double vec_scale_weigh(
+        double *, double, const double *, const double *, ptrdiff_t) noexcept nogil
+    double vec_advance(double *, double, double *, double, const double *, const double *,
+                       ptrdiff_t) noexcept nogil
     void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
 
 
@@ -64,6 +68,7 @@ cdef struct Motion:
     const double *amplitudes
     double *r
     double *phi
+    double *out  # where the scaled residual goes
     const double *s  # the current correction, its factor, and the sum of squares of each part
     double factor
     ptrdiff_t corrections  # in the current step, since its last start

@@ -15,15 +15,27 @@ cdef double correct(void *context, double factor, const double *s) noexcept nogi
     return total(self, self.squares)
 
 
-cdef void residual(void *context, double *r) noexcept nogil:
+cdef void residual_part(void *context, ptrdiff_t part) noexcept nogil:
+    cdef Motion *self = <Motion *>context
+    cdef ptrdiff_t begin = share(self, part), n = share(self, part + 1) - begin
+    self.squares[part] = vec_scale_weigh(
+        self.out + begin, self.scale, self.r + begin, self.interface.inverse_mass + begin, n)
+
+
+cdef double residual(void *context, double *r) noexcept nogil:
     cdef Motion *self = <Motion *>context
     cdef ptrdiff_t k
     evaluate(self)
-    vec_scale_parts(self.n_parts, r, self.scale, self.r, self.n_free)
+    if self.interface.mass == NULL:
+        vec_scale_parts(self.n_parts, r, self.scale, self.r, self.n_free)
+    else:
+        self.out = r
+        in_parts(self.n_parts, residual_part, self)
     memcpy(r + self.n_free, self.phi, self.m * sizeof(double))
     if self.softness > 0.0:
         for k in range(self.m):
             r[self.n_free + k] -= self.softness * self.scale * self.lam[k]
+    return total(self, self.squares)
 
 
 cdef void load(Motion *self, const double *amplitudes) noexcept nogil:

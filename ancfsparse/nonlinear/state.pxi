@@ -84,6 +84,7 @@ cdef struct Loop:
     double contraction  # of the residual, the last one measured
     ptrdiff_t n_events
     Event *events
+    double squares  # of the last residual, over the masses
     double *r
     double *r_new
     double *s
@@ -109,7 +110,7 @@ cdef inline double extra_so_far(const Loop *self) noexcept nogil:
 
 cdef void evaluate(Loop *self, double *r) noexcept nogil:
     cdef double start = clock(self)
-    self.equations.residual(self.equations.context, r)
+    self.squares = self.equations.residual(self.equations.context, r)
     self.counts.residual_evaluations += 1
     self.seconds.force += clock(self) - start
 
@@ -161,12 +162,15 @@ cdef inline double length(const Loop *self, const double *x) noexcept nogil:
 
 
 cdef inline double unbalance(const Loop *self, const double *r) noexcept nogil:
-    """Norm of a residual [m]: displacement if there were only inertia, and constraint violation."""
+    """Norm of the last residual, ``r`` [m].
+
+    It is the displacement if there were only inertia, and the violation of constraints.
+    """
     cdef const ancf_equations *eq = self.equations
     cdef ptrdiff_t nq = eq.n_coordinates, m = self.n - nq
     if eq.mass == NULL:
         return sqrt(dot(self.parts, r, r, self.n) / self.n)
-    return sqrt(weigh(self.parts, eq.inverse_mass, r, nq) / eq.mass_total
+    return sqrt(self.squares / eq.mass_total
                 + (dot(1, r + nq, r + nq, m) / nq if m else 0.0))
 
 

@@ -15,6 +15,7 @@ _NAME = b"ancf_equations"
 _NUMBERS = ct.POINTER(ct.c_double)
 _DO = ct.CFUNCTYPE(None, ct.c_void_p)
 _PASS = ct.CFUNCTYPE(None, ct.c_void_p, _NUMBERS)
+_RESIDUAL = ct.CFUNCTYPE(ct.c_double, ct.c_void_p, _NUMBERS)
 _CORRECT = ct.CFUNCTYPE(ct.c_double, ct.c_void_p, ct.c_double, _NUMBERS)
 
 
@@ -29,7 +30,7 @@ class _Interface(ct.Structure):
         ("restart", _DO),
         ("coast", _DO),
         ("correct", _CORRECT),
-        ("residual", _PASS),
+        ("residual", _RESIDUAL),
         ("matrix", _PASS),
         ("material", _PASS),
         ("q", ct.c_void_p),
@@ -89,6 +90,7 @@ class Equations:
             self.trace.append("residual")
             with np.errstate(all="ignore"):
                 np.ctypeslib.as_array(r, (n,))[:] = residual(self.x)
+            return 0.0  # there are no masses
 
         def write_matrix(_, values):
             self.trace.append("matrix")
@@ -104,7 +106,7 @@ class Equations:
         self.interface = _Interface(
             None, n, self.n_coordinates, len(self.row),
             _DO(restart), _DO() if coast is None else _DO(fly), _CORRECT(correct),
-            _PASS(write_residual), _PASS(write_matrix),
+            _RESIDUAL(write_residual), _PASS(write_matrix),
             _PASS() if material is None else _PASS(write_material), None,
             None, None, self.n_coordinates, 0.0,
         )  # fmt: skip
