@@ -175,8 +175,7 @@ class ElementKind:
 
         The slice is empty if the element has no such vector.
         """
-        own = [k for k, label in enumerate(self.node_coordinates) if _vector(label) == vector]
-        return slice(own[0], own[-1] + 1) if own else slice(0, 0)
+        return _columns(self.node_coordinates, vector)
 
     def directions(self, vector: str) -> list[int]:
         """Return the directions in space, 0 to 2, of those coordinates."""
@@ -189,7 +188,7 @@ class ElementKind:
     @property
     def vectors(self) -> tuple[str, ...]:
         """The vectors of a node in order, ``r`` first, then ``r_x`` where there is one."""
-        return tuple(dict.fromkeys(map(_vector, self.node_coordinates)))
+        return _vectors(self.node_coordinates)
 
     def n_out(self, kernel: str) -> int:
         """Return how many numbers a kernel adds per element."""
@@ -248,6 +247,19 @@ def rigid_kind(dim: int, vectors: int) -> ElementKind:
 def _vector(label: str) -> str:
     """Return the vector that a coordinate is of: ``r_1`` is of ``r``, ``r_x1`` of ``r_x``."""
     return label[:-1].rstrip("_")
+
+
+@cache
+def _vectors(labels: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the vectors of coordinates in order."""
+    return tuple(dict.fromkeys(map(_vector, labels)))
+
+
+@cache
+def _columns(labels: tuple[str, ...], vector: str) -> slice:
+    """Return where a vector stands among coordinates."""
+    own = [k for k, label in enumerate(labels) if _vector(label) == vector]
+    return slice(own[0], own[-1] + 1) if own else slice(0, 0)
 
 
 @cache

@@ -73,9 +73,15 @@ class Points:
         return np.cross(a, b), np.cross(a_x, b) + np.cross(a, b_x)
 
     def _sum(self, weights: Array) -> Array:
-        vectors = [spread(self.kind, self.ends, name) for name in self.kind.axis]
-        numbers = np.stack([each[:, :, end] for end in (0, 1) for each in vectors], axis=2)
-        return np.asarray(np.einsum("pc,kpcd->kpd", weights, numbers))
+        k, p = self.ends.shape[:2]
+        nodes = self.ends.reshape(k, p, 2, -1)
+        out, column = np.zeros((k, p, 3)), 0
+        for end in (0, 1):
+            for name in self.kind.axis:
+                own = nodes[:, :, end, self.kind.columns(name)]
+                out[..., self.kind.directions(name)] += weights[:, column, None] * own
+                column += 1
+        return out
 
 
 def spread(kind: ElementKind, ends: Array, name: str) -> Array:

@@ -13,12 +13,13 @@ from ancfsparse.plans.explicit import explicit
 from ancfsparse.plans.found import Found
 from ancfsparse.plans.links import links
 from ancfsparse.plans.mesh_error import COARSEST
-from ancfsparse.plans.models import FEWEST_ELEMENTS, Model, coarsest, spread, undecided
+from ancfsparse.plans.models import Model, coarsest, spread, undecided
 from ancfsparse.plans.pilots import FREE, Pilots, tolerances
 from ancfsparse.plans.rungs import CABLE, NAMES, SHEARED, effects_of, model_of, of_way, open_beams
 from ancfsparse.plans.search import search
 from ancfsparse.plans.ways import ModalSum, Statics, Way
 from ancfsparse.scene import Scene
+from ancfsparse.system import System
 
 # What is tried before marching, where loads are slow, and what is tried where marching takes long:
 # finding modes takes as much as short motions do.
@@ -154,13 +155,15 @@ def _with_links(
 
 def _suiting(pilots: Pilots, kinds: Sequence[type[Way]]) -> Iterator[Way]:
     """Give the ways of some kinds that may do."""
-    scene = _coarse(pilots)
-    if scene is None or pilots.t_end is None:
+    if pilots.t_end is None:
         return
-    moved = [replace(each, quantity=each.quantity.on(scene)) for each in pilots.wanted]
+    system = _coarse(pilots)
+    if system is None:
+        return
+    moved = [replace(each, quantity=each.quantity.on(system.scene)) for each in pilots.wanted]
     for kind in kinds:
         try:
-            way = kind.fit(scene, pilots.t_end, moved, pilots.start)
+            way = kind.fit(system, pilots.t_end, moved, pilots.start)
         except AncfError:  # what is wrong is stated where motions are tried
             continue
         if way is not None:
@@ -173,13 +176,13 @@ def _excess(found: Found) -> float:
     return max(sum(each.values()) / most for each, most in zip(errors, found.asked, strict=True))
 
 
-def _coarse(pilots: Pilots) -> Scene | None:
-    """Return the scene with cables, or thick beams, on the coarsest mesh."""
-    counts = spread(pilots.scene, coarsest(pilots.scene, FEWEST_ELEMENTS))
+def _coarse(pilots: Pilots) -> System | None:
+    """Return the system of cables, or thick beams, on the mesh of the first pilot."""
+    counts = spread(pilots.scene, pilots.first[0])
     for rung in (CABLE, SHEARED):
         model = model_of(pilots.scene, rung).with_counts(counts)
         try:
-            return pilots.built(model)
+            return pilots.system_of(model)
         except InputError:
             continue
     return None

@@ -9,7 +9,7 @@ from ancfsparse.errors import InputError, PlanFailure, StepFailure
 from ancfsparse.plans.found import Found
 from ancfsparse.plans.models import Rung
 from ancfsparse.plans.per_beam import limp, refusing, staying
-from ancfsparse.plans.pilots import Pilots
+from ancfsparse.plans.pilots import FREE, Pilots
 from ancfsparse.plans.rungs import (
     CABLE,
     NEGLIGIBLE,
@@ -18,6 +18,7 @@ from ancfsparse.plans.rungs import (
     candidates,
     effects_of,
     floors,
+    is_enough,
     left_out,
     model_of,
     needed,
@@ -62,21 +63,18 @@ def climb(
     InputError
         If no element takes the scene.
     """
-    fixed = dict(fixed or {})
-    rungs, refused = candidates(pilots.scene, fixed, pilots.built)
-    if CABLE not in rungs and rungs and rungs[-1] != STRING:
-        stiff = refusing(pilots.scene, CABLE, rungs[-1], fixed, pilots.built)
-        if 0 < len(stiff) < len(open_beams(pilots.scene)) - len(fixed):
-            fixed |= dict.fromkeys(stiff, rungs[-1])
-            rungs, _ = candidates(pilots.scene, fixed, pilots.built)
-    if not rungs:
-        raise InputError(f"no element takes the scene: {next(iter(refused.values()))}")
-    richer = [rung for rung in rungs if rung != STRING] or rungs
+    fixed, richer = dict(fixed or {}), [CABLE]
+    refused: dict[str, str] = {}
+    if refusing(pilots.scene, CABLE, CABLE, fixed, pilots.built, pilots.first[0]):
+        fixed, richer, refused = _without_cables(pilots, fixed)
     # What a thick beam neglects is not estimated, so without cables the richest is taken.
     first = CABLE if CABLE in richer else richer[-1]
     found = search(pilots, model_of(pilots.scene, first, fixed), finer, fixed_steps)
     effects = effects_of(pilots, found.judge, found.rough)
     reached = within_reach(effects, found.asked)
+    if richer == [CABLE] and not is_enough(CABLE, effects, reached):
+        rungs, refused = candidates(pilots.scene, fixed, pilots.built, pilots.first[0])
+        richer = [rung for rung in rungs if rung != STRING]
     rung = needed(richer, first, effects, reached)
     why = _sentences(first, rung, effects, found.asked, pilots)
     why += [f"{name} is not possible: {reason}" for name, reason in refused.items()]
@@ -104,6 +102,24 @@ def climb(
     return found.with_effects([own | of_way(each) for own, each in both]), why
 
 
+def _without_cables(
+    pilots: Pilots, fixed: dict[str, Rung]
+) -> tuple[dict[str, Rung], list[Rung], dict[str, str]]:
+    """Return the elements of beams that refuse to be cables, and what the others, or all, may be.
+
+    With the reasons why some of it is refused.
+    """
+    rungs, refused = candidates(pilots.scene, fixed, pilots.built, pilots.first[0])
+    if rungs and rungs[-1] != STRING:
+        stiff = refusing(pilots.scene, CABLE, rungs[-1], fixed, pilots.built, pilots.first[0])
+        if 0 < len(stiff) < len(open_beams(pilots.scene)) - len(fixed):
+            fixed = fixed | dict.fromkeys(stiff, rungs[-1])
+            rungs, _ = candidates(pilots.scene, fixed, pilots.built, pilots.first[0])
+    if not rungs:
+        raise InputError(f"no element takes the scene: {next(iter(refused.values()))}")
+    return fixed, [rung for rung in rungs if rung != STRING] or rungs, refused
+
+
 def _string(
     pilots: Pilots,
     cables: Found,
@@ -115,13 +131,16 @@ def _string(
 
     Where not all beams can be strings, or not all are limp, some may be.
     """
+    # Where a run of cables is the answer already, strings only matter if they surely do, and not at
+    # all if it was short: their pilots would take longer.
+    is_done = cables.chosen is not None and cables.missed(*cables.chosen) <= 1.0
+    if is_done and cables.work(*cables.choice()) <= FREE:
+        return None
     names = [name for name in open_beams(pilots.scene) if name not in fixed]
-    stiff = refusing(pilots.scene, STRING, CABLE, fixed, pilots.built)
+    stiff = refusing(pilots.scene, STRING, CABLE, fixed, pilots.built, pilots.first[0])
     able = [name for name in names if name not in stiff]
     if not able:
         return None
-    # Where a run of cables is the answer already, strings only matter if they surely do.
-    is_done = cables.chosen is not None and cables.missed(*cables.chosen) <= 1.0
     rough = 1.0 if is_done else ROUGH
     limp_all = not stiff and _limp(bending_of(pilots, cables.judge), cables.asked, rough)
     if not limp_all and len(names) == 1:

@@ -23,7 +23,7 @@ from ancfsparse.plans.mesh_error import (
     MeshError,
     elements_of,
 )
-from ancfsparse.plans.models import FEWEST_ELEMENTS, Model, coarsest, spread
+from ancfsparse.plans.models import Model, spread
 from ancfsparse.plans.pilots import FREE, SHARE, Pilot, Pilots, distances, farthest, tolerances
 from ancfsparse.plans.richardson import LEAST_ORDER, Estimate, estimate
 from ancfsparse.plans.time_error import (
@@ -33,9 +33,6 @@ from ancfsparse.plans.time_error import (
     undamped_is_alike,
 )
 
-# The first pilot has the fewest elements and the longest steps where this share of the quantity is
-# asked for or more; for less, elements grow with this power of it, and steps are half as long.
-ROUGH, POWER, HALF = 0.01, 1.0 / 8.0, 2
 # By how much steps grow from one pilot to the next; meshes grow by as much where elements are of
 # low order.
 SHORTER = 2
@@ -149,7 +146,7 @@ def _rungs(
     Where two without numerical damping have failed, they begin again with it, and with steps that
     are halved until one does not fail.
     """
-    first, steps = _start(pilots)
+    first, steps = pilots.first
     undamped = _undamped(pilots)
     finest, failures = first, 0
     if undamped is not pilots:
@@ -184,15 +181,6 @@ def _left(apart: float, before: float, ratio: float) -> float:
     if before > 0.0 and apart > 0.0:
         power = min(1.0, max(LEAST, math.log(before / apart) / math.log(ratio)))
     return apart / float(ratio**power - 1.0)
-
-
-def _start(pilots: Pilots) -> tuple[float, int]:
-    """Return elements on the longest beam and steps of the first pilot."""
-    least = min((each.error for each in pilots.wanted if each.relative), default=ROUGH)
-    if least >= ROUGH:
-        return coarsest(pilots.scene, FEWEST_ELEMENTS), pilots.base
-    finest = float(round(FEWEST_ELEMENTS * (ROUGH / least) ** POWER))
-    return coarsest(pilots.scene, finest), HALF * pilots.base
 
 
 def beside(

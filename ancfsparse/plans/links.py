@@ -12,12 +12,13 @@ from ancfsparse.plans.mesh_error import COARSEST
 from ancfsparse.plans.models import RIGID, Rung, coarsest, spread, undecided
 from ancfsparse.plans.pilots import Pilots, tolerances
 from ancfsparse.plans.quantities import AtPoint, EnergyOf, Position, Velocity
-from ancfsparse.plans.rigidity import EVEN, change, deflection
+from ancfsparse.plans.rigidity import EVEN, change, deflection, under
 from ancfsparse.plans.rods import possible
 from ancfsparse.plans.rungs import CABLE, NEGLIGIBLE, SHEARED, model_of
 from ancfsparse.plans.wanted import Wanted
 from ancfsparse.plans.ways import Way
 from ancfsparse.scene import Beam
+from ancfsparse.scene.joints import Pin
 from ancfsparse.scene.rigid import RigidBody
 
 # Under their own weight beams may deflect so many times the error and yet be tried: they may hang.
@@ -61,6 +62,7 @@ def links(pilots: Pilots) -> Links:
         name
         for name in possible(pilots.scene)
         if all(_may(beams[name], each, gravity) for each in pilots.wanted)
+        and not _bends(beams[name], pilots)
     ]
     if not names:
         return Links()
@@ -113,3 +115,30 @@ def _may(beam: Beam, wanted: Wanted, gravity: float) -> bool:
     sag = EVEN * given["mass_per_length"] * gravity * beam.length**4 / given["bending_stiffness_z"]
     share = wanted.error if wanted.relative else wanted.error / beam.length
     return not isinstance(quantity, Position) or sag <= HANGING * share * beam.length
+
+
+def _bends(beam: Beam, pilots: Pilots) -> bool:
+    """Whether the weight of a beam that is pinned surely bends it too far, before it has moved.
+
+    The pinned end has no acceleration, so `deflection` finds no less; and `change` finds no less
+    than that share of a quantity, or of a position.  That of the beam moves by its two lengths at
+    most.
+    """
+    scene, pins = pilots.scene, (each for each in pilots.scene.joints if isinstance(each, Pin))
+    if pilots.start is not None or not any(each.node.beam is beam for each in pins):
+        return False
+    along = (beam.positions[-1] - beam.positions[0]) / beam.length
+    across = float(np.linalg.norm(scene.gravity - (scene.gravity @ along) * along))
+    share = under(beam, across) / beam.length
+    for each in pilots.wanted:
+        moves = isinstance(each.quantity, Position)
+        own = isinstance(each.quantity, AtPoint) and each.quantity.point.beam is beam
+        if each.relative and (own or not moves):
+            most = each.error * (2.0 if moves else 1.0)
+        elif moves and not each.relative:
+            most = each.error / beam.length
+        else:
+            continue
+        if share > NEGLIGIBLE * most:
+            return True
+    return False

@@ -26,6 +26,7 @@ def refusing(
     other: Rung,
     fixed: Mapping[str, Rung] | None = None,
     build: Callable[[Model], Scene] | None = None,
+    finest: float | None = None,
 ) -> list[str]:
     """Return the open beams that refuse an element while all others have another one.
 
@@ -37,24 +38,25 @@ def refusing(
         The element, and one that the scene takes.
     fixed : mapping of str to Rung, optional
         Elements of beams that were chosen before.
-    build : callable, optional
+    build, finest
         See `candidates`.
     """
     fixed, build = dict(fixed or {}), build or partial(built, scene)
     names = [name for name in open_beams(scene) if name not in fixed]
-    if _takes(build, scene, model_of(scene, rung, fixed)):
+    counts = spread(scene, finest or coarsest(scene, FEWEST_ELEMENTS))
+    if _takes(build, model_of(scene, rung, fixed).with_counts(counts)):
         return []
     if not 1 < len(names) <= MOST:
         return names
     alone = ({**fixed, name: rung} for name in names)
-    takes = [_takes(build, scene, model_of(scene, other, each)) for each in alone]
+    takes = [_takes(build, model_of(scene, other, each).with_counts(counts)) for each in alone]
     return [name for name, able in zip(names, takes, strict=True) if not able]
 
 
-def _takes(build: Callable[[Model], Scene], scene: Scene, model: Model) -> bool:
+def _takes(build: Callable[[Model], Scene], model: Model) -> bool:
     """Whether a scene takes elements."""
     try:
-        build(model.with_counts(spread(scene, coarsest(scene, FEWEST_ELEMENTS))))
+        build(model)
     except InputError:
         return False
     return True

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.costs import Counted, counted
-from ancfsparse.plans.models import Model, built
+from ancfsparse.plans.models import FEWEST_ELEMENTS, Model, built, coarsest
 from ancfsparse.plans.nested import prolonged
 from ancfsparse.plans.quantities import Quantity
 from ancfsparse.plans.wanted import Wanted
@@ -22,8 +22,8 @@ from ancfsparse.plans.ways import Way
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.solve import solve_static
-from ancfsparse.solve.request import check_request
-from ancfsparse.solve.simulate import marched, system_at_start
+from ancfsparse.solve.request import Request, check_request
+from ancfsparse.solve.simulate import at_start, marched, system_at_start
 from ancfsparse.system import System
 
 Array = NDArray[np.float64]
@@ -37,6 +37,9 @@ FREE = 1.5e7
 SHARE = 0.15
 # Intervals between saved states at most: those of a planned run, which a pilot may become.
 MOST_STATES = 2000
+# The first pilot has the fewest elements and the longest steps where this share of the quantity is
+# asked for or more; for less, elements grow with this power of it, and steps are half as long.
+ROUGH, POWER, HALF = 0.01, 1.0 / 8.0, 2
 # Numbers of steps that were chosen are multiples of half the fewest, and have so many units of a
 # power of two times that: motions are compared at the times that both have.
 UNITS = 8
@@ -110,6 +113,15 @@ class Pilots:
     bill: list[Counted] = field(default_factory=list)
     scenes: dict[tuple[object, ...], Scene | InputError] = field(default_factory=dict)
     changes: dict[int, list[float] | None] = field(default_factory=dict)
+
+    @property
+    def first(self) -> tuple[float, int]:
+        """Elements on the longest beam and steps of the first pilot of a motion."""
+        least = min((each.error for each in self.wanted if each.relative), default=ROUGH)
+        if least >= ROUGH:
+            return coarsest(self.scene, FEWEST_ELEMENTS), self.base
+        finest = float(round(FEWEST_ELEMENTS * (ROUGH / least) ** POWER))
+        return coarsest(self.scene, finest), HALF * self.base
 
     def built(self, model: Model) -> Scene:
         """Return the scene with a model; none is built twice.
@@ -205,7 +217,30 @@ class Pilots:
             return at_rest(solve_static(scene, start=start))
         if isinstance(self.integrator, Way):
             return self.integrator.march(scene, self.t_end, steps)
-        request = check_request(
+        request = self._request(scene, steps, system)
+        return marched(request, system_at_start(request) if system is None else system)
+
+    def system_of(self, model: Model) -> System:
+        """Return the stress-free system of a model, which its pilots take up if nothing drives it.
+
+        Raises
+        ------
+        InputError
+            If the scene does not take the model, or cannot begin there.
+        """
+        key = _key(model)
+        if key in self.systems:
+            return self.systems[key]
+        system = System(self.built(model))
+        if self.start is None and not system.prescribed:
+            self.systems[key] = at_start(self._request(system.scene, self.base, None), system)
+        return system
+
+    def _request(self, scene: Scene, steps: int, system: System | None) -> Request:
+        """Return what a run by an integrator needs, checked."""
+        assert self.t_end is not None
+        assert not isinstance(self.integrator, Way)
+        return check_request(
             scene,
             self.t_end,
             self.t_end / steps,
@@ -223,7 +258,6 @@ class Pilots:
             progress=False,
             start=self.start if system is None else None,
         )
-        return marched(request, system_at_start(request) if system is None else system)
 
     @property
     def failed(self) -> int:

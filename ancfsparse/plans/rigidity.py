@@ -65,11 +65,28 @@ def deflection(run: Trajectory, rod: RigidBody, beam: Beam) -> float:
         rates += float(np.square(np.diff(felt, axis=0) / np.diff(run.t)[:, None]).sum())
         total += float(np.square(felt).sum())
     static = pulls.max() / given["axial_stiffness"]
-    static += EVEN * dense * across * length**4 / bending
+    static += under(beam, across) / SUDDEN
     lowest = min(np.pi**2 * bending / length**4, given["axial_stiffness"] / length**2) / dense
     lowest *= np.pi**2
     ratio = rates / (total * lowest) if total > 0.0 else 0.0
     return float(SUDDEN * static / (1.0 - ratio)) if ratio < NEAR else np.inf
+
+
+def under(beam: Beam, across: float) -> float:
+    """Return how far a beam between its ends bends under an acceleration that sets in [m].
+
+    Parameters
+    ----------
+    beam : Beam
+        The beam.
+    across : float
+        Acceleration at right angles to it [m/s2].
+    """
+    given = {name: float(np.mean(value)) for name, value in beam.stiffnesses().items()}
+    bending = given["bending_stiffness_z"]
+    if beam.dim == SPATIAL:
+        bending = min(bending, given["bending_stiffness_y"])
+    return SUDDEN * EVEN * given["mass_per_length"] * across * beam.length**4 / bending
 
 
 def change(deflected: float, length: float, quantity: Quantity, run: Trajectory) -> float:

@@ -69,6 +69,7 @@ def candidates(
     scene: Scene,
     fixed: Mapping[str, Rung] | None = None,
     build: Callable[[Model], Scene] | None = None,
+    finest: float | None = None,
 ) -> tuple[list[Rung], dict[str, str]]:
     """Return the elements that a scene takes, and why others are refused.
 
@@ -80,6 +81,8 @@ def candidates(
         Elements of beams that were chosen before.
     build : callable, optional
         Returns the scene with a model, such as `Pilots.built`, which builds none twice.
+    finest : float, optional
+        Elements on the longest beam of the mesh that is built.
 
     Returns
     -------
@@ -90,7 +93,7 @@ def candidates(
     """
     taken, refused = [], {}
     build = build or partial(built, scene)
-    counts = spread(scene, coarsest(scene, FEWEST_ELEMENTS))
+    counts = spread(scene, finest or coarsest(scene, FEWEST_ELEMENTS))
     for rung in LADDER:
         try:
             build(model_of(scene, rung, fixed).with_counts(counts))
@@ -160,13 +163,15 @@ def needed(
         Largest error of every quantity that elements are to leave, see `within_reach` [its unit].
     """
     richer = rungs[list(rungs).index(first) :]
-    for rung in richer:
-        if all(
-            sum(left_out(each, rung).values()) < NEGLIGIBLE * most or not left_out(each, rung)
-            for each, most in zip(effects, asked, strict=True)
-        ):
-            return rung
-    return richer[-1]
+    return next((rung for rung in richer if is_enough(rung, effects, asked)), richer[-1])
+
+
+def is_enough(rung: Rung, effects: Sequence[Mapping[str, float]], asked: Sequence[float]) -> bool:
+    """Whether what an element neglects is negligible, for every quantity."""
+    return all(
+        sum(left_out(each, rung).values()) < NEGLIGIBLE * most or not left_out(each, rung)
+        for each, most in zip(effects, asked, strict=True)
+    )
 
 
 def floors(effects: Sequence[Mapping[str, float]]) -> tuple[float, ...]:

@@ -72,7 +72,7 @@ class Way(ABC):
     @classmethod
     @abstractmethod
     def fit(
-        cls, scene: Scene, t_end: float, wanted: Sequence[Wanted], start: str | None = None
+        cls, system: System, t_end: float, wanted: Sequence[Wanted], start: str | None = None
     ) -> Way | None:
         """Return it if it may do for a scene, by what can be seen without a run; else None."""
 
@@ -117,17 +117,16 @@ class Statics(Way):
 
     @classmethod
     def fit(
-        cls, scene: Scene, t_end: float, wanted: Sequence[Wanted], start: str | None = None
+        cls, system: System, t_end: float, wanted: Sequence[Wanted], start: str | None = None
     ) -> Way | None:
         """Return it where all begins at rest, loads or drives change, and no speed is asked for."""
         if any(_of_speed(each.quantity) for each in wanted):
             return None
-        system = System(scene)
         if system.v0.any():
             return None
         changes = _changing(system, t_end)
         most = min(1.0, FAR_OFF * max(each.error if each.relative else 1.0 for each in wanted))
-        if not changes or hurried(scene, t_end, changes, most):
+        if not changes or hurried(system.scene, t_end, changes, most):
             return None
         return cls(start=start)
 
@@ -191,10 +190,9 @@ class ModalSum(Way):
 
     @classmethod
     def fit(
-        cls, scene: Scene, t_end: float, wanted: Sequence[Wanted], start: str | None = None
+        cls, system: System, t_end: float, wanted: Sequence[Wanted], start: str | None = None
     ) -> Way | None:
         """Return it where loads and velocities move a scene without drives by little."""
-        system = System(scene)
         if start is not None or system.prescribed or not system.conservative:
             return None
         if any(isinstance(each.quantity, Reaction) for each in wanted):
@@ -212,7 +210,7 @@ class ModalSum(Way):
             return None
         n = FIRST_MODES
         while True:
-            own = _modes(scene, n)
+            own = _modes(system.scene, n)
             if (own.eigenvalues <= 0.0).any():
                 return None
             swing = small.swing(own, system, whole)

@@ -271,7 +271,11 @@ def system_at_start(request: Request) -> System:
     RedundantConstraints
         If constraints repeat others.
     """
-    system = System(request.scene, request.state)
+    return at_start(request, System(request.scene, request.state))
+
+
+def at_start(request: Request, system: System) -> System:
+    """Check the start of a system that was made for a request, as `system_at_start` does."""
     if system.prescribed:
         from ancfsparse.solve.drives import start_drives
 

@@ -18,6 +18,9 @@ from ancfsparse.system.vectors import inside, weighed
 Vector = NDArray[np.float64]
 Handle = TypeVar("Handle", Body, Node)
 
+# Of a node, whose vectors are coordinates.
+NONE = np.ones(1)
+
 
 class Coordinates:
     """The coordinates of a scene, body by body.
@@ -94,6 +97,8 @@ class Coordinates:
     def point(self, node: Node) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
         node = self.own(check_point("a position", node))
+        if not node.xi:
+            return self._interpolate(node, "r", NONE)
         straight = self.kind_of(node.beam).is_string
         return self._interpolate(node, "r", position_weights(node.xi, self._length(node), straight))
 
@@ -112,6 +117,8 @@ class Coordinates:
                 f"the slope of a string jumps at its nodes, such as {node!r}: ask for it at a "
                 "point inside an element"
             )
+        if not node.xi:
+            return self._interpolate(node, "r_x", NONE)
         return self._interpolate(node, "r_x", slope_weights(node.xi, self._length(node), straight))
 
     def frame(self, node: Node) -> Places:
@@ -133,7 +140,7 @@ class Coordinates:
             return weighed(kind, self.rows(node)[0], offsets)
         if not node.xi:
             places = self.rows(node)[0] if vector == "r" else self.place(node)
-            return places[kind.columns(vector)][:, None], np.ones(1)
+            return places[kind.columns(vector)][:, None], NONE
         ends = self.places[self._of(node.beam)][node.beam.ends[node.index]]
         return inside(kind, ends, replace(node, offsets=offsets), weights)
 

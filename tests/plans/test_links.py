@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.plans.asking import checked
+from ancfsparse.plans.links import links
 from ancfsparse.plans.models import RIGID, Model, Rung, built
+from ancfsparse.plans.pilots import Pilots
 from ancfsparse.plans.rigidity import change, deflection
 from ancfsparse.plans.rods import possible, rod_of
 from ancfsparse.plans.rungs import CABLE
+from ancfsparse.plans.wanted import wanted
 
 STEEL, SOFT = ancf.Material(2e11, 7800), ancf.Material(1e9, 1000)
 THICK, SLIM = ancf.Circle(0.05), ancf.Circle(0.01)
@@ -53,6 +57,28 @@ def test_a_rod_has_the_mass_and_the_inertia_of_its_beam(dim):
     bent = moving.add_beam(*made, velocity=lambda r: r**2)
     with pytest.raises(ancf.InputError, match="bend or stretch it"):
         rod_of(bent)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("slope", [0.0, 1.0])
+@pytest.mark.parametrize("ask", [ancf.position, ancf.velocity])
+def test_a_rod_that_its_weight_surely_bends_is_not_tried(dim, slope, ask, monkeypatch):
+    def found(radius, error):
+        scene, rod = swing(radius=radius, dim=dim, slope=slope)
+        asked = wanted(checked(ask(rod.end), scene), error)
+        pilots = Pilots(scene, 0.5, asked, ancf.GeneralizedAlpha(0.9))
+        return links(pilots), pilots
+
+    tried = 0
+    for radius in (0.05, 0.01, 0.003):
+        for error in ("3 %", "0.1 %", "0.003 %"):
+            mine, pilots = found(radius, error)
+            with monkeypatch.context() as patch:
+                patch.setattr("ancfsparse.plans.links._bends", lambda *_: False)
+                whole, other = found(radius, error)
+            assert mine == whole
+            tried += bool(other.done) - bool(pilots.done)
+    assert tried >= 2
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -7,6 +7,7 @@ import ancfsparse as ancf
 from ancfsparse.plans.slow import late
 from ancfsparse.plans.wanted import wanted
 from ancfsparse.plans.ways import Statics
+from ancfsparse.system import System
 
 SOFT = ancf.Material(1e8, 1000)
 
@@ -79,7 +80,7 @@ def test_what_statics_does_not_have_is_marched():
     scene, point = bent(40.0)
 
     def fits(made, quantity):
-        return Statics.fit(made, 40.0, wanted([quantity], "1 %")) is not None
+        return Statics.fit(System(made), 40.0, wanted([quantity], "1 %")) is not None
 
     made = bent(40.0, "thin", 4)[0]
     assert fits(made, ancf.position(point))

@@ -6,6 +6,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.plans.wanted import wanted
 from ancfsparse.plans.ways import ModalSum
+from ancfsparse.system import System
 
 THIN, SOFT = ancf.Circle(0.004), ancf.Material(1e9, 1000)
 
@@ -82,7 +83,7 @@ def test_large_motions_are_marched():
 
 def test_what_modes_do_not_have_is_marched():
     def fits(scene, quantity, start=None):
-        return ModalSum.fit(scene, 60.0, wanted([quantity], "3 %"), start) is not None
+        return ModalSum.fit(System(scene), 60.0, wanted([quantity], "3 %"), start) is not None
 
     scene, point = let_go(1e-4)
     assert fits(scene, ancf.position(point))
