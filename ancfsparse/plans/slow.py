@@ -87,13 +87,16 @@ def hurried(scene: Scene, t_end: float, changes: Sequence[Array], most: float) -
     with warnings.catch_warnings():  # their symmetric part is enough for an estimate
         warnings.simplefilter("ignore", ApproximateModes)
         square = float(modes(scene, 1, at=start.state).eigenvalues[0])
-    if square <= 0.0:
-        return True
+    return square <= 0.0 or haste(changes, t_end) > most * square
+
+
+def haste(changes: Sequence[Array], t_end: float) -> float:
+    """Return the largest second derivative of what changes over its range, see `hurried` [1/s2]."""
+    found = 0.0
     for table in changes:
         rates = np.diff(table, n=2, axis=0) / (t_end / (len(table) - 1)) ** 2
-        if np.abs(rates).max() > most * square * np.ptp(table, axis=0).max():
-            return True
-    return False
+        found = max(found, float(np.abs(rates).max() / np.ptp(table, axis=0).max()))
+    return found
 
 
 def _largest(vectors: Array) -> float:

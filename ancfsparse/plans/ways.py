@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ancfsparse.plans import small
 from ancfsparse.plans.costs import BESIDE
 from ancfsparse.plans.quantities import EnergyOf, Position, Quantity, Reaction, Velocity
-from ancfsparse.plans.slow import hurried, late, lowest
+from ancfsparse.plans.slow import haste, hurried, late, lowest
 from ancfsparse.plans.wanted import Wanted
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.modes import Modes
@@ -30,8 +30,9 @@ Array = NDArray[np.float64]
 
 # Times at which loads and drives are looked at.
 LOOKS = 65
-# Equilibria are not tried where inertia makes up so many times the error, or the whole motion.
-FAR_OFF = 3.0
+# Equilibria are not tried where inertia makes up the error, or the whole motion; nor where a bound
+# of the lowest frequency shows that it does so many times.
+FAR_OFF, SURELY, FEW = 1.0, 3.0, 5
 # Steps for each period of the lowest frequency in the run that verifies equilibria.
 RESOLVED = 48
 # What calls take beside the work on coordinates, in that of a residual of one coordinate: of a
@@ -126,9 +127,9 @@ class Statics(Way):
             return None
         changes = _changing(system, t_end)
         most = min(1.0, FAR_OFF * max(each.error if each.relative else 1.0 for each in wanted))
-        if not changes or hurried(system.scene, t_end, changes, most):
+        if not changes or _is_fast(system, t_end, haste(changes, t_end), SURELY * most):
             return None
-        return cls(start=start)
+        return None if hurried(system.scene, t_end, changes, most) else cls(start=start)
 
     def march(self, scene: Scene, t_end: float, steps: int, **options: Any) -> Trajectory:
         """Follow the equilibrium."""
@@ -161,6 +162,21 @@ class Statics(Way):
 def _of_speed(quantity: Quantity) -> bool:
     moving = isinstance(quantity, EnergyOf) and quantity.part in ("kinetic", "total")
     return moving or isinstance(quantity, Velocity)
+
+
+def _is_fast(system: System, t_end: float, rate: float, most: float) -> bool:
+    """Whether loads change fast beside the frequency of what they displace about the start.
+
+    By Rayleigh's quotient the lowest frequency is no higher, unless far displacements stiffen it.
+    """
+    balance = small.stiff(system)
+    if balance is None:
+        return False
+    x = small.farthest(system, small.pulled(system, balance, np.linspace(0.0, t_end, FEW)))
+    places = system.q0[system.positions].reshape(-1, system.dim)
+    if not 0.0 < small.size(system, x) <= SMALL * float(np.ptp(places, axis=0).max()):
+        return False
+    return rate > most * small.frequency_of(system, balance, x) ** 2
 
 
 def _changing(system: System, t_end: float) -> list[Array]:

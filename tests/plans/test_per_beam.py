@@ -36,7 +36,7 @@ def stub_and_strip():
 def test_a_line_on_a_stiff_arm_is_a_string():
     scene, arm, line = line_on_an_arm()
     point = line.at(0.5)
-    plan = ancf.plan(scene, 0.3, ancf.position(point), "25 %")
+    plan = ancf.plan(scene, 0.3, ancf.position(point), "25 %", dt=1.5e-3)
     assert plan.model.rungs == {arm.name: CABLE, line.name: STRING}
     assert f"strings are enough for {line.name}" in str(plan)
     run = plan.run(verify=True)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.slow import late
+from ancfsparse.plans.slow import hurried, late
 from ancfsparse.plans.wanted import wanted
-from ancfsparse.plans.ways import Statics
+from ancfsparse.plans.ways import Statics, _changing
 from ancfsparse.system import System
 
 SOFT = ancf.Material(1e8, 1000)
@@ -58,8 +58,8 @@ def test_a_cable_that_is_pulled_slowly_is_solved_as_statics(time, error):
 
 
 def test_what_is_not_slow_enough_is_marched():
-    scene, point = bent(1.5)
-    plan = ancf.plan(scene, 1.5, ancf.position(point), "3 %")
+    scene, point = bent(3.0)
+    plan = ancf.plan(scene, 3.0, ancf.position(point), "3 %")
     assert plan.integrator == ancf.GeneralizedAlpha(0.9)
     assert "statics at all times would miss the error by" in str(plan)
 
@@ -73,6 +73,27 @@ def test_what_equilibria_leave_out(time, damping):
     off = np.linalg.norm(run.position(point) - motion.position(point), axis=1).max()
     found = late(run, ancf.position(point))
     assert off <= found <= 12.0 * off
+
+
+def test_the_lowest_frequency_is_bounded_where_loads_displace_little(monkeypatch):
+    """What the bound refuses is what the frequency itself refuses."""
+    called = []
+    whole = hurried
+
+    def looked(*arguments):
+        called.append(whole(*arguments))
+        return called[-1]
+
+    monkeypatch.setattr("ancfsparse.plans.ways.hurried", looked)
+    for t_end in (40.0, 4.0, 2.0, 1.0, 0.5):
+        scene, point = bent(t_end, "thin", 4)
+        changes = _changing(System(scene), t_end)
+        before = len(called)
+        asked = wanted([ancf.position(point)], "1 %")
+        found = Statics.fit(System(scene), t_end, asked) is not None
+        assert found is not whole(scene, t_end, changes, 0.01)
+        assert t_end > 1.0 or len(called) == before
+    assert called
 
 
 def test_what_statics_does_not_have_is_marched():
