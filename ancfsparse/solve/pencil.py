@@ -25,6 +25,8 @@ Vector = NDArray[np.float64]
 # Flexibility of every constraint relative to that of the coordinates it holds: redundant
 # constraints then give no zero pivot, and frequencies change by less than rounding.
 FLEXIBILITY = 1e-10
+# Stiffness of springs in place of constraints relative to that of the coordinates these hold.
+STIFFER = 1e3
 
 
 class Pencil:
@@ -48,7 +50,7 @@ class Pencil:
     diagonal : (n_free,) float
         Diagonal of M, positive also where equations alone give a coordinate its mass [kg, kg m2].
     seed : SparseSeed
-        The solver of the shifted equations.
+        The solver of the equations that were factored last.
     shift : float
         Of the last factor, if `factor` made it [1/s2].
     """
@@ -60,7 +62,7 @@ class Pencil:
         self.stiffness = whole(on_free(system, self._matrix(0.0, 1.0)))
         self.gradients = system.constraints.jacobian(state.q)[:, :n]
         self.diagonal = system.mass_diagonal
-        self.seed = SparseSeed(pattern.indptr, pattern.indices, n)
+        self.seed = self._plain = SparseSeed(pattern.indptr, pattern.indices, n)
         self.shift = 0.0
         self._scale = 1.0
         self._below: int | None = None
@@ -121,10 +123,36 @@ class Pencil:
     def factor_stiffness(self, more: Vector | None = None) -> int | None:
         """Factor K under the constraints; return how many of its eigenvalues are negative.
 
-        `more` is added to its values on the pattern.
+        `more` is added to its values on the pattern.  Rigid bodies have no stiffness of their own,
+        and what equations alone hold is singular without them, so springs in their place are added,
+        which do nothing where they are met.
         """
         self.shift = 0.0
-        return self._factor(0.0, 0.0, self.size, more)
+        if not self.system.n_multipliers:
+            return self._factor(0.0, 0.0, self.size, more)
+        import scipy.sparse as sp
+
+        self._below, self._scale = None, self.size
+        added = 0.0 if more is None else whole(on_free(self.system, more))
+        # Coordinates with hardly any are as stiff for their masses as all are on average.
+        stiff = np.abs(self.stiffness.diagonal()) / self._scale
+        stiff = np.maximum(stiff, self.diagonal * (np.sum(stiff) / np.sum(self.diagonal)))
+        flexible, phi_q = self._flexibility(stiff), self.gradients
+        springs = phi_q.T @ sp.diags_array(STIFFER / flexible) @ phi_q
+        held = (self.stiffness + added) / self._scale + springs
+        corner = sp.diags_array(-FLEXIBILITY * flexible)
+        lower = sp.tril(sp.block_array([[held, phi_q.T], [phi_q, corner]]), format="csc")
+        lower.sort_indices()
+        self.seed = SparseSeed(lower.indptr, lower.indices, self.system.n_free)
+        self.seed.factor(lower.data)
+        negative = self.seed.negative_pivots
+        return None if negative is None else negative - self.system.n_multipliers
+
+    def _flexibility(self, stiff: Vector) -> Vector:
+        """Return that of each constraint, by the stiffness of its coordinates [1/kg]."""
+        flexible = self.gradients.power(2) @ (1.0 / stiff)
+        flexible[flexible == 0.0] = np.max(flexible, initial=1.0 / np.max(stiff))
+        return np.asarray(flexible)
 
     def _factor(
         self, mass: float, damping: float, scale: float, more: Vector | None = None
@@ -137,9 +165,8 @@ class Pencil:
         n, m = system.n_free, system.n_multipliers
         if m:
             stiff = np.abs(self.stiffness.diagonal()) / scale + abs(mass) * self.diagonal
-            flexible = self.gradients.power(2) @ (1.0 / stiff)
-            flexible[flexible == 0.0] = np.max(flexible, initial=1.0 / np.max(stiff))
-            values[system.pattern.indptr[n : n + m]] -= FLEXIBILITY * flexible
+            values[system.pattern.indptr[n : n + m]] -= FLEXIBILITY * self._flexibility(stiff)
+        self.seed = self._plain
         self.seed.factor(values)
         self._scale = scale
         negative = self.seed.negative_pivots
