@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import ModesFailure
+from ancfsparse.errors import InputError, ModesFailure
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.solve.pencil import Pencil
 
@@ -93,7 +93,13 @@ def _by_dense(pencil: Pencil, n: int, motions: Vector) -> Found:
 
 
 def all_motions(pencil: Pencil) -> Vector | None:
-    """Return a basis of the admissible motions, (n_free, k); None if there are too many."""
+    """Return a basis of the admissible motions, (n_free, k); None if there are too many.
+
+    Raises
+    ------
+    InputError
+        If there are none.
+    """
     unit, m = np.sqrt(pencil.diagonal), pencil.system.n_multipliers
     n = len(unit)
     if n <= DENSE and not m:
@@ -102,7 +108,7 @@ def all_motions(pencil: Pencil) -> Vector | None:
         return None
     # At a shift beyond the squares of the highest frequencies no motion is preferred, and none that
     # a rotating frame throws outward is singular.
-    _factor_below(pencil, -2.0 * pencil.size)
+    least = RANK / abs(_factor_below(pencil, -2.0 * pencil.size))
     random = np.random.default_rng(0)
     size = max(n - m, 0) + BEYOND
     while size <= 2 * DENSE:
@@ -110,7 +116,13 @@ def all_motions(pencil: Pencil) -> Vector | None:
         motions, sizes, _ = np.linalg.svd(
             unit[:, None] * pencil.solve_all(forces), full_matrices=False
         )
-        rank = np.count_nonzero(sizes > RANK * sizes[0])
+        # Where nothing can move, all of them are rounding.
+        rank = np.count_nonzero(sizes > max(RANK * sizes[0], least))
+        if rank == 0:
+            raise InputError(
+                "the joints and drives of the scene hold everything, so nothing can vibrate: leave "
+                "one out, or take an elastic beam"
+            )
         if rank < size:
             return np.asarray(motions[:, :rank] / unit[:, None])
         size *= 2  # some constraints are redundant

@@ -285,3 +285,22 @@ def test_modes_that_are_lost_in_rounding_end_with_a_sentence(monkeypatch):
     scene, _ = chain(30_000)
     with pytest.raises(ancf.ModesFailure, match=r"lost in the rounding .* below about .* Hz; take"):
         ancf.modes(scene, 10)
+
+
+def held(drive):
+    """A rod on a pin whose other end is held, or whose angle is driven."""
+    scene = ancf.Scene((0.0, 0.0))
+    rod = scene.add_body(ancf.Rod(1.0), mass=1.0, position=(0, 0))
+    pin = scene.pin(rod.origin)
+    if drive:
+        scene.drive_joint(pin, ancf.Ramp(1.0, 1.0, smooth=True))
+    else:
+        scene.rod(rod.end, (1, 2))
+    return scene
+
+
+@pytest.mark.parametrize("drive", [True, False])
+@pytest.mark.parametrize("find", [ancf.modes, ancf.complex_modes])
+def test_where_nothing_can_move_there_is_no_mode(find, drive):
+    with pytest.raises(InputError, match="hold everything, so nothing can vibrate"):
+        find(held(drive), 1)
