@@ -14,6 +14,7 @@ from ancfsparse.plans.found import Found
 from ancfsparse.plans.links import links
 from ancfsparse.plans.mesh_error import COARSEST
 from ancfsparse.plans.models import Model, coarsest, spread, undecided
+from ancfsparse.plans.pace import paced
 from ancfsparse.plans.pilots import FREE, Pilots, tolerances
 from ancfsparse.plans.rungs import CABLE, NAMES, SHEARED, effects_of, model_of, of_way, open_beams
 from ancfsparse.plans.search import search
@@ -64,6 +65,7 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
     free : bool
         Whether the motion may be found without that integrator.
     """
+    pilots = _paced(pilots, fixed_steps)
     why: list[str] = []
     beside, other, found, stop = 0.0, None, None, None
 
@@ -83,6 +85,10 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
             beside += mine.spent
             return None
         excess = _excess(found)
+        more = way.richer() if excess > 1.0 and _lacks_modes(found) else None
+        if more is not None:
+            beside += mine.spent
+            return tried(more)
         if excess > 1.0:
             why.append(_missed(way, found.errors(*found.choice()), found.asked, excess))
         made = Chosen(mine, found, (way.reason, *reasons), beside)
@@ -113,6 +119,16 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
     if other is not None and (_excess(found) > 1.0 or _amount(other.found) < _amount(found)):
         return other
     return Chosen(pilots, found, (*why, *reasons), beside)
+
+
+def _paced(pilots: Pilots, fixed_steps: int | None) -> Pilots:
+    """Return pilots whose longest steps follow loads and drives."""
+    if pilots.t_end is None or fixed_steps is not None:
+        return pilots
+    system = _coarse(pilots)
+    return (
+        pilots if system is None else replace(pilots, base=paced(system, pilots.t_end, pilots.base))
+    )
 
 
 def elements(
@@ -174,6 +190,15 @@ def _excess(found: Found) -> float:
     """Return the predicted error of the best choice over the one asked for, the largest."""
     errors = found.errors(*found.choice())
     return max(sum(each.values()) / most for each, most in zip(errors, found.asked, strict=True))
+
+
+def _lacks_modes(found: Found) -> bool:
+    """Whether an error is missed for modes that are left out, and not without them."""
+    errors = found.errors(*found.choice())
+    return all(
+        sum(each.values()) - each.get("modes", 0.0) <= most
+        for each, most in zip(errors, found.asked, strict=True)
+    )
 
 
 def _coarse(pilots: Pilots) -> System | None:

@@ -11,6 +11,7 @@ from ancfsparse.plans.quantities import Quantity
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.modes import Modes
 from ancfsparse.solve.balance import Balance, State
+from ancfsparse.system import State as Start
 from ancfsparse.system import System
 
 Array = NDArray[np.float64]
@@ -23,22 +24,22 @@ RELAXED = 4
 SMALL = 1e-3
 
 
-def stiff(system: System) -> Balance | None:
-    """Return the forces about the start, their stiffness factored; None if it is not definite."""
-    balance = Balance(system, RunStats())
-    here = balance.state(system.q0, np.zeros(system.n_multipliers), 1.0)
+def stiff(system: System, about: Start) -> Balance | None:
+    """Return the forces about a state, their stiffness factored; None if it is not definite."""
+    balance = Balance(system, RunStats(), t=about.t)
+    here = balance.state(about.q, about.lam, 1.0)
     return balance if balance.factor(here, balance.stiffness(here, 1.0), 1.0) == 0 else None
 
 
-def pulled(system: System, balance: Balance, times: Array) -> Array:
+def pulled(system: System, about: Start, balance: Balance, times: Array) -> Array:
     """Return how far the loads at some times move the coordinates, if linear, (k, n_all) [m, 1]."""
-    rest, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
+    rest = np.zeros(system.n_all)
     out = np.zeros((len(times), system.n_all))
     for row, amplitudes in zip(out, system.loads.amplitudes(times), strict=True):
         r, phi = system.assembly.residual(
-            system.q0, rest, rest, lam, system.dead_load, np.asarray(amplitudes)
+            about.q, rest, rest, about.lam, system.dead_load, np.asarray(amplitudes)
         )
-        own = State(system.q0, lam, np.asarray(r)[: system.n_free], np.asarray(phi))
+        own = State(about.q, about.lam, np.asarray(r)[: system.n_free], np.asarray(phi))
         dx, _ = balance.correction(own)
         row[: len(dx)] = dx
     return out
@@ -51,30 +52,29 @@ def farthest(system: System, moved: Array) -> Array:
 
 def swing(modes: Modes, system: System, whole: Array) -> Array:
     """Return twice what loads move, and what velocities add by every mode, (n_all,)."""
-    fast = modes.shapes @ np.asarray(system.assembly.inertia(system.v0))
+    fast = modes.shapes @ np.asarray(system.assembly.inertia(modes.about.v))
     return np.asarray(2.0 * whole + (fast / np.sqrt(modes.eigenvalues)) @ modes.shapes)
 
 
-def frequency_of(system: System, balance: Balance, x: Array) -> float:
+def frequency_of(system: System, about: Start, balance: Balance, x: Array) -> float:
     """Return the angular frequency of a displacement (n_all,), by Rayleigh's quotient [1/s]."""
-    none = np.zeros(system.n_multipliers)
-    there = balance.state(system.q0 + SMALL * x, none, 1.0)
-    back = balance.state(system.q0 - SMALL * x, none, 1.0)
+    there = balance.state(about.q + SMALL * x, about.lam, 1.0)
+    back = balance.state(about.q - SMALL * x, about.lam, 1.0)
     force = (there.r - back.r) / (2.0 * SMALL)
     mass = float(np.asarray(system.assembly.inertia(x)) @ x)
     work = float(force @ x[: len(force)])
     return (max(work, 0.0) / mass) ** 0.5 if mass > 0.0 else 0.0
 
 
-def bent_off(balance: Balance, system: System, x: Array, turns: float) -> float:
+def bent_off(balance: Balance, system: System, about: Start, x: Array, turns: float) -> float:
     """Return how far forces that are not linear move a node where x is how far it is moved [m]."""
-    bent, slowed = _beside(balance, system, x)
+    bent, slowed = _beside(balance, system, about, x)
     return size(system, bent + max(1.0, turns) * slowed)
 
 
 def missing(modes: Modes, system: System, moved: Array) -> float:
     """Return how far modes that are left out would move a node at most [m]."""
-    thrown = left_by(modes, system, system.v0[None]) / np.sqrt(modes.eigenvalues[-1])
+    thrown = left_by(modes, system, modes.about.v[None]) / np.sqrt(modes.eigenvalues[-1])
     return 2.0 * size(system, left_by(modes, system, moved)) + size(system, thrown)
 
 
@@ -114,23 +114,23 @@ def neglected(modes: Modes, run: Trajectory, quantity: Quantity) -> dict[str, fl
         - ``"modes"``: twice what loads move of other modes if they are slow, and what these take
           of velocities at the start.
     """
-    system = run.system
+    system, about = run.system, modes.about
     assert isinstance(system, System)
-    balance = stiff(system)
+    balance = stiff(system, about)
     if balance is None:
         return {"nonlinearity": np.inf}
-    moved = np.asarray(run.q) - system.q0
+    moved = np.asarray(run.q) - about.q
     farthest = int(np.argmax(np.abs(moved[:, system.positions]).max(axis=1)))
     looks = np.unique([*np.linspace(0, len(moved) - 1, LOOKS).astype(int), farthest])
     omega = frequency(run)
     turns = max(1.0, 0.5 * omega * float(run.t[-1] - run.t[0]))
-    bent, slowed = zip(*(_beside(balance, system, x) for x in moved[looks]), strict=True)
+    bent, slowed = zip(*(_beside(balance, system, about, x) for x in moved[looks]), strict=True)
     q, v = np.asarray(run.q)[looks], np.asarray(run.v)[looks]
     more = np.stack(bent) + turns * np.stack(slowed)
     rates = omega * (2.0 * np.stack(bent) + turns * np.stack(slowed))
     off = _change(run, quantity, looks, q + more, v + rates)
-    left = 2.0 * left_by(modes, system, pulled(system, balance, np.asarray(run.t)[looks]))
-    thrown = left_by(modes, system, system.v0[None])[0]
+    left = 2.0 * left_by(modes, system, pulled(system, about, balance, np.asarray(run.t)[looks]))
+    thrown = left_by(modes, system, about.v[None])[0]
     beyond = float(np.sqrt(abs(modes.eigenvalues[-1])))
     if thrown.any():
         left = left + thrown / beyond
@@ -150,9 +150,9 @@ def frequency(run: Trajectory) -> float:
     return (v / x) ** 0.5 if x > 0.0 else 0.0
 
 
-def _beside(balance: Balance, system: System, x: Array) -> tuple[Array, Array]:
+def _beside(balance: Balance, system: System, start: Start, x: Array) -> tuple[Array, Array]:
     """Return what even and what odd forces beside the linear ones bend a displacement by."""
-    about, lam = system.q0, np.zeros(system.n_multipliers)
+    about, lam = start.q, start.lam
     none = balance.state(about, lam, 1.0)
 
     def solved(r: Array, phi: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.plans import small
 from ancfsparse.plans.costs import BESIDE
+from ancfsparse.plans.pace import courses, paced
 from ancfsparse.plans.quantities import EnergyOf, Position, Quantity, Reaction, Velocity
 from ancfsparse.plans.slow import haste, hurried, late, lowest
 from ancfsparse.plans.wanted import Wanted
@@ -23,13 +24,14 @@ from ancfsparse.solve.balance import Balance
 from ancfsparse.solve.modal_response import modal_response
 from ancfsparse.solve.modes import modes
 from ancfsparse.solve.quasi_static import quasi_static
+from ancfsparse.solve.request import at_equilibrium
 from ancfsparse.solve.statics import solve_static
-from ancfsparse.system import System
+from ancfsparse.system import State, System
 
 Array = NDArray[np.float64]
 
-# Times at which loads and drives are looked at.
-LOOKS = 65
+# Times at which loads and drives are looked at, at least, and where each takes a solution at most.
+LOOKS, MOST_LOOKS = 65, 513
 # Equilibria are not tried where inertia makes up the error, or the whole motion; nor where a bound
 # of the lowest frequency shows that it does so many times.
 FAR_OFF, SURELY, FEW = 1.0, 3.0, 5
@@ -42,8 +44,8 @@ FACTOR_CALLS, STATE_CALLS, MODE_CALLS = 4e4, 1.2e3, 2e5
 SUM = 0.06
 # Displacements up to this share of the scene may be small.
 SMALL = 0.2
-# Share of the error that modes may leave out; and how many there are at first.
-LEFT_OUT, FIRST_MODES = 0.05, 8
+# Share of the error that modes may leave out; how many there are at first, and at most about.
+LEFT_OUT, FIRST_MODES, MOST_MODES = 0.05, 8, 128
 # Intervals between the saved states of the first pilot, and for each period of a vibration.
 FEWEST, SEEN = 16, 8.0
 # Work for each mode that is found, and of an implicit step, for each coordinate.
@@ -93,6 +95,10 @@ class Way(ABC):
     def steps_to_verify(self, run: Trajectory, share: float) -> float:
         """Return how many steps of an integrator are exact to a share of the motion."""
 
+    def richer(self) -> Way | None:
+        """Return a way that leaves less out; None if there is none."""
+        return None
+
     @property
     @abstractmethod
     def reason(self) -> str:
@@ -129,7 +135,9 @@ class Statics(Way):
         most = min(1.0, FAR_OFF * max(each.error if each.relative else 1.0 for each in wanted))
         if not changes or _is_fast(system, t_end, haste(changes, t_end), SURELY * most):
             return None
-        return None if hurried(system.scene, t_end, changes, most) else cls(start=start)
+        if hurried(system.scene, t_end, changes, most):
+            return None
+        return cls(paced(system, t_end, FEWEST), start=start)
 
     def march(self, scene: Scene, t_end: float, steps: int, **options: Any) -> Trajectory:
         """Follow the equilibrium."""
@@ -169,28 +177,26 @@ def _is_fast(system: System, t_end: float, rate: float, most: float) -> bool:
 
     By Rayleigh's quotient the lowest frequency is no higher, unless far displacements stiffen it.
     """
-    balance = small.stiff(system)
+    about = system.state(system.t0, system.q0, system.v0)
+    balance = small.stiff(system, about)
     if balance is None:
         return False
-    x = small.farthest(system, small.pulled(system, balance, np.linspace(0.0, t_end, FEW)))
+    x = small.farthest(system, small.pulled(system, about, balance, np.linspace(0.0, t_end, FEW)))
     places = system.q0[system.positions].reshape(-1, system.dim)
     if not 0.0 < small.size(system, x) <= SMALL * float(np.ptp(places, axis=0).max()):
         return False
-    return rate > most * small.frequency_of(system, balance, x) ** 2
+    return rate > most * small.frequency_of(system, about, balance, x) ** 2
 
 
 def _changing(system: System, t_end: float) -> list[Array]:
-    """Return tables over time of loads and drives that change, each (LOOKS, m)."""
-    times = np.linspace(0.0, t_end, LOOKS)
-    tables = [np.asarray(system.loads.amplitudes(times))]
-    if system.prescribed:
-        tables.append(np.asarray(system.prescribed.tabulate(times)[0]))
-    return [table for table in tables if np.ptp(table, axis=0).any()]
+    """Return tables over time of loads and drives that change, each (k, m)."""
+    times = np.linspace(0.0, t_end, paced(system, t_end, LOOKS - 1) + 1)
+    return [table for table in courses(system, times) if np.ptp(table, axis=0).any()]
 
 
 @dataclass(frozen=True)
 class ModalSum(Way):
-    """A sum of the lowest modes about the start, see `modal_response`.
+    """A sum of the lowest modes about the start, stress-free or at rest; see `modal_response`.
 
     Parameters
     ----------
@@ -198,10 +204,13 @@ class ModalSum(Way):
         Number of modes; of half of the coordinates if these are fewer.
     fewest : int
         Intervals between the saved states of the first pilot.
+    start : str or None
+        ``"equilibrium"`` if the motion begins there.
     """
 
     n: int
     fewest: int = field(default=FEWEST, compare=False)
+    start: str | None = None
     order: ClassVar[int] = 4
 
     @classmethod
@@ -209,54 +218,72 @@ class ModalSum(Way):
         cls, system: System, t_end: float, wanted: Sequence[Wanted], start: str | None = None
     ) -> Way | None:
         """Return it where loads and velocities move a scene without drives by little."""
-        if start is not None or system.prescribed or not system.conservative:
+        if system.prescribed or not system.conservative:
             return None
         if any(isinstance(each.quantity, Reaction) for each in wanted):
             return None
-        balance = small.stiff(system)
+        about = _state(system.scene, start)
+        balance = small.stiff(system, about)
         if balance is None:
             return None
-        places = system.q0[system.positions].reshape(-1, system.dim)
+        places = about.q[system.positions].reshape(-1, system.dim)
         most = SMALL * float(np.ptp(places, axis=0).max())
-        moved = small.pulled(system, balance, np.linspace(0.0, t_end, LOOKS))
+        seen = paced(system, t_end, FEWEST)
+        times = np.linspace(0.0, t_end, min(max(LOOKS, seen + 1), MOST_LOOKS))
+        moved = small.pulled(system, about, balance, times)
         whole = small.farthest(system, moved)
         if small.size(system, whole) > most:
             return None
-        if not system.v0.any() and not cls._pays(system, balance, t_end, 2.0 * whole, wanted):
+        args = system, about, balance, t_end
+        if not about.v.any() and not cls._pays(*args, 2.0 * whole, wanted):
             return None
         n = FIRST_MODES
         while True:
-            own = _modes(system.scene, n)
+            own = _modes(system.scene, n, about)
             if (own.eigenvalues <= 0.0).any():
                 return None
             swing = small.swing(own, system, whole)
             far = small.size(system, swing)
-            if far > most or not cls._pays(system, balance, t_end, swing, wanted):
+            if far > most or not cls._pays(*args, swing, wanted):
                 return None
             share = min(_share(each, far) for each in wanted)
             if small.missing(own, system, moved) <= LEFT_OUT * share * far or len(own) < n:
-                return cls(len(own), _fewest(small.frequency_of(system, balance, swing) * t_end))
+                turns = small.frequency_of(system, about, balance, swing) * t_end
+                # A coarse mesh that has no more does not show what those of finer ones leave out.
+                most = 2 * n if len(own) < n else n
+                return cls(most, max(seen, _fewest(turns)), start)
             n *= 2
 
     @classmethod
     def _pays(
-        cls, system: System, balance: Balance, t_end: float, x: Array, wanted: Sequence[Wanted]
+        cls,
+        system: System,
+        about: State,
+        balance: Balance,
+        t_end: float,
+        x: Array,
+        wanted: Sequence[Wanted],
     ) -> bool:
         """Whether forces are nearly linear up to a displacement, and steps would be many."""
         far = small.size(system, x)
         if far == 0.0:
             return False
         share = min(_share(each, far) for each in wanted)
-        turns = small.frequency_of(system, balance, x) * t_end
-        if small.bent_off(balance, system, x, 0.5 * turns) > share * far:
+        turns = small.frequency_of(system, about, balance, x) * t_end
+        if small.bent_off(balance, system, about, x, 0.5 * turns) > share * far:
             return False
         steps = PESSIMISTIC * turns * math.sqrt(turns / (12.0 * share))
         marched = steps * STEP * (system.n_free + BESIDE)
         return _modal_work(FIRST_MODES, _fewest(turns), system.n_free) < marched
 
+    def richer(self) -> Way | None:
+        """Return a sum of four times as many modes: points that are pushed need many."""
+        return replace(self, n=4 * self.n) if self.n < MOST_MODES else None
+
     def march(self, scene: Scene, t_end: float, steps: int, **options: Any) -> Trajectory:
         """Sum the modes."""
-        return modal_response(_modes(scene, self.n), t_end, t_end / steps, **options)
+        own = _modes(scene, self.n, _state(scene, self.start))
+        return modal_response(own, t_end, t_end / steps, **options)
 
     def calls(self, stats: RunStats, coordinates: int) -> float:
         """Return the work of calls, and of finding and summing modes."""
@@ -264,7 +291,9 @@ class ModalSum(Way):
 
     def neglected(self, run: Trajectory, quantity: Quantity) -> dict[str, float]:
         """Estimate what is lost by linearity, and with other modes."""
-        return small.neglected(_modes(run.system.scene, self.n), run, quantity)
+        scene = run.system.scene
+        own = _modes(scene, self.n, _state(scene, self.start))
+        return small.neglected(own, run, quantity)
 
     def steps_to_verify(self, run: Trajectory, share: float) -> float:
         """Return how many steps have phases exact to a tenth of the share."""
@@ -274,7 +303,8 @@ class ModalSum(Way):
     @property
     def reason(self) -> str:
         """Why it was taken."""
-        return "the motion is small, so its modes about the start are summed"
+        where = "start" if self.start is None else "equilibrium that it starts at"
+        return f"the motion is small, so its modes about the {where} are summed"
 
     def __repr__(self) -> str:
         """Name it."""
@@ -293,11 +323,18 @@ def _fewest(turns: float) -> int:
     return FEWEST << math.ceil(math.log2(seen))
 
 
-def _modes(scene: Scene, n: int) -> Modes:
-    """Return the lowest modes about the start, as many as the mesh has well."""
+def _state(scene: Scene, start: str | None) -> State:
+    """Return the state in which a motion starts."""
+    if start is not None:
+        return at_equilibrium(scene, start).state
+    system = System(scene)
+    return system.state(system.t0, system.q0, system.v0)
+
+
+def _modes(scene: Scene, n: int, at: State) -> Modes:
+    """Return the lowest modes about a state, as many as the mesh has well."""
     system = System(scene)
     most = (system.n_free - system.n_multipliers) // 2
-    at = system.state(system.t0, system.q0, system.v0)
     return modes(scene, max(1, min(n, most)), at=at)
 
 

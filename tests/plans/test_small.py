@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.plans.pace import paced
 from ancfsparse.plans.wanted import wanted
 from ancfsparse.plans.ways import ModalSum
 from ancfsparse.system import System
@@ -88,7 +89,8 @@ def test_what_modes_do_not_have_is_marched():
     scene, point = let_go(1e-4)
     assert fits(scene, ancf.position(point))
     assert not fits(scene, ancf.reaction(point))
-    assert not fits(scene, ancf.position(point), "equilibrium")
+    loaded, point = let_go(1e-4)  # it rests where the load has moved it to
+    assert not fits(loaded, ancf.position(point), "equilibrium")
     driven, point = let_go(1e-4)
     driven.drive(point, (1.0, 0.01))
     assert not fits(driven, ancf.position(point))
@@ -111,3 +113,94 @@ def test_modes_that_are_left_out_are_counted():
         run = way.march(scene, 10.0, 400)
         truth = np.linalg.norm(run.position(point) - full.position(point), axis=1).max()
         assert 0.5 * truth <= way.neglected(run, ancf.position(point))["modes"] <= 4.0 * truth
+
+
+def hanging(element, n):
+    """A cable that hangs at its pins and is plucked slowly, eight times as fast as shown."""
+    scene = ancf.Scene()
+    made = ancf.Circle(0.01), ancf.Material(1e8, 1000)
+    cable = scene.add_beam(element, (0, 0), (1, 0), n, *made, length=1.2)
+    scene.pin(cable.start)
+    scene.pin(cable.end)
+    point = cable.at(0.4)
+    scene.point_force(point, lambda t: (0.0, 2e-3 * np.sin(4.0 * t) ** 2))
+    return scene, point
+
+
+def taut(element, n):
+    """A taut line that is clamped, sags by its weight, and is pushed beside its middle."""
+    scene = ancf.Scene()
+    line = scene.add_beam(element, (0, 0), (1, 0), n, THIN, SOFT, tension=20.0)
+    scene.clamp(line.start)
+    scene.clamp(line.end)
+    point = line.at(0.4 * line.length)
+    scene.point_force(point, lambda t: (0.0, 2e-3 * np.sin(20.0 * t) ** 2))
+    return scene, point
+
+
+def far_from_steps(run, point, made, n, dt):
+    """Return how far a run is from the motion of n elements in short steps."""
+    scene, its = made("thin", n)
+    time, states = float(run.t[-1]), len(run.t) - 1
+    more = -(-round(time / dt) // states)
+    motion = ancf.simulate(
+        scene, time, time / (more * states), integrator=ancf.Newmark(), save_every=more,
+        start="equilibrium",
+    )  # fmt: skip
+    return np.linalg.norm(run.position(point) - motion.position(its), axis=1).max()
+
+
+@pytest.mark.parametrize(("made", "time", "dt"), [(hanging, 5.0, 5e-4), (taut, 1.0, 5e-5)])
+def test_sums_of_modes_about_an_equilibrium(made, time, dt):
+    scene, point = made("thin", 8)
+    way = ModalSum(16, start="equilibrium")
+    run = way.march(scene, time, 512)
+    size = np.linalg.norm(run.position(point) - run.position(point)[0], axis=1).max()
+    left = sum(way.neglected(run, ancf.position(point)).values())
+    truth = far_from_steps(run, point, made, 8, dt)
+    assert truth <= 0.01 * size
+    assert left >= 0.5 * truth - 0.002 * size  # what steps err by
+    assert left <= 0.02 * size
+
+
+def test_a_small_motion_about_an_equilibrium_is_planned_as_a_sum_of_its_modes():
+    scene, point = hanging("auto", "auto")
+    plan = ancf.plan(scene, 20.0, ancf.position(point), "2 %", start="equilibrium")
+    assert isinstance(plan.integrator, ModalSum)
+    assert "its modes about the equilibrium that it starts at are summed" in str(plan)
+    run = plan.run()
+    assert far_from_steps(run, point, hanging, 24, 1e-3) <= plan.predictions[0].asked
+
+
+def test_the_pace_of_loads_is_followed():
+    """Steps of a whole period see a load that rests."""
+    scene, point = let_go(0.0)
+    assert paced(System(scene), 8.0, 100) == 100
+    scene.point_force(point, lambda t: (0.0, np.sin(2.0 * np.pi * 25.0 * t)))
+    steps = paced(System(scene), 8.0, 100)
+    assert 6 * 25 * 8 <= steps <= 4 * 6 * 25 * 8
+    struck, point = let_go(0.0)
+    struck.point_force(point, ancf.Pulse((0.0, 1.0), 1.0, 1.05))
+    assert 4 * 8.0 / 0.05 <= paced(System(struck), 8.0, 100) <= 32 * 8.0 / 0.05
+
+
+def test_pilots_do_not_mistake_a_fast_load_for_a_slow_one():
+    """A load of 12.7 Hz on a cantilever of 1.4 Hz: steps of 50 ms see one of 7.3 Hz."""
+
+    def built(element, n):
+        scene = ancf.Scene((0.0, 0.0))
+        made = ancf.Circle(0.01), ancf.Material(1e9, 1000)
+        rod = scene.add_beam(element, (0, 0), (1, 0), n, *made)
+        scene.clamp(rod.start)
+        scene.point_force(rod.end, lambda t: (0.0, -0.01 * np.sin(40.0 * t) ** 2))
+        return scene, rod.end
+
+    scene, end = built("auto", "auto")
+    plan = ancf.plan(scene, 5.0, ancf.position(end), "5 %", integrator=ancf.GeneralizedAlpha(0.9))
+    run = plan.run()
+    fine, its = built("thin", 16)
+    more = -(-10000 // (len(run.t) - 1))
+    motion = ancf.simulate(fine, 5.0, 5.0 / (more * (len(run.t) - 1)), save_every=more)
+    apart = np.linalg.norm(run.position(end) - motion.position(its), axis=1).max()
+    assert plan.steps >= 400
+    assert apart <= plan.predictions[0].asked

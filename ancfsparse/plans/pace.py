@@ -1,0 +1,63 @@
+"""How many steps show what loads and drives do.
+
+Steps longer than the period of a load see it at a slower one, and longer and shorter steps may
+agree on that.  So pilots begin with steps in which loads are about linear.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.system import System
+
+Array = NDArray[np.float64]
+
+# Loads are followed where, between steps, they are off a line by this share of their variation.
+STRAIGHT = 0.1
+# Steps are halved at most so often.
+MOST_HALVINGS = 8
+# Places between steps, no two alike, which no period fits.
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+
+
+def paced(system: System, t_end: float, fewest: int) -> int:
+    """Return the fewest steps, of `fewest` times a power of two, that follow loads and drives.
+
+    Parameters
+    ----------
+    system : System
+        Of the scene, on any mesh.
+    t_end : float
+        Time at the end [s].
+    fewest : int
+        Of which there are at least so many.
+    """
+    steps = fewest
+    for _ in range(MOST_HALVINGS):
+        if _follows(system, t_end, steps):
+            break
+        steps *= 2
+    return steps
+
+
+def courses(system: System, times: Array) -> list[Array]:
+    """Return amplitudes of loads and coordinates of drives over time, each (k, m)."""
+    tables = [np.asarray(system.loads.amplitudes(times))]
+    if system.prescribed:
+        tables.append(np.asarray(system.prescribed.tabulate(times)[0]))
+    return tables
+
+
+def _follows(system: System, t_end: float, steps: int) -> bool:
+    dt, first = t_end / steps, np.arange(steps)
+    share = GOLDEN * (first + 1.0) % 1.0
+    known = courses(system, dt * np.arange(steps + 1.0))
+    between = courses(system, dt * (first + share))
+    for at, off in zip(known, between, strict=True):
+        line = (1.0 - share)[:, None] * at[:-1] + share[:, None] * at[1:]
+        apart = np.abs(off - line).mean(axis=0)
+        varies = np.abs(off - off.mean(axis=0)).mean(axis=0)
+        if (apart > STRAIGHT * varies).any():
+            return False
+    return True
