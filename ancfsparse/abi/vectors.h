@@ -12,6 +12,10 @@
 #include "parallel.h"
 #include "simd.h"
 
+/* Stands in loops over the fewer than ANCF_LANES entries that are left, which the compiler would
+ * otherwise vectorise: on short vectors its checks for overlap took as long as the rest. */
+#define VEC_LEFT __asm__("")
+
 /* Sum of the lanes, by halves: short sums wait for it. */
 static inline double vec_total(vec v)
 {
@@ -41,8 +45,10 @@ static inline double vec_dot(const double *x, const double *y, ptrdiff_t n)
     }
     for (; i + ANCF_LANES <= n; i += ANCF_LANES)
         t0 += vec_load(x + i) * vec_load(y + i);
-    for (; i < n; ++i)
+    for (; i < n; ++i) {
+        VEC_LEFT;
         rest += x[i] * y[i];
+    }
     return vec_total(t0 + t1) + rest;
 }
 
@@ -61,8 +67,10 @@ static inline double vec_weigh(const double *w, const double *x, ptrdiff_t n)
         x0 = vec_load(x + i);
         t0 += vec_load(w + i) * x0 * x0;
     }
-    for (; i < n; ++i)
+    for (; i < n; ++i) {
+        VEC_LEFT;
         rest += w[i] * x[i] * x[i];
+    }
     return vec_total(t0 + t1) + rest;
 }
 
@@ -82,8 +90,10 @@ static inline double vec_weigh_apart(const double *w, const double *x, const dou
         d0 = vec_load(x + i) - vec_load(y + i);
         t0 += vec_load(w + i) * d0 * d0;
     }
-    for (; i < n; ++i)
+    for (; i < n; ++i) {
+        VEC_LEFT;
         rest += w[i] * (x[i] - y[i]) * (x[i] - y[i]);
+    }
     return vec_total(t0 + t1) + rest;
 }
 
@@ -106,6 +116,7 @@ static inline double vec_scale_weigh(double *out, double a, const double *x, con
         t0 += vec_load(w + i) * x0 * x0;
     }
     for (; i < n; ++i) {
+        VEC_LEFT;
         out[i] = a * x[i];
         rest += w[i] * out[i] * out[i];
     }
@@ -133,6 +144,7 @@ static inline double vec_advance(double *x, double a, double *y, double b, const
         t0 += vec_load(w + i) * s0 * s0;
     }
     for (; i < n; ++i) {
+        VEC_LEFT;
         x[i] += a * s[i];
         y[i] += b * s[i];
         rest += w[i] * s[i] * s[i];
@@ -156,6 +168,7 @@ static inline void vec_pair(const double *w, const double *inverse, const double
         total[4] += wi * pi * pi;
     }
     for (; i < n; ++i) {
+        VEC_LEFT;
         rest[0] += inverse[i] * y[i] * y[i];
         rest[1] += s[i] * y[i];
         rest[2] += p[i] * y[i];
@@ -181,6 +194,7 @@ static inline void vec_compare(const double *w, const double *x, const double *y
         *(vec *)(z + i) = vec_load(y + i);
     }
     for (; i < n; ++i) {
+        VEC_LEFT;
         ry += w[i] * (x[i] - y[i]) * (x[i] - y[i]);
         rz += w[i] * (x[i] - z[i]) * (x[i] - z[i]);
         z[i] = y[i];
