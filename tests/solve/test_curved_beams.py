@@ -272,3 +272,32 @@ def test_a_slack_cable_starts_as_a_catenary(end):
     slope = t[:, 1] / t[:, 0]
     steps = np.diff(slope)
     assert steps == pytest.approx(np.full(400, steps.mean()), rel=1e-9)
+
+
+def test_a_pretwisted_cantilever_bends_aside_as_the_integral_of_its_compliance():
+    """A quarter turn along a strip twice as high as wide: w = int M (L - x) c(x) dx, and shear.
+
+    With the angle a(x) the compliances are cos^2 a / E I_z + sin^2 a / E I_y along the force and
+    sin a cos a (1 / E I_z - 1 / E I_y) across it.
+    """
+    height, width, modulus, force = 0.02, 0.01, 2e11, 0.01
+    i_z, i_y = width * height**3 / 12.0, height * width**3 / 12.0
+    x, w = np.polynomial.legendre.leggauss(40)
+    x, w = 0.5 * (1.0 + x), 0.5 * w
+    angle = 0.5 * np.pi * x
+    along = np.cos(angle) ** 2 / i_z + np.sin(angle) ** 2 / i_y
+    across = np.sin(angle) * np.cos(angle) * (1.0 / i_z - 1.0 / i_y)
+    bent = np.array([w @ ((1.0 - x) ** 2 * each) for each in (along, across)]) * force / modulus
+    bent[0] += force / (5.0 / 6.0 * 0.5 * modulus * height * width)
+    off = []
+    for n in (8, 16):
+        scene = ancf.Scene((0.0, 0.0, 0.0))
+        rod = scene.add_beam(
+            "thick", (0, 0, 0), (1, 0, 0), n, ancf.Rectangle(height=height, width=width),
+            ancf.Material(modulus, 7800.0, 0.0), curvature="section", twist=0.5 * np.pi,
+        )  # fmt: skip
+        scene.clamp(rod.start)
+        scene.point_force(rod.end, (0.0, force, 0.0))
+        off.append(ancf.solve_static(scene).displacement(rod.end)[1:] / bent - 1.0)
+    assert np.abs(off[1]).max() < 0.006
+    np.testing.assert_allclose(np.log2(np.divide(*off)), 2.0, atol=0.2)
