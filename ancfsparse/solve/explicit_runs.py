@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError, Parameter
+from ancfsparse.errors import AccuracyFailure, InputError, Parameter
 from ancfsparse.integrators.explicit import Explicit
 from ancfsparse.results import RunStats
 from ancfsparse.solve.breaks import Breaks
@@ -16,7 +16,7 @@ from ancfsparse.solve.content import Content, frequency, phase_lost
 from ancfsparse.solve.convergence import Convergence
 from ancfsparse.solve.explicit_errors import ExplicitErrors
 from ancfsparse.solve.explicit_march import ExplicitMarch
-from ancfsparse.solve.states import States, distance
+from ancfsparse.solve.states import States, distance, grew_from_rounding
 from ancfsparse.solve.times import MOST_STEPS
 from ancfsparse.solve.waves import Waves
 from ancfsparse.system import System
@@ -39,6 +39,10 @@ FINER = 1.05  # ratio of the steps that are compared
 # Predicted error of a first run, over the accuracy, below which a lower order may confirm it, whose
 # own is then as large as the accuracy.
 CONFIRMED = 0.6
+# A run whose error is so many times the accuracy and seems to have grown from rounding is repeated
+# with steps that are a little shorter.  If errors of steps were all, the distance of both would be
+# about the order of the method times a thousandth of the error, far less than AGAIN of it.
+DOUBTED, REPEATED, AGAIN = 10.0, 1.001, 0.05
 
 
 class ExplicitRuns:
@@ -94,6 +98,8 @@ class ExplicitRuns:
         self._made: list[tuple[Explicit, float]] = []
         self._loose = False
         self._other: States | None = None  # the best motion of another way
+        # Whether the next run shows if rounding decides; None as long as nothing points to it.
+        self._rounding: bool | None = None
         self.states: States | None = None
         self.error = math.inf
         self.failure: Exception | None = None
@@ -154,9 +160,18 @@ class ExplicitRuns:
             self._made = [(each, shorter * fine) for each, fine in self._made]
             self._errors.shorten(shorter)
             return
+        if self._rounding and self.states is not None:
+            self._rounding, apart = False, distance(self._system, self.states, states)
+            if apart > max(AGAIN * self.error, self._accuracy):
+                self.failure = AccuracyFailure(self._accuracy, self.error, len(self._made) + 1)
+            return
+        last = self.states
         self._take(integrator, finer, states)
         if self.error < math.inf:
             self.failure = self._convergence.add(self.error)
+        if self._rounding is None and last is not None and self.error > DOUBTED * self._accuracy:
+            grew = grew_from_rounding(self._system, last, states, self.running.steps)
+            self._rounding = True if grew else None
         if self._other is not None and self.states is not None:
             # Two ways have no error in common.
             self.error = min(self.error, distance(self._system, self.states, self._other))
@@ -175,7 +190,12 @@ class ExplicitRuns:
                 return first, finer, self._march.cost(first, finer)
             return usual, 1.0, self._march.cost(usual, 1.0) + self._march.cost(usual, closer)
         plans = [self._plan_with(each) for each in self._integrators] + self._confirming()
-        return min(plans, key=lambda plan: plan[2])
+        plan = min(plans, key=lambda plan: plan[2])
+        if self._rounding:
+            integrator, finer = self._made[-1]
+            again = integrator, REPEATED * finer
+            return *again, self._march.cost(*again) + plan[2]
+        return plan
 
     def _confirming(self) -> list[tuple[Explicit, float, float]]:
         """Return plans to confirm that a first run is accurate enough by one of lower order.

@@ -86,7 +86,8 @@ def _by_dense(pencil: Pencil, n: int, motions: Vector) -> Found:
     from scipy.linalg import eigh
 
     stiffness, mass = (motions.T @ (each @ motions) for each in (pencil.stiffness, pencil.mass))
-    values, mixes = eigh(stiffness, mass, subset_by_index=[0, n - 1])
+    # All modes: a search for the lowest alone fails where many frequencies are equal or zero.
+    values, mixes = (found[..., :n] for found in eigh(stiffness, mass))
     # The shift must not be close to eigenvalues that are zero up to rounding.
     _factor_below(pencil, -max(SHARE * float(np.abs(values).max()), LEAST_SHIFT * pencil.size))
     return _refined(pencil, motions @ mixes)

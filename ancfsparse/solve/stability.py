@@ -244,9 +244,8 @@ def _highest(matrix: sp.csr_array, mass: sp.csr_array, seed: SparseSeed | BlockI
 
     n = mass.shape[0]
     if n <= DENSE:
-        found = eigh(
-            matrix.toarray(), mass.toarray(), eigvals_only=True, subset_by_index=[n - 1, n - 1]
-        )
+        # All of them: a search for the highest alone fails where many are equal or zero.
+        found = eigh(matrix.toarray(), mass.toarray(), eigvals_only=True)
     else:
         found = eigsh(
             matrix,
@@ -258,7 +257,7 @@ def _highest(matrix: sp.csr_array, mass: sp.csr_array, seed: SparseSeed | BlockI
             tol=ACCURACY,
             return_eigenvectors=False,
         )
-    return float(found[0])
+    return float(found[-1])
 
 
 def on_free(system: System, values: Vector) -> sp.csc_array:

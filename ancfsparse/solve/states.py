@@ -91,10 +91,32 @@ class States:
         return States(self.t, q, v, a, lam, self.rows)
 
 
+# Rounding of a motion over that of one step and the root of their number, at most; and the share of
+# its way after which a motion is under way.
+ROUNDING, UNDER_WAY = 100.0, 0.01
+
+
 def distance(system: System, one: States, other: States) -> float:
     """Return the largest distance of a node from itself in another motion [m]."""
-    squares = (np.max(np.sum(apart**2, axis=1)) for apart in moves(system, one.q, other.q))
-    return math.sqrt(max(squares, default=0.0))
+    return float(np.max(_distances(system, one.q, other.q), initial=0.0))
+
+
+def grew_from_rounding(system: System, one: States, other: States, steps: int) -> bool:
+    """Whether two runs differ by rounding alone when their motion is already under way.
+
+    Errors of steps begin with the motion, unless loads change suddenly later on.
+    """
+    apart = _distances(system, one.q, other.q)
+    way = _distances(system, one.q, np.broadcast_to(one.q[:1], one.q.shape))
+    rounding = ROUNDING * np.finfo(float).eps * math.sqrt(steps) * float(np.max(np.abs(system.q0)))
+    return bool(np.any(apart[way > UNDER_WAY * np.max(way)] <= rounding))
+
+
+def _distances(system: System, one: Vector, other: Vector) -> Vector:
+    """Return the largest distance of a node from itself in another motion, (k,) [m]."""
+    pairs = zip(one[:, None], other[:, None], strict=True)
+    squares = [max(np.max(np.sum(x**2, axis=1)) for x in moves(system, *pair)) for pair in pairs]
+    return np.sqrt(squares)
 
 
 def moves(system: System, one: Vector, other: Vector) -> Iterator[Vector]:

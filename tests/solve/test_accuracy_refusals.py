@@ -110,6 +110,22 @@ def test_a_motion_that_forgets_its_start_ends_early():
     assert caught.value.runs <= 15
 
 
+def test_a_motion_that_amplifies_rounding_is_recognised_by_repeating_it():
+    # Two cables in a chaotic double pendulum: runs in ever shorter steps took 31 million forces.
+    scene = ancf.Scene((0.0, -9.81))
+    stiff = ancf.Material(1e8, 4000)
+    cables = [
+        scene.add_beam("thin", *ends, 1, ancf.Circle(0.02), stiff)
+        for ends in (((0, 0), (1, 0)), ((1, 0), (2, 0.3)))
+    ]
+    scene.pin(cables[0].start)
+    scene.connect(cables[0].end, cables[1].start)
+    with pytest.raises(AccuracyFailure, match="a chaotic motion forgets its start") as caught:
+        ancf.simulate(scene, 10.0, 0.2, accuracy=1e-7)
+    assert caught.value.error > 0.05
+    assert caught.value.trajectory.stats.residual_evaluations < 8_000_000
+
+
 def test_a_way_that_failed_is_named(monkeypatch):
     monkeypatch.setattr("ancfsparse.solve.explicit_march.MARGIN", 3.0)  # steps too long by far
     monkeypatch.setattr("ancfsparse.solve.explicit_march.MOST_UNSTABLE", 1)

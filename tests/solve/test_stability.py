@@ -8,6 +8,7 @@ import ancfsparse as ancf
 from ancfsparse.problems import net, pendulum
 from ancfsparse.solve.stability import fastest_vibration, mass_seed
 from ancfsparse.system import System
+from tests.soak.accuracy import trial
 
 CENTRAL, FOURTH = ancf.CentralDifference(), ancf.RungeKuttaNystrom(4)
 
@@ -26,7 +27,7 @@ def by_differences(system, q, amplitudes):
     """Highest frequency with the stiffness from differences of the residual."""
     n, d = system.n_free, 1e-6
     unit = np.eye(system.n_all)
-    zero, none = np.zeros(system.n_all), np.zeros(0)
+    zero, none = np.zeros(system.n_all), np.zeros(system.n_multipliers)
 
     def force(x):
         return system.assembly.residual(x, zero, zero, none, system.dead_load, amplitudes)[0]
@@ -55,6 +56,15 @@ def test_the_fastest_vibration_is_that_of_a_dense_formula(name):
         assert fastest_vibration(system, mass_seed(system), q, amplitudes) == pytest.approx(
             expected, rel=2e-4
         )
+
+
+def test_the_limit_is_found_where_a_search_for_one_eigenvalue_fails():
+    # LAPACK 3.12 finds no interval that holds the highest of these 96 frequencies alone.
+    scene, _, _ = trial(1301, 255)
+    system = System(scene.scene)
+    load = system.loads.amplitudes(np.zeros(1))[0]
+    found = fastest_vibration(system, mass_seed(system), system.q0, load)
+    assert found == pytest.approx(by_differences(system, system.q0, load), rel=2e-4)
 
 
 @pytest.mark.parametrize("integrator", [CENTRAL, FOURTH, ancf.RungeKuttaNystrom(8)], ids=repr)
