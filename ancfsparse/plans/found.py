@@ -96,8 +96,14 @@ class Found:
 
     @property
     def rough(self) -> Pilot:
-        """The pilot that responses are measured with: the coarse mesh with the same steps."""
+        """The pilot that responses are measured with: the coarse mesh with the same steps.
+
+        Of two that are alike, the cheaper.
+        """
         last = self.time.runs[-1]
+        if self.pair is not None:
+            alike = [run for run in self.time.runs if run.integrator == last.integrator]
+            return min(alike, key=lambda run: run.cost.amount)
         return last if last.steps == self.judge.steps else self.judge
 
     def neglected(self, i: int) -> float:

@@ -8,6 +8,7 @@ from ancfsparse.plans.asking import checked
 from ancfsparse.plans.ladder import ladder
 from ancfsparse.plans.models import FEWEST_ELEMENTS, Model
 from ancfsparse.plans.pilots import FEWEST, Pilots
+from ancfsparse.plans.search import search
 from ancfsparse.plans.time_error import time_error
 from ancfsparse.plans.wanted import wanted
 
@@ -52,3 +53,20 @@ def test_motions_without_numerical_damping_must_agree_with_pilots_that_have_it(m
     scene, end = long_pendulum()
     monkeypatch.setattr(module, "undamped_is_alike", lambda *_: False)
     assert ladder(pilots_of(scene, 10.0, ancf.position(end), "3 %"), Model(), 4, 2) is None
+
+
+def test_responses_are_measured_with_the_cheaper_of_two_like_pilots():
+    scene = ancf.Scene()
+    rod = scene.add_beam(
+        "thin", (0, 0), (0, -1), "auto", ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000)
+    )
+    scene.drive(rod.start, lambda t: (0.1 * (1.0 - np.cos(6.0 * t)), 0.0))
+    like = []
+    for error in ("3 %", "0.3 %"):
+        found = search(pilots_of(scene, 3.0, ancf.position(rod.end), error), Model(), None, None)
+        assert found.pair is not None
+        one, other = found.time.runs
+        like.append(one.integrator == other.integrator)
+        assert found.rough is (one if like[-1] else other)
+        assert not like[-1] or one.cost.amount < other.cost.amount
+    assert like == [False, True]
