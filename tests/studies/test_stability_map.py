@@ -91,14 +91,15 @@ def test_the_table_is_the_whole_cut(shipped):
 
 def test_what_newton_solves_the_others_solve(shipped):
     assert shipped.worse_than_newton(FAILED) == []
-    for run in shipped.worse_than_newton(GAINED):
-        assert run.stretch > ROUGH, run
-    assert len(shipped.worse_than_newton(GAINED)) < 10
+    # The one that docs/stability.md names.
+    (run,) = shipped.worse_than_newton(GAINED)
+    assert (run.place.scene, run.place.dt, run.place.solver) == ("sudden force", 0.02, "auto")
+    assert run.stretch > ROUGH
 
 
 def test_chance_is_what_ends_newton_either_way_too(shipped):
     chance = shipped.by_chance()
-    assert len(chance) < 10
+    assert 1 <= len(chance) <= 4
     assert all(shipped.at[run.place._replace(solver="Newton")].whole for run in chance)
     shortest = min(chance, key=lambda run: run.place.youngs_modulus)
     assert ends_by_chance(shortest.place)
@@ -107,9 +108,7 @@ def test_chance_is_what_ends_newton_either_way_too(shipped):
 
 
 def test_no_run_ends_well_with_energy_from_nowhere(shipped):
-    for run in shipped.hidden_gains():
-        assert run.stretch > ROUGH, run
-    assert len(shipped.hidden_gains()) < 10
+    assert shipped.hidden_gains() == []
 
 
 def test_calm_steps_hardly_need_damped_newton(shipped):
@@ -141,8 +140,8 @@ def test_newton_and_the_others_agree_today(shipped):
             if place in shipped.at:
                 run = run_at(place)
                 assert run.outcome != FAILED, run
-                assert run.whole or run.stretch > ROUGH, run
-                assert run.gain < MOST_GAIN or run.stretch > ROUGH, run
+                assert run.whole or ends_by_chance(place), run
+                assert run.gain < MOST_GAIN, run
 
 
 def test_energies_are_those_of_a_formula_of_ones_own():
