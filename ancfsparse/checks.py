@@ -307,7 +307,8 @@ def check_vector(what: str, value: ArrayLike, dim: int, unit: str = "") -> NDArr
     vector = check_reals(what, value, f"{dim} numbers")
     if vector.shape != (dim,):
         kind, hint = ("planar", "(x, y)") if dim == 2 else ("spatial", "(x, y, z)")
-        got = f"{vector.size} components" if vector.ndim == 1 else f"shape {vector.shape}"
+        number = f"{vector.size} component{'s' * (vector.size != 1)}"
+        got = number if vector.ndim == 1 else f"shape {vector.shape}"
         raise InputError(
             f"{what} has {got}, but the scene is {kind}: give {hint}, or give the gravity of the "
             f"scene {5 - dim} components to make it {'spatial' if dim == 2 else 'planar'}"

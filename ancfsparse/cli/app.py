@@ -244,7 +244,7 @@ def bench_paper(
     page: Annotated[Path | None, typer.Option(help="Page whose output to renew.")] = None,
 ) -> None:
     """Time the paper's pendulum beside Exudyn, in turn, and against the paper's own times."""
-    check_count("repeats", repeats)
+    check_count("--repeats", repeats)
     check_targets(Path(), page, "bench-paper")
     result = run_bench_paper(repeats=repeats, progress=True)
     _report(result, save)
@@ -269,11 +269,11 @@ def bench_sweep(
     save: SaveOption = None,
 ) -> None:
     """Time a sweep over pendulums beside a plain loop."""
-    check_count("points", points)
-    check_count("rounds", rounds)
-    check_positive("dt", dt, "s")
+    check_count("--points", points)
+    check_count("--rounds", rounds)
+    check_positive("--dt", dt, "s")
     if workers is not None:
-        check_count("workers", workers)
+        check_count("--workers", workers)
     _report(run_bench_sweep(points, workers, dt, rounds, progress=True), save)
 
 

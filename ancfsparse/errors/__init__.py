@@ -1,4 +1,4 @@
-"""Every error a person can meet.
+"""The errors of the package.
 
 A message is a sentence: what is wrong, where, how much, and what to try.  It names arguments as
 data (`Parameter`), so that a command line can show its options in their place.

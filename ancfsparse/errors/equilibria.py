@@ -81,7 +81,7 @@ class AssemblyFailure(AncfError, RuntimeError):
 
 
 class UnstableEquilibrium(UserWarning):
-    """The equilibrium that statics found is unstable: the least push would end it.
+    """The static equilibrium that was found is unstable: small perturbations grow.
 
     Parameters
     ----------

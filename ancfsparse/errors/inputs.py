@@ -57,7 +57,7 @@ KEPT = " The states up to here are in the attribute `trajectory` of this error."
 
 
 class LoadFailure(InputError):
-    """A load that is a function of time gave no load: it failed, or returned something else.
+    """A load function failed, or returned something other than a load.
 
     Parameters
     ----------

@@ -155,7 +155,7 @@ class Instability(StepFailure):
 
 
 class OutputFailure(AncfError, RuntimeError):
-    """The file of a run cannot take its states any more, as when the disk is full.
+    """The file of a run can no longer be written, as when the disk is full.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ class OutputFailure(AncfError, RuntimeError):
 
 
 class AccuracyFailure(AncfError, RuntimeError):
-    """The error of a motion did not come down to what was asked for.
+    """The requested accuracy of a motion was not reached.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""In comes a system at rest or in motion, out go its states, step after step.
+"""Time integration: methods, their coefficients, and the compiled time loops.
 
 This package depends on time integration alone, not on elements.
 """

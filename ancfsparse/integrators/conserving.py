@@ -42,10 +42,10 @@ class EnergyMomentum(Implicit):
 
     @property
     def scale(self) -> float:
-        """What a unit of mean acceleration moves a coordinate by, over dt^2."""
+        """Change of a coordinate per unit of mean acceleration, over dt^2."""
         return 0.5
 
     @property
     def damping_scale(self) -> float:
-        """What a unit of mean acceleration changes the velocity by, over dt."""
+        """Change of a velocity per unit of mean acceleration, over dt."""
         return 1.0

@@ -60,12 +60,12 @@ class Implicit(Integrator):
 
     @property
     def scale(self) -> float:
-        """What a unit of true acceleration moves a coordinate by, over dt^2."""
+        """Change of a coordinate per unit of true acceleration, over dt^2."""
         return self.beta / self.mass_ratio
 
     @property
     def damping_scale(self) -> float:
-        """What a unit of true acceleration changes a velocity by, over dt."""
+        """Change of a velocity per unit of true acceleration, over dt."""
         return self.gamma / self.mass_ratio
 
     @property

@@ -1,5 +1,6 @@
-"""Element kernels: which there are, and how they are fed.
+"""Element kernels and the layout of their data.
 
-`catalog` turns the user's words into kernels, `layout` packs elements for them.  The convention all
-of them share is `kernel_abi.h`; the modules themselves are generated from `codegen/`.
+`catalog` finds the kernels of an element by its name and options, `layout` packs elements into
+vector lanes.  The calling convention of all kernels is `kernel_abi.h`; the modules themselves are
+generated from `codegen/`.
 """

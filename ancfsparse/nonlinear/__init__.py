@@ -1,4 +1,4 @@
-"""In come equations as functions and a seed, out comes their solution, step after step.
+"""Solution of the nonlinear equations of each step, given their residual and a seed.
 
 This package works on vectors and ``solve(r)`` and is independent of mechanics.
 """

@@ -84,7 +84,7 @@ class ModifiedNewton(Solver):
 
 @dataclass(frozen=True)
 class QuasiNewton(Solver):
-    """Quasi-Newton: an inverse that learns from the corrections (equations 12 to 16).
+    """Quasi-Newton: an inverse that is updated from the corrections (equations 12 to 16).
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ class QuasiNewton(Solver):
         if isinstance(self.memory, str):
             check_choice("memory", self.memory, ("full",))
         else:
-            check_count("memory (secant pairs)", self.memory)
+            check_count("memory", self.memory)
             if self.seed != "tangent":
                 raise InputError(
                     "a finite-difference seed is a dense matrix: use it with memory='full', or "

@@ -55,8 +55,8 @@ def plan(
         What `position`, `velocity`, `slope_angle`, `reaction`, `section_force`, `strain` or
         `energy` return; or, of the equilibrium, `static_deflection` and `frequency`.
     error : float, str or sequence of them
-        Largest error in the unit of the quantity, or a text such as ``"1 %"``, a share of its size;
-        one for all, or one for each.
+        Largest error in the unit of the quantity, or a string such as ``"1 %"``, a share of its
+        size; one for all, or one for each.
     dt : float, optional
         A step that is to be kept [s].
     integrator : Implicit or "auto", optional

@@ -54,7 +54,7 @@ def wanted(quantities: Sequence[Quantity], error: Any) -> tuple[Wanted, ...]:
     quantities : sequence of Quantity
         What is asked for.
     error : float, str or sequence of them
-        One for all, or one for each: a number in the unit of the quantity, or a text such as
+        One for all, or one for each: a number in the unit of the quantity, or a string such as
         ``"1 %"``, a share of its size.
 
     Raises
@@ -87,7 +87,7 @@ def _wanted(quantity: Quantity, error: Any) -> Wanted:
         share = None
     if share is None or not 0.0 < share < 1.0:
         raise InputError(
-            f"a relative error must be a text such as '1 %', above 0 and below 100 %, got "
+            f"a relative error must be a string such as '1 %', above 0 and below 100 %, got "
             f"{shown(error)}"
         )
     return Wanted(quantity, share, True)

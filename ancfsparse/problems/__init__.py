@@ -1,4 +1,4 @@
-"""Named scenes: in come the element, the mesh and a few numbers, out go the scene and its rod.
+"""Named scenes, as functions of the element, the mesh and a few numbers.
 
 Tests, studies, the command line and the README share them, so that a name means one thing.
 """

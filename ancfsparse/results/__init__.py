@@ -1,6 +1,5 @@
-"""What a run leaves: in come saved states and the system that produced them.
+"""Results of runs: positions, reactions, energies and counts, from saved states and their system.
 
-Out go positions, reactions, energies and counts by the names a person used in the scene.
 Pictures are in `ancfsparse.results.plots` (`snapshots`, `edge_lines`, `centre_line`,
 `differences`), apart, so that a run does not wait for matplotlib.
 """

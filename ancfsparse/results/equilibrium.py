@@ -62,7 +62,7 @@ class Equilibrium:
 
     @property
     def stable(self) -> bool:
-        """Whether every small motion away from it takes energy.
+        """Whether it is stable: every small displacement from it takes energy.
 
         The stiffness is then definite.  Of moments about fixed axes in space, which have no
         potential, its symmetric part is looked at: where that is not definite the equilibrium may
@@ -127,7 +127,7 @@ class Equilibrium:
         return combine(self.system.slope(node), self.q)
 
     def reaction(self, node: Node) -> Array:
-        """Give the force that the joints at a node put on the beam.
+        """Give the force that the joints at a node exert on the beam.
 
         Parameters
         ----------
@@ -171,7 +171,7 @@ class Equilibrium:
         return np.asarray(strain(self.system, self.q[None, :], body, s)[0])
 
     def curvature(self, body: ElasticBody, s: Where = None) -> Array:
-        """Give how sections turn along the axis, (p,) or (p, 3) [1/m]: `Trajectory.curvature`."""
+        """Give the curvature of the axis, (p,) or (p, 3) [1/m]: `Trajectory.curvature`."""
         from ancfsparse.results.sections import curvature
 
         return np.asarray(curvature(self.system, self.q[None, :], body, s)[0])

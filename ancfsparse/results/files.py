@@ -40,8 +40,8 @@ def load(
     path : str or Path
         The file.
     scene : Scene, optional
-        The scene of the run, or one made by the same calls: its handles are what the trajectory
-        is asked with.  By default it is rebuilt from the file;
+        The scene of the run, or one made by the same calls: its handles select what the
+        trajectory returns.  By default it is rebuilt from the file;
         ``run.system.scene.body(name)`` gives its handles.
     own : dict of str to object, optional
         For a scene that is rebuilt from the file, functions and elements of your own, as in
@@ -50,7 +50,7 @@ def load(
     Returns
     -------
     Trajectory
-        Its states stay in the file and are read as they are asked for.  That of a run that was
+        Its states stay in the file and are read on demand.  That of a run that was
         interrupted is marked as such and ends early.
 
     Raises

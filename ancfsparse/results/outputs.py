@@ -222,7 +222,7 @@ class Outputs:
     def to_csv(
         self, path: str | Path, points: Sequence[Node], quantities: Sequence[str] = ("position",)
     ) -> Path:
-        """Write the motion of points as a table of text, one row for every saved state.
+        """Write the motion of points as CSV, one row for every saved state.
 
         Parameters
         ----------

@@ -190,7 +190,7 @@ def differences(
             f"{shown(curves)}"
         )
     if not isinstance(against, str):
-        raise InputError(f"against must be a text for the axis, got {shown(against)}")
+        raise InputError(f"against must be a string, the label of the axis, got {shown(against)}")
     if instants.ndim != 1 or base.ndim != 2 or len(base) != len(instants):
         raise InputError(
             "times must have shape (k,) and the reference (k, dim), got shapes "

@@ -105,7 +105,7 @@ class Trajectory(Outputs):
 
     @property
     def last(self) -> State:
-        """The last state, which ``simulate(..., start=run.last)`` goes on from.
+        """The last state, from which ``simulate(..., start=run.last)`` continues.
 
         Raises
         ------
@@ -208,7 +208,7 @@ class Trajectory(Outputs):
         return motion_of(self.system, self.q, self.v, body)
 
     def reaction(self, node: Node) -> Array:
-        """Give the force that the joints at a node put on the beam, over time.
+        """Give the force that the joints at a node exert on the beam, over time.
 
         Parameters
         ----------
@@ -302,7 +302,7 @@ class Trajectory(Outputs):
         return strain(self.system, self.q, body, s)
 
     def curvature(self, body: ElasticBody, s: Where = None) -> Array:
-        """Give how sections turn along the axis, over time.
+        """Give the curvature of the axis over time.
 
         Parameters
         ----------

@@ -1,7 +1,7 @@
 """Description of a model: beams, sections, materials, joints and loads in SI units.
 
-Out goes a `Scene`, a checked list of declarations that `ancfsparse.system` flattens into arrays.
-Nothing here computes a motion, and nothing here is left to be found wrong later.
+A `Scene` is a list of declarations, which `ancfsparse.system` flattens into arrays.  All input is
+validated here; no motion is computed.
 """
 
 from ancfsparse.scene.beams import Beam

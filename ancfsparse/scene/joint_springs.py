@@ -115,7 +115,7 @@ class JointSprings(Records):
         rest: float = 0.0,
         of: str | None = None,
     ) -> JointSpring:
-        """Put a spring and a damper into a joint: about a hinge, or along a slide.
+        """Add a spring and a damper to a joint: about a hinge, or along a slide.
 
         Parameters
         ----------
@@ -177,7 +177,7 @@ class JointSprings(Records):
         stiffness : float
             [N m/rad or N/m].
         damping : float, optional
-            What the push grows by with the rate [s/rad or s/m].
+            Relative growth of the stiffness with the rate [s/rad or s/m].
         of : str, optional
             ``"angle"`` or ``"displacement"``, where the joint has both.
 
@@ -219,7 +219,7 @@ class JointSprings(Records):
         coefficient: float | None = None,
         radius: float | None = None,
     ) -> JointSpring:
-        """Let a joint rub: Coulomb's friction, smooth about rest.
+        """Add Coulomb's friction to a joint, smoothed about rest.
 
         It acts against the rate with ``size * rate / sqrt(rate^2 + slip^2)``, so below the rate
         `slip` it lets the joint creep instead of holding it.  The size is given, or proportional to

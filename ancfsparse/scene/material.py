@@ -11,7 +11,7 @@ from ancfsparse.words import shown
 
 @dataclass(frozen=True)
 class Material:
-    """A linear elastic isotropic material, with internal damping if it is given any.
+    """A linear elastic isotropic material, with optional internal damping.
 
     Parameters
     ----------
@@ -49,10 +49,10 @@ class Material:
 
     def __post_init__(self) -> None:
         """Check every number and keep it in double precision."""
-        nu = check_finite("Poisson's ratio", self.poisson_ratio)
+        nu = check_finite("poisson_ratio", self.poisson_ratio)
         if not -1.0 < nu < 0.5:
             raise InputError(
-                f"Poisson's ratio must be greater than -1 and less than 0.5, got {nu:.6g}: "
+                f"poisson_ratio must be greater than -1 and less than 0.5, got {nu:.6g}: "
                 + (
                     "an incompressible material would be infinitely stiff here, try 0.49"
                     if nu >= 0.5
@@ -61,20 +61,20 @@ class Material:
             )
         if not isinstance(self.rayleigh, tuple) or len(self.rayleigh) != 2:
             raise InputError(
-                f"rayleigh damping must be a pair (alpha in 1/s, beta in s), got "
+                f"rayleigh must be a pair (alpha in 1/s, beta in s), got "
                 f"{shown(self.rayleigh)}: try rayleigh=(0.0, 1e-3)"
             )
         alpha, beta = self.rayleigh
         keep(
             self,
-            youngs_modulus=check_positive("Young's modulus", self.youngs_modulus, "Pa"),
+            youngs_modulus=check_positive("youngs_modulus", self.youngs_modulus, "Pa"),
             density=check_positive("density", self.density, "kg/m3"),
             poisson_ratio=nu,
-            axial_damping=_check_damping("axial damping", self.axial_damping, "s"),
-            bending_damping=_check_damping("bending damping", self.bending_damping, "s"),
+            axial_damping=_check_damping("axial_damping", self.axial_damping, "s"),
+            bending_damping=_check_damping("bending_damping", self.bending_damping, "s"),
             rayleigh=(
-                _check_damping("alpha of the Rayleigh damping", alpha, "1/s"),
-                _check_damping("beta of the Rayleigh damping", beta, "s"),
+                _check_damping("alpha of rayleigh", alpha, "1/s"),
+                _check_damping("beta of rayleigh", beta, "s"),
             ),
         )
 

@@ -65,7 +65,7 @@ class Polygon:
             self,
             corners=_plain(outline),
             holes=tuple(map(_plain, holes)),
-            shear_factor=check_positive("shear factor of the polygon", self.shear_factor),
+            shear_factor=check_positive("shear_factor of the polygon", self.shear_factor),
         )
         n = sum(map(len, (outline, *holes)))
         if n > MOST_CORNERS:
@@ -112,7 +112,7 @@ class Polygon:
 
     @property
     def centroid(self) -> tuple[float, float]:
-        """Where the axis of a beam runs through it: y and z as those of the corners [m]."""
+        """Centroid (y, z), through which the axis of a beam passes, like the corners [m]."""
         middle = self._moments[1]
         return middle.real, middle.imag
 

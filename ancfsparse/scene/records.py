@@ -141,9 +141,7 @@ class Records:
         free = (f"{kind} {i}" for i in itertools.count(len(self.bodies)))
         label = next(each for each in free if each not in self._bodies) if name is None else name
         if not isinstance(label, str) or not label.strip():
-            raise InputError(
-                f"the name of a {kind} must be a text that is not empty, got {shown(name)}"
-            )
+            raise InputError(f"the name of a {kind} must be a non-empty string, got {shown(name)}")
         if label in self._bodies:
             raise InputError(f"the scene already has a body named {label!r}: give another name")
         return label

@@ -186,9 +186,9 @@ class Section:
             inertia_y=check_positive("inertia_y of the section", self.inertia_y, "m4"),
             inertia_z=check_positive("inertia_z of the section", self.inertia_z, "m4"),
             torsion_constant=check_positive(
-                "torsion constant of the section", self.torsion_constant, "m4"
+                "torsion_constant of the section", self.torsion_constant, "m4"
             ),
-            shear_factor=check_positive("shear factor of the section", self.shear_factor),
+            shear_factor=check_positive("shear_factor of the section", self.shear_factor),
             inertia_yz=product,
         )
         if not abs(product) < math.sqrt(self.inertia_y) * math.sqrt(self.inertia_z):

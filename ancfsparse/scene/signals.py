@@ -32,7 +32,7 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Table(Signal):
-    """Values at given times, joined by straight lines, or smoothly.
+    """Values at given times, interpolated linearly or smoothly.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ class Table(Signal):
 
 @dataclass(frozen=True)
 class Ramp(Shaped):
-    """Zero up to a start, then rising to a value which is held.
+    """A rise from zero to a value, which is then held.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""In comes a symmetric matrix on a fixed sparse pattern, out goes its inverse as a solve."""
+"""Factorizations of symmetric matrices on a fixed sparse pattern, exact and incomplete."""
 
 from ancfsparse.seeds.deflated import DeflatedSeed
 from ancfsparse.seeds.groups import Fill, Groups

@@ -1,4 +1,4 @@
-"""The verbs: a scene goes in, a trajectory or an equilibrium comes out."""
+"""Solution procedures: each takes a scene and returns a trajectory, an equilibrium or modes."""
 
 from ancfsparse.solve.simulate import simulate
 from ancfsparse.solve.stability import stable_step

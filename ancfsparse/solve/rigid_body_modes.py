@@ -101,7 +101,8 @@ def not_held(free: list[str], why: str = "") -> SingularSceneError:
     """Return the error that names free motions, and why loads do not restrain them."""
     count = f"{len(free)}{' or more' * (len(free) == MOST)}"
     return SingularSceneError(
-        f"the scene is not held: {count} rigid motion(s) are free, first the {free[0]}"
+        f"the scene is not held: {count} rigid motion{' is' if len(free) == 1 else 's are'} free, "
+        f"first the {free[0]}"
         f"{why and ', and '}{why}; add a pin or a clamp"
     )
 

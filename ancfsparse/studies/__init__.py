@@ -1,1 +1,1 @@
-"""Studies of the paper's pendulum: each returns data, writes files and draws charts."""
+"""Studies of cost, accuracy and stability: each returns data, writes files and draws charts."""

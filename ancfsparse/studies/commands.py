@@ -66,12 +66,12 @@ def scaling(
 ) -> None:
     """Measure cost per element and step, and memory, against size, and the roofline."""
     SCALING.check(output, page)
-    check_count("largest", largest)
-    check_count("steps", steps)
-    check_count("largest-net", largest_net, 2)
-    check_count("rounds", rounds)
-    check_positive("cap", cap, "s")
-    check_count("threads", threads)
+    check_count("--largest", largest)
+    check_count("--steps", steps)
+    check_count("--largest-net", largest_net, 2)
+    check_count("--rounds", rounds)
+    check_positive("--cap", cap, "s")
+    check_count("--threads", threads)
     sizes = (largest, steps, largest_net if nets else 0)
     report(SCALING, SCALING.run(*sizes, peers, rounds, cap, True, threads), output, page)
 
@@ -90,11 +90,11 @@ def lattices(
 ) -> None:
     """Measure exact and incomplete seeds on lattices and nets: time, memory and counts by size."""
     LATTICES.check(output, page)
-    for name, size in (("largest", largest), ("largest-net", largest_net)):
+    for name, size in (("--largest", largest), ("--largest-net", largest_net)):
         check_count(name, size, 2)
-    check_count("largest-exact", largest_exact, 0)
-    check_count("steps", steps)
-    check_count("threads", threads)
+    check_count("--largest-exact", largest_exact, 0)
+    check_count("--steps", steps)
+    check_count("--threads", threads)
     sizes = (largest, largest_net, largest_exact, steps, threads)
     report(LATTICES, LATTICES.run(*sizes, progress=True), output, page)
 
@@ -115,13 +115,13 @@ def memory(
     """Measure what secant pairs are worth: all updates, memory lengths, carried or not."""
     if lattice is not None:
         MEMORY_LATTICES.check(output, page)
-        check_count("lattice", lattice, 2)
+        check_count("--lattice", lattice, 2)
         result = MEMORY_LATTICES.run(lattice, progress=True)
         report(MEMORY_LATTICES, result, output, page)
         return
     MEMORY.check(output, page)
-    check_count("steps", steps)
-    check_count("rounds", rounds)
+    check_count("--steps", steps)
+    check_count("--rounds", rounds)
     report(MEMORY, MEMORY.run(chain, net, steps, rounds, progress=True), output, page)
 
 
@@ -235,7 +235,7 @@ def units_command(
     """Run the same scenes in seven systems of units, under 1e-6 to 1e4 m/s2; a minute."""
     UNITS.check(output, None)
     for name in scene or ():
-        check_choice("--scene", name, tuple(UNITS_SCENES))
+        check_choice("scene", name, tuple(UNITS_SCENES))
     report(UNITS, UNITS.run(tuple(scene or UNITS_SCENES), progress=True), output, None)
 
 

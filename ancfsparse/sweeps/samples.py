@@ -146,7 +146,7 @@ def _plain(k: int, name: str, value: Any) -> bool | int | float | str:
     plain = value.item() if isinstance(value, np.generic) else value
     if not isinstance(plain, KINDS):
         raise InputError(
-            f"{name} of point {k} must be a number or a text, got {shown(value)}: build vectors "
+            f"{name} of point {k} must be a number or a string, got {shown(value)}: build vectors "
             "and materials from numbers in the function that builds the scene"
         )
     return plain

@@ -1,4 +1,4 @@
-"""In comes a scene, out goes a system: flat arrays, one numbering, one sparsity pattern.
+"""The discrete system of a scene: flat arrays, one numbering, one sparsity pattern.
 
 The system evaluates residual, matrix and energy in compiled code; it does not integrate in time.
 """

@@ -1,4 +1,4 @@
-"""Where each coordinate of each node stands in the vector q: free ones first, fixed ones after."""
+"""The places of nodal coordinates in the vector q: free ones first, fixed ones after."""
 
 from __future__ import annotations
 

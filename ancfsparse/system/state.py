@@ -55,7 +55,7 @@ def meanings(description: Mapping[str, str]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class State:
-    """Where a motion is at one time.
+    """The state of a motion at one time.
 
     It belongs to the bodies of a scene; joints, loads, sections and materials may change between
     two runs.

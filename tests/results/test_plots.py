@@ -171,5 +171,5 @@ def test_differences_check_what_they_are_given(t, curves, reference, message):
 
 
 def test_the_name_of_a_reference_is_a_text():
-    with pytest.raises(InputError, match="against must be a text for the axis, got 3"):
+    with pytest.raises(InputError, match="against must be a string, the label of the axis, got 3"):
         differences([0.0], {"a": [[0, 0]]}, [[0, 0]], against=3)

@@ -150,7 +150,7 @@ BAD = [
     ({"element": "thing"}, "unknown element 'thing': did you mean 'thin'"),
     ({"smooth": 120}, "smooth of mesh 0 must lie between 0 and 90 degrees, got 120"),
     ({"velocity": (1, 2, 3)}, "velocity of mesh 0 has 3 components"),
-    ({"name": " "}, "name of a mesh must be a text"),
+    ({"name": " "}, "name of a mesh must be a non-empty string"),
 ]  # fmt: skip
 
 

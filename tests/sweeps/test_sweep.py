@@ -197,7 +197,7 @@ def test_a_sweep_that_was_killed_gives_the_same_table(tmp_path):
         ({"points": []}, "the sweep has no points"),
         ({"points": {"length": 1.0}}, "must be a list of dictionaries"),
         ({"points": [{"length": 1.0}, {"width": 1.0}]}, "point 1 of the sweep has other param"),
-        ({"points": [{"length": (1.0, 2.0)}]}, "length of point 0 must be a number or a text"),
+        ({"points": [{"length": (1.0, 2.0)}]}, "length of point 0 must be a number or a string"),
         ({"points": [{"tip": 1.0}]}, "'tip' is a parameter and another column too"),
         ({"quantities": {}}, "quantities must be a dictionary of functions"),
         ({"quantities": {"tip": 3}}, "quantity 'tip' must be a function"),
