@@ -15,6 +15,8 @@ Indices = NDArray[np.integer[Any]]
 # Orderings that are kept for matrices of the same pattern, such as those of a sweep or of pilots,
 # and the most unknowns of such a matrix.
 MOST, LARGEST = 8, 100_000
+# Patterns of up to so many bytes are compared whole.
+SMALL = 16_384
 _KNOWN: dict[bytes, tuple[str, NDArray[np.int32]]] = {}
 
 
@@ -36,7 +38,7 @@ def cheapest(
     n_positive : int
         Number of coordinates among the unknowns, which come first.
     """
-    key = _digest(indptr, indices, n_positive)
+    key = _key(indptr, indices, n_positive)
     known = _KNOWN.pop(key, None)
     if known is None:
         name, permutation, upper = _cheapest(indptr, indices, n_positive)
@@ -51,13 +53,20 @@ def cheapest(
     return name, permutation, upper
 
 
-def _digest(indptr: Indices, indices: Indices, n_positive: int) -> bytes:
-    """Return a number of 128 bits that only equal patterns have in common."""
-    from hashlib import blake2b  # loads OpenSSL
+def _key(indptr: Indices, indices: Indices, n_positive: int) -> bytes:
+    """Return what only equal patterns have in common: a small one whole, of others 128 bits."""
+    parts = (
+        f"{n_positive} {indptr.dtype} {indices.dtype} ".encode(),
+        indptr.tobytes(),
+        indices.tobytes(),
+    )
+    if sum(map(len, parts)) <= SMALL:
+        return b"".join(parts)
+    from hashlib import blake2b  # loads OpenSSL, which takes longer than to set up a small scene
 
-    digest = blake2b(f"{n_positive} {indptr.dtype} {indices.dtype}".encode(), digest_size=16)
-    digest.update(indptr.tobytes())
-    digest.update(indices.tobytes())
+    digest = blake2b(digest_size=16)
+    for part in parts:
+        digest.update(part)
     return digest.digest()
 
 

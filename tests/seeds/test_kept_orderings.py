@@ -14,8 +14,9 @@ def pattern(n, extra=()):
     return np.append(0, np.cumsum(np.bincount(columns, minlength=n))).astype(np.int64), rows
 
 
-@pytest.fixture
-def orders(monkeypatch):
+@pytest.fixture(params=[0, ordering.SMALL], ids=["by digest", "whole"])
+def orders(request, monkeypatch):
+    monkeypatch.setattr(ordering, "SMALL", request.param)
     made = []
     find = ordering._cheapest
     monkeypatch.setattr(ordering, "_KNOWN", {})
