@@ -5,6 +5,10 @@ from __future__ import annotations
 import reprlib
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
+from functools import cache
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,9 +40,20 @@ def shown(value: object) -> str:
 
 def checksum(data: bytes) -> str:
     """Return 16 digits that stand for data too long to show."""
-    from hashlib import sha256  # loads OpenSSL
+    digest: str = _sha256()(data).hexdigest()
+    return digest[:16]
 
-    return sha256(data).hexdigest()[:16]
+
+@cache
+def _sha256() -> Any:
+    """Return the function of the lean module, as `random` of the standard library does.
+
+    `hashlib` loads OpenSSL, which takes longer than to set up a small scene.
+    """
+    for name in ("_sha2", "_sha256"):  # since Python 3.12, and before
+        with suppress(ImportError):
+            return import_module(name).sha256
+    return import_module("hashlib").sha256
 
 
 class _Short(reprlib.Repr):

@@ -36,6 +36,6 @@ def test_a_short_run_needs_numpy_alone(code):
 def test_what_is_left_out_is_loaded_where_it_is_needed(tmp_path):
     file = tmp_path / "run.h5"
     after = loaded_by(SCENE + f"ancf.simulate(scene, 0.01, 5e-4, output={str(file)!r})")
-    assert after & HEAVY == {"h5py", "hashlib"}
+    assert (after & HEAVY) - {"hashlib"} == {"h5py"}
     assert "scipy" in loaded_by(SCENE + "scene.rod(beam.end, (2, 1))\n" + RUN)
     assert "tqdm" in loaded_by(SCENE + "ancf.simulate(scene, 0.01, 5e-4, progress=True)")

@@ -113,9 +113,22 @@ def test_gears_and_ropes_of_prescribed_length():
     assert abs(watch["gain"]) < 1e-9
 
 
-def test_accelerations_are_those_of_the_python_formulas():
+def screw():
+    """A bead on an arm that turns, along which a gear moves it out."""
+    scene = ancf.Scene((0.0, -G))
+    arm = scene.add_body(mass=1.0, inertia=2.0, position=(0, 0), angular_velocity=1.0)
+    bead = scene.add_body(
+        mass=0.5, inertia=0.1, position=(0.5, 0), velocity=(0.5, 0.5), angular_velocity=1.0
+    )
+    hinge = scene.pin(arm.origin)
+    scene.gear(hinge, scene.prismatic(bead.origin, arm.origin, axis=(1, 0)), 2.0)
+    return scene
+
+
+@pytest.mark.parametrize("make", [coupled, screw])
+def test_accelerations_are_those_of_the_python_formulas(make):
     """Those of gears and ropes, with their second derivatives along the motion."""
-    system = System(coupled())
+    system = System(make())
     system.prescribed.resolve(1e-3, 0.0, 1.0)
     seed = saddle_seed(system)
     inputs = system.inputs(np.zeros(1), rates=True)[0][0]
