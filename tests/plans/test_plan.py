@@ -145,3 +145,19 @@ def test_steps_may_be_too_long_for_vibrations_at_first():
     run = plan.run(verify=True)
     assert plan.is_met
     assert run.measured[0] <= plan.predictions[0].asked
+
+
+def test_a_drive_that_fails_on_the_way_is_named():
+    scene = ancf.Scene()
+    rod = scene.add_beam(
+        "auto", (0, 0), (0, -1), "auto", ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000)
+    )
+
+    def place(t):
+        if t > 0.5:
+            raise ZeroDivisionError("beyond the rail")
+        return 0.1 * (1 - np.cos(6 * t)), 0.0
+
+    scene.drive(rod.start, place)
+    with pytest.raises(ancf.LoadFailure, match=r"failed at t = 0\.5.*beyond the rail"):
+        ancf.plan(scene, 2.0, ancf.position(rod.end), "3 %")
