@@ -138,6 +138,9 @@ typedef struct {
     /* Whether the solution was computed after another one was rejected, or from another start: it
      * may be one of several. */
     const int *doubtful;
+    /* Whether the last matrix on the way to the solution had a pivot of the wrong sign although the
+     * equations have a potential: then the solution is a saddle point of it. */
+    const int *saddle;
 } ancf_nonlinear;
 
 #endif

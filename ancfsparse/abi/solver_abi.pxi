@@ -78,3 +78,4 @@ cdef extern from "solver_abi.h":
         void (*prefer)(void *) noexcept nogil
         int (*again)(void *, int) noexcept nogil
         const int *doubtful
+        const int *saddle

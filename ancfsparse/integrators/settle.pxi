@@ -4,8 +4,8 @@
 cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     """Check the energy of a hard step before it is accepted; return whether a solution passes.
 
-    Such a step can have several solutions.  One whose energy rises is compared with others.  One
-    that gains energy is rejected as long as there may be another that does not, or as the step can
+    Such a step can have several solutions.  One whose energy rises is compared with others, and
+    a saddle point of the potential gives way to a minimum below it.  One that gains energy is rejected as long as there may be another that does not, or as the step can
     be shortened; if all gain energy, the one with the smallest gain passes on trial unless that is
     large, and the next regular check decides.  Under step size control the step is shortened at
     once.
@@ -13,6 +13,7 @@ cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     cdef ancf_watch before = self.watch, best
     cdef bint varies = self.scheme.control.seed == NULL
     cdef bint gains = see(self, solver.doubtful[0])
+    cdef bint saddle = solver.saddle[0]
     if not gains and not (varies and ancf_watch_rises(&self.watch, &before)):
         return pass_it(self)
     best = self.watch
@@ -22,7 +23,9 @@ cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     keep(self, True)
     if not gains:
         while solver.confirm(solver.context) == 0:
-            if not see(self, False) and conserves_better(&self.watch, &best, &before):
+            if not see(self, False) and (
+                    conserves_better(&self.watch, &best, &before)
+                    or (saddle and not solver.saddle[0] and ancf_watch_rises(&best, &self.watch))):
                 solver.prefer(solver.context)
                 return pass_it(self)
             unsee(self, &before)

@@ -68,6 +68,11 @@ cdef bint has_saddles(const Loop *self) noexcept nogil:
     return self.n == self.equations.n_coordinates and self.counts.indefinite > self.indefinite_before
 
 
+cdef bint is_saddle(const Loop *self) noexcept nogil:
+    """Whether there is a potential, and its last matrix in the current step was indefinite."""
+    return has_saddles(self) and self.indefinite
+
+
 cdef int solve(void *context) noexcept nogil:
     """Try in turn the chosen method, a new seed, damped Newton, another predictor, and descent."""
     cdef Loop *self = <Loop *>context
@@ -98,6 +103,7 @@ cdef int solve(void *context) noexcept nogil:
         outcome = climb(self, DESCENT, outcome, &used)
     if outcome != CONVERGED:
         return outcome
+    self.saddle = is_saddle(self)
     if self.economical and not self.newton:
         count_cost(self, attempt_cost(self, used))
     return CONVERGED
@@ -129,6 +135,7 @@ cdef int confirm(void *context) noexcept nogil:
     if outcome == CONVERGED:
         tally(self, -1)
     self.rung, self.doubtful = rung, False
+    self.saddle = is_saddle(self)
     return outcome
 
 

@@ -80,6 +80,7 @@ cdef struct Loop:
     Rung rung  # the last fallback used in this step
     Rung compared  # the last one whose solution was compared with the one found
     int doubtful
+    int saddle  # whether the solution is a saddle point, by the last matrix
     bint leapt  # whether the first attempt at this step did not start from the default predictor
     double contraction  # of the residual, the last one measured
     ptrdiff_t n_events

@@ -9,6 +9,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import EnergyGain
 from ancfsparse.problems import pendulum
+from ancfsparse.studies.stability.scenes import pushed
 from ancfsparse.system import System
 
 
@@ -187,3 +188,15 @@ def test_a_solution_from_the_nearer_start_gives_way_to_that_from_the_sure_one():
     other, _ = hung(ancf.QuasiNewton("broyden"), 0.0237832429)
     np.testing.assert_allclose(energy, other, atol=1e-3)
     assert [(e.step, e.rung, e.cause) for e in stats.events] == [(84, "Newton", "gained energy")]
+
+
+def test_newton_takes_a_minimum_of_the_potential_where_it_leads_to_a_saddle():
+    # Followed from short steps to whole ones, the solution of step 50 is a minimum that loses
+    # 0.73 J.  Newton's corrections lead from one predictor to a saddle that gains 0.52 J, from the
+    # other to one that gains 2.3 J; the run by the first finished, and was none of this scheme.
+    case, ends = pushed(1e6), []
+    for solver in ("auto", ancf.Newton()):
+        run = ancf.simulate(case.scene, 1.0, 0.02, integrator=ancf.Newmark(0.05), solver=solver)
+        ends.append(run.position(case.rod.end)[-1])
+        assert run.energy.total[-1] < run.energy.total[-2]
+    assert np.linalg.norm(ends[0] - ends[1]) < 1e-3
