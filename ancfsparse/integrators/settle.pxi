@@ -4,11 +4,11 @@
 cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     """Check the energy of a hard step before it is accepted; return whether a solution passes.
 
-    Such a step can have several solutions.  One whose energy rises is compared with others, and
-    a saddle point of the potential gives way to a minimum below it.  One that gains energy is rejected as long as there may be another that does not, or as the step can
-    be shortened; if all gain energy, the one with the smallest gain passes on trial unless that is
-    large, and the next regular check decides.  Under step size control the step is shortened at
-    once.
+    Such a step can have several solutions.  One whose energy rises is compared with others, and a
+    saddle point of the potential gives way to a minimum below it.  One that gains energy is
+    rejected as long as there may be another that does not, or as the step can be shortened; if all
+    gain energy, the one with the smallest gain passes on trial unless that is large, and the next
+    regular check decides.  Under step size control the step is shortened at once.
     """
     cdef ancf_watch before = self.watch, best
     cdef bint varies = self.scheme.control.seed == NULL

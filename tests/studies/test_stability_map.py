@@ -91,10 +91,7 @@ def test_the_table_is_the_whole_cut(shipped):
 
 def test_what_newton_solves_the_others_solve(shipped):
     assert shipped.worse_than_newton(FAILED) == []
-    # The one that docs/stability.md names.
-    (run,) = shipped.worse_than_newton(GAINED)
-    assert (run.place.scene, run.place.dt, run.place.solver) == ("sudden force", 0.02, "auto")
-    assert run.stretch > ROUGH
+    assert shipped.worse_than_newton(GAINED) == []
 
 
 def test_chance_is_what_ends_newton_either_way_too(shipped):
