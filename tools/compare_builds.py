@@ -64,11 +64,8 @@ class Case:
     def run(self) -> dict[str, float]:
         """Return processor seconds of one step with the set-up and of all, and counts per step."""
         seconds = {}
-        for name, steps in (
-            ("first", 1),
-            ("first", 1),
-            ("all", self.steps),
-        ):  # once to load modules
+        # The first of them loads modules.
+        for name, steps in (("first", 1), ("first", 1), ("all", self.steps)):
             scene, start = self.build(), time.process_time()
             run = ancf.simulate(
                 scene,
