@@ -39,10 +39,10 @@ FINER = 1.05  # ratio of the steps that are compared
 # Predicted error of a first run, over the accuracy, below which a lower order may confirm it, whose
 # own is then as large as the accuracy.
 CONFIRMED = 0.6
-# A run whose error is so many times the accuracy and seems to have grown from rounding is repeated
-# with steps that are a little shorter.  If errors of steps were all, the distance of both would be
-# about the order of the method times a thousandth of the error, far less than AGAIN of it.
-DOUBTED, REPEATED, AGAIN = 10.0, 1.001, 0.05
+# A run of MANY steps, whose error is so many times the accuracy and seems to grow from rounding,
+# is repeated with steps that are a little shorter.  If errors of steps were all, the distance of
+# both would be about the order of the method times a thousandth of the error, far less than AGAIN.
+MANY, DOUBTED, REPEATED, AGAIN = 10_000, 10.0, 1.001, 0.05
 
 
 class ExplicitRuns:
@@ -169,8 +169,9 @@ class ExplicitRuns:
         self._take(integrator, finer, states)
         if self.error < math.inf:
             self.failure = self._convergence.add(self.error)
-        if self._rounding is None and last is not None and self.error > DOUBTED * self._accuracy:
-            grew = grew_from_rounding(self._system, last, states, self.running.steps)
+        doubtful = self.steps > MANY and self.error > DOUBTED * self._accuracy
+        if self._rounding is None and last is not None and doubtful:
+            grew = grew_from_rounding(self._system, last, states, self.steps)
             self._rounding = True if grew else None
         if self._other is not None and self.states is not None:
             # Two ways have no error in common.
