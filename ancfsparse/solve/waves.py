@@ -5,12 +5,11 @@ vibrations, each of a known amplitude.  An integrator loses a known share of the
 each, step by step.  That is most of the error of a motion, also of one with large turns: all of it
 but for a factor of five in nine of ten random scenes.  What is missing are waves that others set
 off, as those along a beam that starts to move across itself: so a predicted error serves to plan
-runs, and never as the estimate.  Loads that begin smoothly are followed over their course instead.
+runs, and never as the estimate.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 
@@ -20,7 +19,6 @@ from numpy.typing import NDArray
 from ancfsparse.integrators.nystrom import Tableau
 from ancfsparse.solve.breaks import Breaks
 from ancfsparse.solve.content import phase_lost
-from ancfsparse.solve.followed_loads import parts
 from ancfsparse.solve.stability import mass_matrix, on_free, whole
 from ancfsparse.solve.states import States
 from ancfsparse.system import System
@@ -87,19 +85,18 @@ class Waves:
             rest = np.zeros(system.n_all)
             jump = _force(system, rest, after) - _force(system, rest, before)
             pushes.append((high, np.zeros_like(speeds), -shapes.T @ jump))
-        moving, lasting = _lasting(omega, decay)
-        found = []
-        for begin, speed, rate in pushes:
-            size = _sizes(system, shapes, omega, speed, rate)[moving]
-            found.append((size, omega[moving], np.minimum(t_end - begin, lasting[moving])))
         if _pushed_later(system, breaks, shapes, pushes, omega):
-            if system.n_multipliers or len(breaks.before):
-                return None
-            found += _followed(system, breaks, shapes, omega, lasting)
-        amplitude, omega, time = (np.concatenate(each) for each in zip(*found, strict=True))
+            return None
+        moving, lasting = _lasting(omega, decay)
+        amplitudes, times = [], []
+        for begin, speed, rate in pushes:
+            amplitudes.append(_sizes(system, shapes, omega, speed, rate)[moving])
+            times.append(np.minimum(t_end - begin, lasting[moving]))
+        omega = omega[moving]
+        amplitude, time = np.concatenate(amplitudes), np.concatenate(times)
         if amplitude.sum() <= ROUNDING * np.max(np.abs(system.q0)):
             return None
-        return cls(amplitude, omega, time)
+        return cls(amplitude, np.tile(omega, len(pushes)), time)
 
     @classmethod
     def during(cls, system: System, states: States) -> Waves | None:
@@ -192,14 +189,10 @@ def _lasting(omega: Vector, decay: Vector) -> tuple[NDArray[np.bool_], Vector]:
 
 def _sizes(system: System, shapes: Vector, omega: Vector, speed: Vector, rate: Vector) -> Vector:
     """Return the largest motion of a node in each mode [m]; of no use where a mode is at rest."""
-    slowest = np.maximum(omega, np.finfo(float).tiny ** 0.25)
-    return np.asarray(_reach(system, shapes) * np.hypot(speed / slowest, rate / slowest**2))
-
-
-def _reach(system: System, shapes: Vector) -> Vector:
-    """Return the largest motion of a node in a mode of size one [m]."""
     nodes = np.unique(system.positions)
-    return np.asarray(np.abs(shapes[nodes[nodes < system.n_free]]).max(axis=0, initial=0.0))
+    size = np.abs(shapes[nodes[nodes < system.n_free]]).max(axis=0, initial=0.0)
+    slowest = np.maximum(omega, np.finfo(float).tiny ** 0.25)
+    return np.asarray(size * np.hypot(speed / slowest, rate / slowest**2))
 
 
 def _vibrations(
@@ -235,38 +228,16 @@ def _pushed_later(
     omega: Vector,
 ) -> bool:
     """Whether loads that change without a jump do more than the start and all jumps."""
+    amplitudes, rest = breaks.amplitudes, np.zeros(system.n_all)
+    first = amplitudes[0]
     known = sum(np.hypot(omega * speed, rate) for _, speed, rate in pushes)
-    later = sum(np.abs(each).max(axis=1) for each in _loads_of(system, breaks, shapes))
-    return bool(np.linalg.norm(later) > LATER * np.linalg.norm(known))
-
-
-def _loads_of(system: System, breaks: Breaks, shapes: Vector) -> Iterator[Vector]:
-    """Yield what the change of each load since the start does to each mode, (k, times)."""
-    rest, first = np.zeros(system.n_all), breaks.amplitudes[0]
-    before = _force(system, rest, first)
+    later = np.zeros_like(omega)
     for column in range(len(first)):
-        change = breaks.amplitudes[:, column] - first[column]
+        change = amplitudes[:, column] - first[column]
         most = first.copy()
-        largest = change[np.argmax(np.abs(change))]
-        if largest != 0.0:
-            most[column] += largest
-            push = -shapes.T @ (_force(system, rest, most) - before)
-            yield np.outer(push, change / largest)
-
-
-def _followed(
-    system: System, breaks: Breaks, shapes: Vector, omega: Vector, lasting: Vector
-) -> list[tuple[Vector, Vector, Vector]]:
-    """Return amplitudes, frequencies and times of what smooth loads make the modes do."""
-    load = np.sum(list(_loads_of(system, breaks, shapes)), axis=0)
-    led, led_omega, free, free_omega = parts(breaks.times, load, omega)
-    reach, length = _reach(system, shapes), breaks.times[-1] - breaks.times[0]
-    found = []
-    for size, rate in ((led, led_omega), (free, free_omega)):
-        moves = size * rate > 0.0
-        time = np.minimum(length, lasting)
-        found.append(((reach * size)[moves], rate[moves], time[moves]))
-    return found
+        most[column] += change[np.argmax(np.abs(change))]
+        later += np.abs(shapes.T @ (_force(system, rest, most) - _force(system, rest, first)))
+    return bool(np.linalg.norm(later) > LATER * np.linalg.norm(known))
 
 
 def _force(system: System, v: Vector, amplitudes: Vector) -> Vector:

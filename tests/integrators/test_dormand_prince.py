@@ -97,7 +97,7 @@ def swung(t, q, v):
 def test_its_tableau_is_of_order_eight():
     t = METHOD.tableau
     errors = []
-    for n in (6, 12, 24):
+    for n in (3, 6, 12):  # 24 leave rounding
         dt, q, v = 2.0 / n, np.array([0.0, 1.0]), np.array([1.0, -1.0])
         for k in range(n):
             a = np.zeros((len(t.b), 2))

@@ -229,7 +229,7 @@ def test_invalid_places_in_a_section_are_refused():
     with pytest.raises(ancf.InputError, match="y of a point of beam 0 must be finite"):
         rod.at(1.0, y=np.nan)
     with pytest.raises(ancf.InputError, match="lies inside element"):
-        scene.pin(rod.at(0.3, y=0.1))
+        scene.clamp(rod.at(0.3, y=0.1))
     with pytest.raises(ancf.InputError, match="offset of beam 1 needs a straight beam"):
         scene.add_beam(
             "thick", n_elements=4, section=SECTION, material=STEEL, curvature="section",

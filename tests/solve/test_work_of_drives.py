@@ -53,7 +53,7 @@ def cranked(as_constraint=True):
 )
 def test_it_is_that_of_each_step(make, drift):
     """2.7e-3 before, for a beam whose end is driven by multipliers."""
-    run = ancf.simulate(make(), 1.0, 4e-3, integrator=MEANS, tolerance=1e-9)
+    run = ancf.simulate(make(), 1.0, 4e-3, integrator=MEANS, tolerance=1e-10)
     assert np.ptp(run.energy.work) > 0.5
     assert run.energy.work[-1] == pytest.approx(run.last.memory["watch"]["work"], rel=1e-10)
     assert run.energy.drift < drift
