@@ -255,7 +255,7 @@ def mechanisms_command(
     scene: Annotated[
         list[str] | None, typer.Option(help="Only this mechanism; repeatable.")
     ] = None,
-    rounds: Annotated[int, typer.Option(help="Runs of each program, in turn.")] = 5,
+    rounds: Annotated[int, typer.Option(help="Runs of each program, in turn.")] = 9,
     output: OutputOption = Path("results"),
     page: PageOption = None,
 ) -> None:

@@ -169,7 +169,7 @@ class Comparison:
 
 
 def mechanisms(
-    names: Sequence[str] = tuple(CASES), rounds: int = 5, progress: bool = False
+    names: Sequence[str] = tuple(CASES), rounds: int = 9, progress: bool = False
 ) -> Comparison:
     """Run mechanisms by both programs, in turn.
 
