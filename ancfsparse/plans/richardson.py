@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 
 # Orders below are not believed to hold on: a series that hardly converges has no estimate.
 LEAST_ORDER = 0.5
+# An error over the one asked for, of which the power by any order is still a number.
+OUT_OF_REACH = 1e150
 # Observed orders within these shares of the known one are those of a method that has settled.
 SETTLED = (0.6, 1.75)
 
@@ -52,7 +54,10 @@ class Estimate:
         """Return the resolution at which the error is no more than this."""
         if self.error == 0.0:
             return 0.0
-        return float(self.resolution * (self.error / error) ** (1.0 / self.order))
+        ratio = self.error / error if error > 0.0 else math.inf
+        if ratio > OUT_OF_REACH:
+            return math.inf
+        return float(self.resolution * ratio ** (1.0 / self.order))
 
     @property
     def careful(self) -> float:

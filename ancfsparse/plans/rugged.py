@@ -79,8 +79,10 @@ def rugged(
         excess = [e / (ENOUGH * most) for e, most in zip(errors, asked, strict=True)]
         if max(excess) <= 1.0:
             return _found(pilots, runs, asked, orders, errors, finer, order)
-        further = math.ceil(math.log(max(excess)) / math.log(SHORTER**HOPED))
-        if run.cost.amount * (GROWTH * SHORTER) ** further > WORTH * FREE:
+        # Logarithms, since an error may be asked for that no number of runs comes near.
+        further = math.log(max(excess)) / math.log(SHORTER**HOPED)
+        room = math.log(WORTH * FREE / run.cost.amount)
+        if further * math.log(GROWTH * SHORTER) > room:
             break
     if len(runs) < SHOWN:
         raise failure
@@ -144,7 +146,7 @@ def _failure(
     pilots: Pilots, runs: Sequence[Pilot], asked: Sequence[float], errors: Sequence[float]
 ) -> PlanFailure:
     """Return what is left of the quantity that misses its error most, and where it differs most."""
-    i = int(np.argmax(np.divide(errors, asked)))
+    i = max(range(len(asked)), key=lambda k: errors[k] / asked[k])
     quantity = pilots.wanted[i].quantity
     one, last = (np.asarray(run.histories[i]) for run in runs[-2:])
     step = math.gcd(len(one) - 1, len(last) - 1)
