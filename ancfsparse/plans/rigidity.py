@@ -18,7 +18,8 @@ SPATIAL = 3
 SUDDEN = 2.0
 # Middle of a beam on two hinges under an even load: 5 q L^4 / 384 E I.
 EVEN = 5.0 / 384.0
-# Square of the ratio of frequencies, of the motion and of the beam, up to which it is no vibration.
+# Square of the ratio of frequencies, of the motion and of the beam, and share of the load under which
+# it buckles, up to which together it neither vibrates nor gives way.
 NEAR = 0.5
 
 
@@ -38,7 +39,7 @@ def deflection(run: Trajectory, rod: RigidBody, beam: Beam) -> float:
     -------
     float
         Largest deflection over time [m]; infinite where the motion is about as fast as its lowest
-        vibration.
+        vibration, or compression is about that under which it buckles.
 
     Notes
     -----
@@ -46,15 +47,15 @@ def deflection(run: Trajectory, rod: RigidBody, beam: Beam) -> float:
     principle of virtual work for a stretch of all of it; that over EA is its elongation.  Across
     it, its inertia and weight are a load of at most ``q = rho A |a - g|``, which bends it by ``5 q
     L^4 / 384 EI`` between its ends.  Both are doubled, for loads that set in at once, and divided
-    by ``1 - (omega / omega_1)^2`` with the frequency of the accelerations and that of the beam on
-    hinges or along it.
+    by ``1 - (omega / omega_1)^2 - P L^2 / pi^2 EI`` with the frequency of the accelerations, that of
+    the beam on hinges or along it, and its largest compression P.
     """
     given = {name: float(np.mean(value)) for name, value in beam.stiffnesses().items()}
     length, dense = beam.length, given["mass_per_length"]
     bending = given["bending_stiffness_z"]
     if beam.dim == SPATIAL:
         bending = min(bending, given["bending_stiffness_y"])
-    pulls = np.abs(_multipliers(run, rod)) * rod.size
+    pulls = _multipliers(run, rod) * rod.size
     along = run.position(rod.end) - run.position(rod.origin)
     along /= np.linalg.norm(along, axis=1)[:, None]
     across, rates, total = 0.0, 0.0, 0.0
@@ -64,11 +65,12 @@ def deflection(run: Trajectory, rod: RigidBody, beam: Beam) -> float:
         across = max(across, float(np.linalg.norm(beside, axis=1).max()))
         rates += float(np.square(np.diff(felt, axis=0) / np.diff(run.t)[:, None]).sum())
         total += float(np.square(felt).sum())
-    static = pulls.max() / given["axial_stiffness"]
+    static = np.abs(pulls).max() / given["axial_stiffness"]
     static += under(beam, across) / SUDDEN
     lowest = min(np.pi**2 * bending / length**4, given["axial_stiffness"] / length**2) / dense
     lowest *= np.pi**2
     ratio = rates / (total * lowest) if total > 0.0 else 0.0
+    ratio += max(0.0, -float(pulls.min())) * length**2 / (np.pi**2 * bending)
     return float(SUDDEN * static / (1.0 - ratio)) if ratio < NEAR else np.inf
 
 

@@ -8,8 +8,12 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Beam, Scene
 from ancfsparse.scene.beams import BeamSpec
-from ancfsparse.scene.joints import Clamp
+from ancfsparse.scene.joints import Connect, Drive, Joint, Pin
+from ancfsparse.scene.joints import Rod as ToAnchor
+from ancfsparse.scene.joints.distance import Distance
+from ancfsparse.scene.joints.winch import Winch
 from ancfsparse.scene.loads import PointMoment
+from ancfsparse.scene.masses import PointMass
 from ancfsparse.scene.rigid_bodies import BodySpec
 from ancfsparse.scene.shapes import Rod
 from ancfsparse.scene.spec import Point, Whole
@@ -19,6 +23,8 @@ Vector = NDArray[np.float64]
 
 # What a straight beam without stress is given by; anything else is left to elements.
 CURVED = "curve", "length", "tension", "slack", "twist", "eigenstrain", "eigencurvature", "nodes"
+# Joints that hold points and leave directions free: they bend no rod between its ends.
+HINGES: tuple[type[Joint], ...] = (Pin, Connect, Drive, Distance, ToAnchor, Winch)
 # Share by which a velocity may stretch a rod: rounding.
 ROUNDING = 1e-9
 
@@ -70,7 +76,10 @@ def _turned(along: Vector, name: str) -> float | Vector:
 
 
 def possible(scene: Scene) -> list[str]:
-    """Return the open beams that may be rods: straight, held and loaded as points at their ends."""
+    """Return the open beams that may be rods: straight, held and loaded as points at their ends.
+
+    What a weld or another joint of directions passes on bends a beam by forces of others.
+    """
     found = {
         beam.name: beam
         for beam in scene.beams
@@ -91,11 +100,11 @@ def possible(scene: Scene) -> list[str]:
                 out.add(record.name)
         else:
             record.moved(note)
-    for thing in (*scene.joints, *scene.loads):
-        if isinstance(thing, Clamp):
-            out.add(thing.node.beam.name)
-        elif isinstance(thing, PointMoment):
-            out.add(thing.node.beam.name)
+    bending = (joint.nodes for joint in scene.joints if not isinstance(joint, HINGES))
+    out |= {node.beam.name for nodes in bending for node in nodes}
+    out |= {load.node.beam.name for load in scene.loads if isinstance(load, PointMoment)}
+    turned = (thing for thing in scene.attached if isinstance(thing, PointMass))
+    out |= {thing.node.beam.name for thing in turned if np.any(thing.inertia)}
     return [name for name in found if name not in out]
 
 

@@ -1,5 +1,7 @@
 """Plans that make short stiff beams rigid rods, beside motions of beams."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -141,6 +143,11 @@ def test_what_must_bend_is_not_rigid():
     clamped, rod = swing()
     clamped.clamp(rod.end)
     assert not possible(clamped)
+    turned, rod = swing()
+    turned.add_mass(rod.end, 0.1)
+    assert possible(turned) == [rod.name]
+    turned.add_mass(rod.start, 0.1, inertia=1e-3)
+    assert not possible(turned)
     loaded, rod = swing()
     loaded.point_force(rod.at(0.5), (0.0, -1.0))
     assert not possible(loaded)
@@ -150,6 +157,55 @@ def test_what_must_bend_is_not_rigid():
     slack = ancf.Scene()
     slack.add_beam("auto", (0, 0), (1, 0), "auto", THICK, STEEL, length=1.1)
     assert not possible(slack)
+
+
+def frame(hinged=False, element="auto", n="auto"):
+    """Two columns and a beam that is welded to both, or hinged, pushed from one side."""
+    scene = ancf.Scene((0.0, 0.0))
+    made = ancf.Rectangle(0.1, 0.1), ancf.Material(2.1e11, 7850.0)
+    left = scene.add_beam(element, (0, 0), (0, 3), n, *made)
+    above = scene.add_beam(element, (0, 3), (4, 3), n, *made)
+    right = scene.add_beam(element, (4, 3), (4, 0), n, *made)
+    join = scene.connect if hinged else scene.weld
+    for point in (left.start, right.end):
+        scene.clamp(point)
+    join(left.end, above.start)
+    join(above.end, right.start)
+    scene.point_force(left.end, ancf.Ramp((2000.0, 0.0), 0.1, smooth=True))
+    return scene, left, above, right
+
+
+def test_what_carries_moments_of_others_is_not_rigid():
+    """A rod for the beam of a frame was 34 times the error off: welds did not count as bending."""
+    scene, left, above, right = frame(hinged=True)
+    assert possible(scene) == [above.name]
+    scene, left, above, right = frame()
+    assert not possible(scene)
+    plan = ancf.plan(scene, 0.1, ancf.section_force(left.start), "3 %")
+    fine, mine, *_ = frame(element="thin", n=16)
+    run, motion = plan.run(), ancf.simulate(fine, 0.1, 0.1 / 3200, save_every=32)
+    values = [q.value(r) for q, r in (
+        (ancf.section_force(left.start, at="end").on(run.system.scene), run),
+        (ancf.section_force(mine.start, at="end"), motion),
+    )]  # fmt: skip
+    assert abs(values[0] - values[1]).max() <= plan.predictions[0].asked
+
+
+def test_compression_bends_a_rod_that_is_about_to_buckle():
+    def found(load):
+        scene, strut = swing(radius=0.01)
+        rigid = built(scene, Model({strut.name: RIGID}))
+        run = ancf.simulate(rigid, 0.1, 1e-2)
+        body = rigid.bodies[0]
+        rows = dataclasses.replace(run, lam=np.full_like(run.lam, load / body.size))
+        return deflection(rows, body, strut)
+
+    critical = np.pi**2 * 2e11 * np.pi * 0.01**4 / 64.0
+    bent, pulled, pushed = found(0.0), found(0.2 * critical), found(-0.2 * critical)
+    stretched = 0.2 * critical / (2e11 * np.pi * 0.005**2)
+    assert pulled == pytest.approx(bent + 2.0 * stretched, rel=1e-4)
+    assert pushed == pytest.approx(pulled / 0.8, rel=1e-2)
+    assert found(-0.6 * critical) == np.inf > found(0.6 * critical)
 
 
 def test_a_rod_in_space_hangs_on_two_links():
