@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, RedundantConstraints
 from ancfsparse.plans.mesh_error import COARSEST
 from ancfsparse.plans.models import RIGID, Rung, coarsest, spread, undecided
 from ancfsparse.plans.pilots import Pilots, tolerances
@@ -72,9 +73,11 @@ def links(pilots: Pilots) -> Links:
     for rung in (CABLE, SHEARED):
         model = model_of(pilots.scene, rung, fixed).with_counts(counts)
         try:
-            run = pilots.run(model, pilots.base) or pilots.run(model, 2 * pilots.base)
+            with warnings.catch_warnings():  # a beam that drives or joints hold as a rod may bend
+                warnings.simplefilter("error", RedundantConstraints)
+                run = pilots.run(model, pilots.base) or pilots.run(model, 2 * pilots.base)
             break
-        except InputError:  # of the element, or a joint that rods do not have
+        except (InputError, RedundantConstraints):  # of the element, or a joint that rods lack
             continue
     if run is None:
         return Links()

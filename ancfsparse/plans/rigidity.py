@@ -18,8 +18,8 @@ SPATIAL = 3
 SUDDEN = 2.0
 # Middle of a beam on two hinges under an even load: 5 q L^4 / 384 E I.
 EVEN = 5.0 / 384.0
-# Square of the ratio of frequencies, of the motion and of the beam, and share of the load under which
-# it buckles, up to which together it neither vibrates nor gives way.
+# Square of the ratio of frequencies, of the motion and of the beam, and share of the load under
+# which it buckles, up to which together it neither vibrates nor gives way.
 NEAR = 0.5
 
 
@@ -47,8 +47,8 @@ def deflection(run: Trajectory, rod: RigidBody, beam: Beam) -> float:
     principle of virtual work for a stretch of all of it; that over EA is its elongation.  Across
     it, its inertia and weight are a load of at most ``q = rho A |a - g|``, which bends it by ``5 q
     L^4 / 384 EI`` between its ends.  Both are doubled, for loads that set in at once, and divided
-    by ``1 - (omega / omega_1)^2 - P L^2 / pi^2 EI`` with the frequency of the accelerations, that of
-    the beam on hinges or along it, and its largest compression P.
+    by ``1 - (omega / omega_1)^2 - P L^2 / pi^2 EI`` with the frequency of the accelerations, that
+    of the beam on hinges or along it, and its largest compression P.
     """
     given = {name: float(np.mean(value)) for name, value in beam.stiffnesses().items()}
     length, dense = beam.length, given["mass_per_length"]

@@ -20,8 +20,8 @@ Vector = NDArray[np.float64]
 # Share of the largest coordinate by which a start may be off from where a drive begins: what steps
 # leave of equations in another run, otherwise rounding.
 LEFT, SAME = 1e-6, 1e-9
-# Share of the largest prescribed velocity by which that of the start may differ: an impact so small
-# that differences instead of derivatives make one, too.
+# Share of the largest prescribed velocity by which that of the start may differ, beside the error
+# of differences in place of derivatives.
 LEAST_IMPACT = 1e-3
 SAMPLES = 65  # times at which the largest is looked for
 
@@ -76,7 +76,8 @@ def start_drives(system: System, state: State | None, step: float, t_end: float)
     times = np.linspace(system.t0, t_end, SAMPLES)
     fastest = prescribed.fastest(times)
     allowed_v = LEAST_IMPACT * fastest + ROUNDING * speeds(system.scene, system.places, system.v0)
-    off = np.abs(system.v0[first:] - now.v) - allowed_v[first:]
+    allowed_v = allowed_v[first:] + prescribed.speed_errors(system.t0)
+    off = np.abs(system.v0[first:] - now.v) - allowed_v
     worst = int(np.argmax(off))
     course = prescribed.course_of(worst)
     if off[worst] > 0.0 and course.places.unit == "rad":

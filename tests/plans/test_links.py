@@ -177,9 +177,9 @@ def frame(hinged=False, element="auto", n="auto"):
 
 def test_what_carries_moments_of_others_is_not_rigid():
     """A rod for the beam of a frame was 34 times the error off: welds did not count as bending."""
-    scene, left, above, right = frame(hinged=True)
+    scene, _, above, _ = frame(hinged=True)
     assert possible(scene) == [above.name]
-    scene, left, above, right = frame()
+    scene, left, *_ = frame()
     assert not possible(scene)
     plan = ancf.plan(scene, 0.1, ancf.section_force(left.start), "3 %")
     fine, mine, *_ = frame(element="thin", n=16)
@@ -189,6 +189,17 @@ def test_what_carries_moments_of_others_is_not_rigid():
         (ancf.section_force(mine.start, at="end"), motion),
     )]  # fmt: skip
     assert abs(values[0] - values[1]).max() <= plan.predictions[0].asked
+
+
+def test_what_both_ends_hold_is_not_rigid():
+    """Its two drives repeat the length of a rod, which is no concern of a scene of beams."""
+    scene = ancf.Scene((0.0, 0.0))
+    crank = scene.add_beam("auto", (0, 0), (0.1, 0), "auto", SLIM, STEEL)
+    scene.pin(crank.start)
+    scene.drive(crank.end, lambda t: (0.1 * np.cos(t * t), 0.1 * np.sin(t * t)))
+    assert possible(scene) == [crank.name]
+    plan = ancf.plan(scene, 0.5, ancf.position(crank.at(0.05)), "1 %")
+    assert plan.model.rungs == {crank.name: CABLE}
 
 
 def test_compression_bends_a_rod_that_is_about_to_buckle():
