@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.plans.quantities import Frequency
-from ancfsparse.plans.section_energies import folds, rotary_energy, torsion_energy
+from ancfsparse.plans.section_energies import directions, folds, rotary_energy, torsion_energy
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import ElasticBody, Scene
 
@@ -127,7 +127,7 @@ def _shear(moved: Trajectory, body: ElasticBody) -> float:
 
 def _bending(moved: Trajectory, body: ElasticBody) -> float:
     """Return the energy that bending the polygon of a string along a mode would take [J]."""
-    changes, stiffness = folds(moved, body)
+    changes, stiffness = folds(directions(moved, body), body)
     return float(0.125 * stiffness @ np.square(changes[1] - changes[2]).sum(axis=1))
 
 

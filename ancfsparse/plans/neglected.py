@@ -19,9 +19,8 @@ from ancfsparse.errors import ApproximateModes
 from ancfsparse.plans.frequency_effects import frequency_effects
 from ancfsparse.plans.quantities import Frequency, Position, Quantity
 from ancfsparse.plans.section_energies import (
-    axial_energies,
-    cable_energies,
     edges,
+    energies_of,
     rotary_energy,
     string_energies,
     torsion_energy,
@@ -105,35 +104,29 @@ def neglected_effects(
     cables = [b for b in beams if b.kind.is_cable]
     strings = [b for b in beams if b.kind.is_string]
     shares: dict[str, float] = {}
-    bending, shear, stretch = (np.zeros(len(run.t)) for _ in range(3))
-    if cables:
-        for body in cables:
-            one, two, three = cable_energies(run, body)
-            bending, shear, stretch = bending + one, shear + two, stretch + three
-        for body in beams:
-            if not (body.kind.is_cable or body.kind.is_string):  # its bending is kept as well
-                bending = bending + cable_energies(run, body)[0]
-        shares["shear"] = _ratio(shear, bending)
+    energies = {b.name: energies_of(run, b) for b in (beams if cables or strings else ())}
+    bending: Any = 0.0
+    if cables:  # beside which thick beams bend too
+        bending = sum(energies[b.name].bending for b in beams if not b.kind.is_string)
+        shares["shear"] = _ratio(sum(energies[b.name].shear for b in cables), bending)
         if scene.dim == 3:
             shares["torsion"] = _ratio(sum(torsion_energy(scene, run, b) for b in cables), bending)
-        shares["stretch"] = _ratio(stretch, bending)
+        shares["stretch"] = _ratio(sum(energies[b.name].bent for b in cables), bending)
     if strings:
-        folded, held = (np.zeros(len(run.t)) for _ in range(2))
-        for body in strings:
-            one, two = string_energies(run, body)
-            folded, held = folded + one, held + two
-        shares["bending"] = _ratio(folded, held)
+        pairs = (string_energies(run, b, energies[b.name].tension) for b in strings)
+        shares["bending"] = _ratio(*(sum(each) for each in zip(*pairs, strict=True)))
     still = "integrator" not in run.settings and not np.asarray(run.v).any()
     heavy = 0.0
     if cables and not still:
         turning = sum(rotary_energy(run, body) for body in cables)
-        heavy = _ratio(turning, np.asarray(run.energy.kinetic))
-    size = _size(quantity, whole)
+        heavy = _ratio(turning, run.system.energies(run.q, run.v, run.t)[0])
+    history = quantity.history(whole)
+    size = _size(quantity, history)
     soft = dense = taut = size
     base, own = rough or (whole, quantity)
     share = sum(each for name, each in shares.items() if name != "stretch")
     surely = max(
-        _most(quantity, whole, size) * (share + heavy),
+        _most(quantity, history, whole.t, size) * (share + heavy),
         FLOOR_SHARE * size * shares.get("stretch", 0.0),
     )
     if march is not None and surely > enough:
@@ -143,9 +136,8 @@ def neglected_effects(
         soft = dense = response * (largest / (share + heavy) if largest else 1.0)
     effects = {name: soft * each for name, each in shares.items()}
     if cables or strings:
-        axial, differ = (np.sum(each, axis=0) for each in zip(
-            *(axial_energies(run, body) for body in beams), strict=True))  # fmt: skip
-        tense = _ratio(differ, axial + bending)
+        kept = sum(each.axial for each in energies.values()) + bending
+        tense = _ratio(sum(each.stretched for each in energies.values()), kept)
         if march is not None and FLOOR_SHARE * taut * tense > enough:
             taut = _response(base, own, march, _slacker)
         effects["stretch"] = max(effects.get("stretch", 0.0), taut * tense)
@@ -154,7 +146,7 @@ def neglected_effects(
     if cables and not still:
         effects["rotary inertia"] = dense * heavy
     if still and len(run.t) > 2:
-        effects["inertia"] = _inertia(scene, whole, quantity)
+        effects["inertia"] = _inertia(scene, whole, history)
     return effects
 
 
@@ -179,7 +171,7 @@ def bending_effect(run: Trajectory, bodies: list[ElasticBody], quantity: Quantit
     few = _thinned(run, MOST_STATES)
     folded, held = (sum(each) for each in zip(*(string_energies(few, b) for b in bodies),
                                               strict=True))  # fmt: skip
-    return _ratio(folded, np.asarray(held)) * _size(quantity, run)
+    return _ratio(folded, held) * _size(quantity, quantity.history(run))
 
 
 def _thinned(run: Trajectory, most: int) -> Trajectory:
@@ -191,7 +183,7 @@ def _thinned(run: Trajectory, most: int) -> Trajectory:
     return replace(run, t=t, q=q, v=v, a=a, lam=lam)
 
 
-def _ratio(neglected: Any, kept: Array) -> float:
+def _ratio(neglected: Any, kept: Any) -> float:
     """Return the largest energies over time beside one another; nothing neglected is nothing."""
     most = float(np.max(neglected))
     if most <= 0.0:
@@ -199,12 +191,11 @@ def _ratio(neglected: Any, kept: Array) -> float:
     return most / float(np.max(kept)) if np.max(kept) > 0.0 else np.inf
 
 
-def _most(quantity: Quantity, run: Trajectory, size: float) -> float:
+def _most(quantity: Quantity, history: Array, t: Array, size: float) -> float:
     """Return by how much a quantity changes at most with the relative change of a property.
 
     A frequency that is off by a share delays a motion by half of that share of its time.
     """
-    history, t = quantity.history(run), np.asarray(run.t)
     if len(t) < 2:
         return UNLIKELY * size
     rates = np.linalg.norm(quantity.difference(history[1:], history[:-1]), axis=1) / np.diff(t)
@@ -254,9 +245,8 @@ def _altered(body: ElasticBody, soft: float, dense: float) -> dict[str, Any]:
     return changes | {"material": replace(material, density=heavier)}
 
 
-def _size(quantity: Quantity, run: Trajectory) -> float:
+def _size(quantity: Quantity, history: Array) -> float:
     """Return how large a quantity is; of a position how far it is from the reference shape."""
-    history = quantity.history(run)
     size = quantity.size(history)
     if isinstance(quantity, Position):
         apart = np.linalg.norm(history - quantity.point.position, axis=1)
@@ -264,10 +254,10 @@ def _size(quantity: Quantity, run: Trajectory) -> float:
     return size
 
 
-def _inertia(scene: Scene, run: Trajectory, quantity: Quantity) -> float:
+def _inertia(scene: Scene, run: Trajectory, history: Array) -> float:
     """Return what inertia and the vibration that it starts change of a quasi-static motion."""
     dt = float(np.diff(run.t).min())
-    rates = np.diff(quantity.history(run), axis=0) / np.diff(run.t)[:, None]
+    rates = np.diff(history, axis=0) / np.diff(run.t)[:, None]
     with warnings.catch_warnings():  # their symmetric part is enough for an estimate
         warnings.simplefilter("ignore", ApproximateModes)
         omega = 2.0 * np.pi * float(modes(scene, 1, at=run.last).frequencies[0])

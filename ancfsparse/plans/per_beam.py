@@ -12,7 +12,7 @@ from ancfsparse.plans.models import FEWEST_ELEMENTS, Model, Rung, built, coarses
 from ancfsparse.plans.neglected import bending_effect
 from ancfsparse.plans.pilots import Pilot, Pilots
 from ancfsparse.plans.rungs import NEGLIGIBLE, left_out, model_of, open_beams
-from ancfsparse.plans.section_energies import cable_energies, rotary_energy, torsion_energy
+from ancfsparse.plans.section_energies import energies_of, rotary_energy, torsion_energy
 from ancfsparse.scene import ElasticBody, Scene
 
 # Beams are tried one by one up to so many.
@@ -113,7 +113,7 @@ def _shares(pilot: Pilot, names: Sequence[str]) -> dict[str, dict[str, float]]:
         body = scene.body(name)
         assert isinstance(body, ElasticBody)
         own = {
-            "shear": cable_energies(run, body)[1],
+            "shear": energies_of(run, body).shear,
             "rotary inertia": rotary_energy(run, body),
         }
         if scene.dim == SPATIAL:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,29 +16,48 @@ from ancfsparse.scene.loads import PointMoment
 Array = NDArray[np.float64]
 
 
-def cable_energies(run: Trajectory, body: ElasticBody) -> tuple[Array, Array, Array]:
-    """Return energies of bending and shear, and of bending times strain, each (k,) [J]."""
-    force, strain = run.section_force(body), run.strain(body)
-    k = len(run.t)
-    each = np.square(force.M).reshape(k, body.n_elements, -1).sum(axis=2)
-    across = np.square(force.Q).reshape(k, body.n_elements, -1).sum(axis=2)
-    given = body.stiffnesses()
-    bending = 0.5 * body.lengths * each / given["bending_stiffness_z"]
-    shear = 0.5 * body.lengths * across / given["shear_stiffness_y"]
-    return bending.sum(axis=1), shear.sum(axis=1), (2.0 * bending * np.abs(strain)).sum(axis=1)
+class Energies(NamedTuple):
+    """Energies of a body by the forces in the middle of its elements, each (k,) [J].
 
-
-def axial_energies(run: Trajectory, body: ElasticBody) -> tuple[Array, Array]:
-    """Return the energy of tension, and by how much measures of strain differ in it, (k,) [J].
-
-    Green's strain gives 1 + 3/2 eps times the tension of the change of length, to first order.
+    Attributes
+    ----------
+    bending, shear, axial : ndarray
+        Of the bending moment, the shear force and the tension.
+    bent, stretched : ndarray
+        By how much measures of strain differ in bending and in tension: Green's strain gives
+        1 + 3/2 eps times the tension of the change of length, to first order.
+    tension : ndarray, shape (k, n_elements)
+        The axial force there [N].
     """
-    force, strain = run.section_force(body).N, run.strain(body)
-    k = len(run.t)
-    squares = np.square(force).reshape(k, body.n_elements, -1).mean(axis=2)
-    stretched = np.abs(strain).reshape(k, body.n_elements, -1).mean(axis=2)
-    axial = 0.5 * body.lengths * squares / body.stiffnesses()["axial_stiffness"]
-    return axial.sum(axis=1), (1.5 * axial * stretched).sum(axis=1)
+
+    bending: Array
+    shear: Array
+    axial: Array
+    bent: Array
+    stretched: Array
+    tension: Array
+
+
+def energies_of(run: Trajectory, body: ElasticBody) -> Energies:
+    """Evaluate the energies of a body over time."""
+    force, strain = run.section_force(body), np.abs(run.strain(body))
+    given, half = body.stiffnesses(), 0.5 * body.lengths
+
+    def square(values: Array) -> Array:
+        return np.asarray(np.square(values).reshape(*strain.shape, -1).sum(axis=2))
+
+    bending = half * square(force.M) / given["bending_stiffness_z"]
+    shear = half * square(force.Q) / given["shear_stiffness_y"]
+    axial = half * np.square(force.N) / given["axial_stiffness"]
+    bent, stretched = 2.0 * bending * strain, 1.5 * axial * strain
+    return Energies(
+        bending.sum(axis=1),
+        shear.sum(axis=1),
+        axial.sum(axis=1),
+        bent.sum(axis=1),
+        stretched.sum(axis=1),
+        force.N,
+    )
 
 
 def torsion_energy(scene: Scene, run: Trajectory, body: ElasticBody) -> Array:
@@ -52,9 +71,7 @@ def torsion_energy(scene: Scene, run: Trajectory, body: ElasticBody) -> Array:
     if not isinstance(body, Beam):
         return none
     twisting = float(np.mean(body.stiffnesses()["torsion_stiffness"])) / body.length
-    lines = np.stack([run.position(body.node(i)) for i in range(body.n_nodes)], axis=1)
-    tangents = np.diff(lines, axis=1)
-    tangents /= np.linalg.norm(tangents, axis=2)[:, :, None]
+    tangents = directions(run, body)
     energy = none
     for load in scene.loads:
         if isinstance(load, PointMoment) and load.node.beam is body:
@@ -83,10 +100,7 @@ def carried_angle(tangents: Array, body: Beam) -> Array:
 
 def rotary_energy(run: Trajectory, body: ElasticBody) -> Array:
     """Return the kinetic energy of the rotation of the sections of a cable, (k,) [J]."""
-    rows = range(body.n_nodes)
-    r = np.stack([run.position(body.node(i)) for i in rows], axis=1)[:, edges(body)]
-    v = np.stack([run.velocity(body.node(i)) for i in rows], axis=1)[:, edges(body)]
-    along, faster = r[:, :, 1] - r[:, :, 0], v[:, :, 1] - v[:, :, 0]
+    along, faster = (_across(run, body, of) for of in (run.q, run.v))
     square = np.einsum("ked,ked->ke", along, along)
     stretching = np.einsum("ked,ked->ke", along, faster) ** 2 / square
     rates = (np.einsum("ked,ked->ke", faster, faster) - stretching) / square
@@ -98,8 +112,15 @@ def edges(body: Body) -> NDArray[np.int32]:
     return np.asarray(body.row_nodes[body.ends])
 
 
-def folds(run: Trajectory, body: ElasticBody) -> tuple[Array, Array]:
+def folds(ways: Array, body: ElasticBody) -> tuple[Array, Array]:
     """Return how a string turns at its nodes, and what resists that.
+
+    Parameters
+    ----------
+    ways : ndarray, shape (k, e, dim)
+        Its `directions`.
+    body : ElasticBody
+        The string.
 
     Returns
     -------
@@ -108,7 +129,6 @@ def folds(run: Trajectory, body: ElasticBody) -> tuple[Array, Array]:
     ndarray, shape (m,)
         Bending stiffness over the distance of their middles [N m].
     """
-    ways = directions(run, body)
     after = {int(row): e for e, row in enumerate(body.ends[:, 0])}
     pairs = [(e, after[int(row)]) for e, row in enumerate(body.ends[:, 1]) if int(row) in after]
     one, other = np.array(pairs, dtype=int).reshape(-1, 2).T
@@ -119,18 +139,29 @@ def folds(run: Trajectory, body: ElasticBody) -> tuple[Array, Array]:
 
 def directions(run: Trajectory, body: ElasticBody) -> Array:
     """Return unit vectors from the first to the second node of each element, (k, e, dim)."""
-    r = np.stack([run.position(body.node(i)) for i in range(body.n_nodes)], axis=1)
-    ends = edges(body)
-    ways = r[:, ends[:, 1]] - r[:, ends[:, 0]]
+    ways = _across(run, body, run.q)
     return np.asarray(ways / np.linalg.norm(ways, axis=2)[:, :, None])
 
 
-def string_energies(run: Trajectory, body: ElasticBody) -> tuple[Array, Array]:
-    """Return what bending the polygons would take, and what their tension takes, each (k,) [J]."""
-    changes, stiffness = folds(run, body)
+def _across(run: Trajectory, body: ElasticBody, of: Array) -> Array:
+    """Return how much positions, or their rates, differ between ends of elements, (k, e, dim)."""
+    system, states = run.system, np.asarray(of)
+    places = system.elements(body).reshape(body.n_elements, 2, -1)
+    first, last = np.moveaxis(places[:, :, system.kind_of(body).columns("r")], 1, 0)
+    return np.asarray(states[:, last] - states[:, first])
+
+
+def string_energies(
+    run: Trajectory, body: ElasticBody, tension: Array | None = None
+) -> tuple[Array, Array]:
+    """Return what bending the polygons would take, and what their tension takes, each (k,) [J].
+
+    The `tension` is that of `Energies`, if that was evaluated.
+    """
+    ways = directions(run, body)
+    changes, stiffness = folds(ways, body)
     angles = 2.0 * np.arcsin(np.minimum(1.0, 0.5 * np.linalg.norm(changes, axis=2)))
     folded = (0.5 * stiffness * angles**2).sum(axis=1)
-    ways = directions(run, body)
     lines = body.parts[body.ends[:, 0]]
     chords = np.zeros_like(ways)
     for line in np.unique(lines):
@@ -138,5 +169,5 @@ def string_energies(run: Trajectory, body: ElasticBody) -> tuple[Array, Array]:
         mean = np.einsum("ked,e->kd", ways[:, own], body.lengths[own])
         chords[:, own] = (mean / np.linalg.norm(mean, axis=1)[:, None])[:, None]
     square = 2.0 - 2.0 * np.einsum("ked,ked->ke", ways, chords)  # of small angles
-    pull = np.maximum(run.section_force(body).N, 0.0)
+    pull = np.maximum(run.section_force(body).N if tension is None else tension, 0.0)
     return folded, (0.5 * pull * square * body.lengths).sum(axis=1)
