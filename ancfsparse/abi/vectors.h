@@ -7,6 +7,7 @@
 #ifndef ANCF_VECTORS_H
 #define ANCF_VECTORS_H
 
+#include <immintrin.h>
 #include <stddef.h>
 
 #include "parallel.h"
