@@ -15,8 +15,9 @@
 /* Steps between two regular checks; only these stop a run.  The first steps are checked too, but a
  * motion that has just begun has exchanged too little energy to compare with. */
 #define ANCF_WATCH_EVERY 16
-/* A gain above this fraction of the limit is monitored in every step; at the start of a run, in all
- * steps up to the first regular check. */
+/* A gain above this fraction of the limit, or below it by no more than the gain has changed from one
+ * state seen to the next, is monitored in every step; at the start of a run, in all steps up to the
+ * first regular check. */
 #define ANCF_WATCH_CLOSE 0.3
 /* A gain of this many times the limit does not wait for the next regular check. */
 #define ANCF_WATCH_MUCH 10.0
@@ -35,6 +36,8 @@ typedef struct {
     double beyond;                   /* the gain minus uncertain work and rounding */
     double kinetic;                  /* the largest so far */
     double most;                     /* the largest `beyond` of an accepted state */
+    double seen, swing;              /* gain at the last state seen; its largest change from one to
+                                      * the next */
     ptrdiff_t steps, due, when;      /* accepted steps; step of the next check; step of `most` */
 } ancf_watch;
 
@@ -123,7 +126,9 @@ static inline void ancf_watch_remember(ancf_watch *watch)
         watch->most = watch->beyond;
         watch->when = watch->steps;
     }
-    level = watch->steps < ANCF_WATCH_EVERY ? watch->most : watch->beyond;
+    watch->swing = fmax(watch->swing, fabs(watch->gain - watch->seen));
+    watch->seen = watch->gain;
+    level = watch->steps < ANCF_WATCH_EVERY ? watch->most : watch->beyond + watch->swing;
     if (level > ANCF_WATCH_CLOSE * watch->limit * watch->kinetic)
         watch->due = watch->steps + 1;
     else if (watch->steps < ANCF_WATCH_EVERY)

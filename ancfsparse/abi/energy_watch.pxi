@@ -7,7 +7,7 @@ cdef extern from "energy_watch.h":
         WATCH_EVERY "ANCF_WATCH_EVERY"
     ctypedef struct ancf_watch:
         double limit, noise, start, strain, potential, work, unsure, exchanged, gain, beyond
-        double kinetic, most
+        double kinetic, most, seen, swing
         ptrdiff_t steps, due, when
     ctypedef struct ancf_jumps:
         ptrdiff_t n
@@ -39,5 +39,6 @@ cdef dict watch_memory(const ancf_watch *watch):
 
 
 cdef recall_watch(ancf_watch *watch, dict memory):
-    """Restore values that `watch_memory` returned."""
-    watch[0] = {"limit": watch.limit, "noise": watch.noise} | memory
+    """Restore values that `watch_memory` returned; older files have no changes of the gain."""
+    settings = {"limit": watch.limit, "noise": watch.noise}
+    watch[0] = settings | {"seen": memory["gain"], "swing": 0.0} | memory

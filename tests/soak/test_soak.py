@@ -80,6 +80,12 @@ def test_motions_that_once_gained_do_not(seed, index):
     assert motions.run(seed, index).finds == []
 
 
+def test_a_gain_between_two_regular_checks_is_seen_where_the_energy_swings():
+    # By Newton's method the run was stopped for it, since its steps are hard and looked at.
+    report = motions.run(1402, 4259)
+    assert (report.outcome, report.finds) == ("gained energy", [])
+
+
 @pytest.mark.parametrize(
     ("seed", "index"), [(301, 1074), (302, 2004), (303, 203), (303, 3003), (303, 3567)]
 )

@@ -159,8 +159,8 @@ def findings(result: WorkPrecision) -> list[str]:
         sentences += _alike(result, model)
         sentences += _about_counts(result, model)
     return sentences + [
-        f"Aim, {each.what}: {each.value:.1f}, wanted {each.wanted:g} or more, "
-        + ("met." if each.met else "missed.")
+        f"{each.what[0].upper()}{each.what[1:]}: {each.value:.1f}; "
+        f"target: at least {each.wanted:g}, " + ("met." if each.met else "missed.")
         for each in result.targets()
     ]
 

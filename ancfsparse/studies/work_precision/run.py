@@ -79,12 +79,11 @@ class WorkPrecision(Contest):
         for program in self.programs(model):
             ratio, level = self.worst(model, program)
             if math.isfinite(ratio):
-                targets.append(
-                    Target(f"{program}'s best / ours, least at {level:.0e} m", ratio, 1.0)
-                )
+                what = f"smallest speed-up over {program}, at an error of {level:.0e} m"
+                targets.append(Target(what, ratio, 1.0))
         if "Exudyn" in self.programs(model):
             ratio, level = self.worst(model, "Exudyn", implicit=True, low=DOWN_TO)
-            what = f"Exudyn's implicit best / ours, least at {level:.0e} m"
+            what = f"smallest speed-up over Exudyn's implicit methods, at an error of {level:.0e} m"
             targets.append(Target(what, ratio, FACTOR))
         return targets
 
