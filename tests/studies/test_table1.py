@@ -107,7 +107,8 @@ def test_the_march_of_a_cell_leaves_its_set_up_out(table, monkeypatch):
         return run
 
     monkeypatch.setattr(cells, "march", timed)
-    cell = cells.Bench("Thin", 0.01, 5e-4, 20.0, 1).run("Davidon")
+    reference = cells.reference("Thin", 0.01, 5e-4)
+    cell = cells.Bench("Thin", 0.01, 5e-4, reference, 20.0, 1).run("Davidon")
     assert (cell.seconds, cell.set_up_seconds) == (0.25, 7.0)
     assert math.isnan(table.cells["Thin", "RK23"].set_up_seconds)
 

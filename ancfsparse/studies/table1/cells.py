@@ -153,6 +153,8 @@ class Bench:
         Key of `ROWS`.
     t_end, dt : float
         Simulated time and time step [s].
+    reference : (k, dim) float
+        Tip on the same mesh, converged in time [m], see `reference`.
     cap : float
         Wall time an integrator of SciPy may take [s].
     runs : int
@@ -164,9 +166,6 @@ class Bench:
     ----------
     t : (k,) float
         Instants at which tips are compared [s].
-    reference : (k, dim) float
-        Tip on the same mesh, converged in time: by an explicit method of order 8, which shares
-        nothing with the methods compared with it but the forces [m].
     """
 
     def __init__(
@@ -174,20 +173,18 @@ class Bench:
         row: str,
         t_end: float,
         dt: float,
+        reference: Vector,
         cap: float,
         runs: int,
         on_time: Callable[[float], None] | None = None,
     ) -> None:
         self.row, self.dt, self._t_end = row, dt, t_end
+        self._reference = reference
         self._cap, self._runs, self._on_time = cap, runs, on_time
         self.problem = ROWS[row].problem()
         self._system = System(self.problem.scene)
         self._equations = FirstOrder(self._system)
         self._every, self.t = instants(t_end, dt)
-        precise = integrate(
-            self._equations, REFERENCE, self.t, REFERENCE_RTOL, REFERENCE_ATOL, on_time=on_time
-        )
-        self.reference = self._tip(precise)
 
     def run(self, column: str, divide: int = 1) -> Cell:
         """Fill a cell; the time step of one of our methods is divided by a whole number."""
@@ -224,16 +221,36 @@ class Bench:
         run = integrate(
             self._equations, column, self.t, *tolerances, cap=self._cap, on_time=self._on_time
         )
-        tip, error = self._tip(run), self._error(self._tip(run))
+        tip = tip_of(self.problem, self._system, run)
         return Cell(
-            self.row, column, run.seconds, tip=tip, tip_error=error, evaluations=run.evaluations
+            self.row,
+            column,
+            run.seconds,
+            tip=tip,
+            tip_error=self._error(tip),
+            evaluations=run.evaluations,
         )
 
     def _error(self, tip: Vector) -> float:
-        return float(np.linalg.norm(tip - self.reference, axis=1).max())
+        return float(np.linalg.norm(tip - self._reference, axis=1).max())
 
-    def _tip(self, run: OdeRun) -> Vector:
-        return combine(self._system.point(self.problem.rod.end), run.q)
+
+def reference(row: str, t_end: float, dt: float) -> Vector:
+    """Return the tip at the instants of the table, on the mesh of a row, converged in time.
+
+    By an explicit method of order 8, which shares nothing with the methods compared with it but
+    the forces: (k, dim) [m].
+    """
+    problem = ROWS[row].problem()
+    system = System(problem.scene)
+    _, t = instants(t_end, dt)
+    run = integrate(FirstOrder(system), REFERENCE, t, REFERENCE_RTOL, REFERENCE_ATOL)
+    return tip_of(problem, system, run)
+
+
+def tip_of(problem: Problem, system: System, run: OdeRun) -> Vector:
+    """Return where the tip is at the instants of a run: (k, dim) [m]."""
+    return combine(system.point(problem.rod.end), run.q)
 
 
 def march(
