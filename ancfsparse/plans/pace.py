@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 # Loads are followed where, between steps, they are off a line by this share of their variation.
 STRAIGHT = 0.1
+# Share of the largest amplitude of a source below which its others are rounding.
+ROUNDING = 1e-12
 # Steps are halved at most so often.
 MOST_HALVINGS = 8
 # Places between steps, no two alike, which no period fits.
@@ -54,12 +56,25 @@ def _follows(system: System, t_end: float, steps: int) -> bool:
     share = GOLDEN * (first + 1.0) % 1.0
     known = courses(system, dt * np.arange(steps + 1.0))
     between = courses(system, dt * (first + share))
-    for at, off in zip(known, between, strict=True):
+    for at, off, widths in zip(known, between, _widths(system), strict=True):
         if len(at) <= steps or len(off) < steps:  # a function fails, which its motion states
             return True
         line = (1.0 - share)[:, None] * at[:-1] + share[:, None] * at[1:]
         apart = np.abs(off - line).mean(axis=0)
         varies = np.abs(off - off.mean(axis=0)).mean(axis=0)
-        if (apart > STRAIGHT * varies).any():
+        # Parameters that an eigenstrain does not change, say, have amplitudes that are rounding.
+        largest = np.abs(off).max(axis=0, initial=0.0)
+        of_source = np.repeat(np.arange(len(widths)), widths)
+        size = np.zeros(len(widths))
+        np.maximum.at(size, of_source, largest)
+        if (apart > STRAIGHT * varies + ROUNDING * size[of_source]).any():
             return False
     return True
+
+
+def _widths(system: System) -> list[list[int]]:
+    """Return how many columns of each table of `courses` belong to a source, for all sources."""
+    widths = [[each.width for each in system.loads.sources]]
+    if system.prescribed:
+        widths.append(system.prescribed.widths)
+    return widths

@@ -82,6 +82,11 @@ class Prescribed:
         """Name of a motion whose rates are differences, empty if there is none."""
         return next((table.name for table in self._tables if not table.has_rates), "")
 
+    @property
+    def widths(self) -> list[int]:
+        """How many columns of `tabulate` belong together: motions, their rates, and equations."""
+        return [*[table.width for table in self._courses] * 3, *[1] * self.n_equations]
+
     def resolve(self, step: float, begin: float, end: float) -> None:
         """Set the distance of the points of differences and the times they lie between [s]."""
         for table in self._tables:
