@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -41,6 +42,8 @@ class Rung:
         return " ".join([f'"{self.element}"', *(f"{k}={v!r}" for k, v in self.options.items())])
 
 
+# Numbers of elements this near a half are rounded as a half is.
+ROUNDING = 1e-9
 # Elements on the longest beam of the coarsest mesh.
 FEWEST_ELEMENTS = 4.0
 RIGID = Rung("rigid", {}, 8)
@@ -155,7 +158,12 @@ def spread(scene: Scene, finest: float) -> dict[str, int]:
     """
     lengths = _divided(scene)
     longest = max(lengths.values(), default=1.0)
-    return {name: max(1, round(finest * each / longest)) for name, each in lengths.items()}
+    return {name: max(1, _whole(finest * each / longest)) for name, each in lengths.items()}
+
+
+def _whole(count: float) -> int:
+    """Round a number of elements, halves upwards: lengths that are equal but for rounding alike."""
+    return math.floor(count + 0.5 + ROUNDING)
 
 
 def coarsest(scene: Scene, across: float) -> float:
@@ -245,7 +253,7 @@ def _mesh(count: int, inner: list[float]) -> dict[str, Any]:
     if not inner:
         return {"n_elements": max(1, count)}
     ends = np.array([0.0, *inner, 1.0])
-    parts = [max(1, round(count * each)) for each in np.diff(ends)]
+    parts = [max(1, _whole(count * each)) for each in np.diff(ends)]
     total = sum(parts)
     even = np.cumsum([0, *parts]) / total
     if np.allclose(even, ends, rtol=0.0, atol=1e-12):

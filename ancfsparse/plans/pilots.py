@@ -20,7 +20,7 @@ from ancfsparse.plans.quantities import Quantity
 from ancfsparse.plans.wanted import Wanted
 from ancfsparse.plans.ways import Way
 from ancfsparse.results import Equilibrium, Trajectory
-from ancfsparse.scene import Scene
+from ancfsparse.scene import ElasticBody, Scene
 from ancfsparse.solve import solve_static
 from ancfsparse.solve.request import Request, check_request
 from ancfsparse.solve.simulate import at_start, marched, system_at_start
@@ -131,10 +131,11 @@ class Pilots:
         InputError
             If the scene does not take the model.
         """
-        key = _key(model)
+        key = _asked(model)
         if key not in self.scenes:
             try:
-                self.scenes[key] = built(self.scene, model)
+                scene = built(self.scene, model)
+                self.scenes[key] = self.scenes.setdefault(_made(model, scene), scene)
             except InputError as error:
                 self.scenes[key] = error
         found = self.scenes[key]
@@ -154,7 +155,7 @@ class Pilots:
         InputError
             If the scene does not take the model.
         """
-        key = (*_key(model), steps)
+        key = (*self._key(model), steps)
         if key not in self.done:
             begin = time.perf_counter()
             self.done[key] = self._run(model, steps)
@@ -162,7 +163,7 @@ class Pilots:
         return self.done[key]
 
     def _run(self, model: Model, steps: int) -> Pilot | None:
-        system = self.systems.get(_key(model))
+        system = self.systems.get(self._key(model))
         scene = self.built(model)
         try:
             run = self.march(scene, steps, system, self._coarser(model))
@@ -173,7 +174,7 @@ class Pilots:
         if self.t_end is not None and not isinstance(self.integrator, Way):
             own = cast(System, run.system)
             if not own.prescribed:  # what prescribes a motion is made for a step
-                self.systems[_key(model)] = own
+                self.systems[self._key(model)] = own
         histories = tuple(_history(each.quantity.on(scene), run) for each in self.wanted)
         cost = counted(run.stats, steps, run.q.shape[1])
         if isinstance(self.integrator, Way):
@@ -228,7 +229,7 @@ class Pilots:
         InputError
             If the scene does not take the model, or cannot begin there.
         """
-        key = _key(model)
+        key = self._key(model)
         if key in self.systems:
             return self.systems[key]
         system = System(self.built(model))
@@ -267,7 +268,11 @@ class Pilots:
 
     def find(self, model: Model, steps: int) -> Pilot | None:
         """Return a run that was made, None if there is none."""
-        return self.done.get((*_key(model), steps))
+        return self.done.get((*self._key(model), steps))
+
+    def _key(self, model: Model) -> tuple[object, ...]:
+        """Return what runs of a model are known by."""
+        return _made(model, self.built(model))
 
     def _save_every(self, steps: int) -> int:
         """Return a divisor of the steps by which runs with other steps save the same times."""
@@ -297,11 +302,24 @@ def rounded(steps: float, base: int) -> int:
     return unit * math.ceil(steps / unit - 1e-9)
 
 
-def _key(model: Model) -> tuple[object, ...]:
-    """Return what a model is known by."""
-    rungs = sorted((name, str(rung)) for name, rung in model.rungs.items())
+def _asked(model: Model) -> tuple[object, ...]:
+    """Return what a model is known by, as it was asked for."""
     grades = sorted((name, grade.below) for name, grade in model.grades.items())
-    return (*rungs, *sorted(model.counts.items()), *grades)
+    return (*_rungs(model), *sorted(model.counts.items()), *grades)
+
+
+def _made(model: Model, scene: Scene) -> tuple[object, ...]:
+    """Return what the scene that a model makes is known by: its elements and meshes.
+
+    Nodes at places on a beam may make one mesh of several numbers of elements.
+    """
+    bodies = {name: cast(ElasticBody, scene.body(name)) for name in sorted(model.counts)}
+    counts = ((name, body.n_elements) for name, body in bodies.items())
+    return (*_rungs(model), *counts, *(body.lengths.tobytes() for body in bodies.values()))
+
+
+def _rungs(model: Model) -> list[tuple[str, str]]:
+    return sorted((name, str(rung)) for name, rung in model.rungs.items())
 
 
 def at_rest(equilibrium: Equilibrium) -> Trajectory:

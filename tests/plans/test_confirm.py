@@ -35,6 +35,27 @@ def test_a_system_that_was_marched_before_gives_the_same_numbers():
         assert np.array_equal(getattr(again.run, name), getattr(fresh, name))
 
 
+def test_one_mesh_is_run_once_however_it_was_asked_for():
+    """Five places on a beam make ten elements of eight, of ten and of twelve."""
+    scene = ancf.Scene()
+    rod = scene.add_beam(
+        "thin", (0, 0), (1, 0), "auto", ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000)
+    )
+    scene.clamp(rod.start)
+    for share in (0.1, 0.3, 0.5, 0.7, 0.9):
+        scene.point_force(rod.at(share), (0.0, -0.01))
+    asked = wanted(checked(ancf.position(rod.end), scene), 1e-3)
+    pilots = Pilots(scene, 0.1, asked, ancf.GeneralizedAlpha(0.9))
+    model = Model()
+    one, *others = (pilots.run(model.with_counts({rod.name: n}), 100) for n in (8, 10, 12))
+    assert one.run.system.scene.body(rod.name).n_elements == 10
+    assert all(other is one for other in others)
+    assert pilots.find(model.with_counts({rod.name: 12}), 100) is one
+    assert pilots.built(model.with_counts({rod.name: 12})) is one.run.system.scene
+    assert pilots.find(model.with_counts({rod.name: 16}), 100) is None
+    assert len(pilots.bill) == len(pilots.systems) == 1
+
+
 def test_the_answer_is_not_marched_again_and_is_the_run_of_the_plan():
     scene, rod = pendulum("thin", "auto")
     plan = ancf.plan(scene, T_END, ancf.position(rod.end), "1 %")

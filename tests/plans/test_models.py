@@ -89,6 +89,30 @@ def test_elements_of_one_length_are_spread_over_beams():
     assert spread(scene, 1.0) == {rod.name: 1, short.name: 1}
 
 
+@pytest.mark.parametrize("finest", [4.5, 5.0, 7.5, 13.5])
+def test_equal_lengths_get_equal_numbers_of_elements(finest):
+    scene = ancf.Scene()
+    ends = [(0.1 * k, 0.1 * (k + 1)) for k in range(8)]
+    beams = [scene.add_beam("thin", (a, 0), (b, 0), "auto", BAR, RUBBER) for a, b in ends]
+    assert len({beam.length for beam in beams}) > 1  # they differ by rounding
+    (count,) = set(spread(scene, finest).values())
+    assert abs(count - finest) <= 0.5
+    long = scene.add_beam("thin", (0, 1), (0.2, 1), "auto", BAR, RUBBER)
+    counts = spread(scene, finest)
+    whole = counts.pop(long.name)
+    assert abs(whole - finest) <= 0.5
+    assert len(set(counts.values())) == 1
+
+
+def test_equal_parts_of_a_beam_get_equal_numbers_of_elements():
+    scene, rod = open_scene()
+    for share in (0.1, 0.3, 0.5, 0.7, 0.9):
+        scene.point_force(rod.at(2.0 * share), (0.0, -1.0))
+    (body,) = built(scene, Model(counts={rod.name: 25})).bodies
+    assert body.n_elements == 4 * 5 + 2 * 3
+    assert np.allclose(np.diff(body.arcs)[3:-3], 0.08, rtol=1e-12)
+
+
 @pytest.mark.parametrize("use", [lambda s: ancf.simulate(s, 0.1, 1e-3), ancf.solve_static])
 def test_only_a_plan_builds_it(use):
     scene, _ = open_scene("auto")
