@@ -13,6 +13,11 @@ cdef double TRUST = 0.1  # smallest contraction that is assumed without evaluati
 cdef double SPARED = 0.01
 cdef double SLUGGISH = 0.2  # contraction of the residual above which pairs save more than they cost
 cdef double SHAKY = 10.0  # times the bound: residual allowed where corrections are rounding error
+# Newton's corrections that converge leave c |r|^2 of a residual r, so every contraction is the square
+# of the last: if that was a half, five more leave less than rounding, 0.5^(2 + 4 + 8 + 16 + 32).
+cdef double HALVED = 0.5
+cdef enum:
+    CLOSING = 5
 
 
 cdef bint residual_is_small(Loop *self, const double *r) noexcept nogil:
@@ -69,13 +74,14 @@ cdef void finish(Loop *self, double size, bint needed) noexcept nogil:
 cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *used) noexcept nogil:
     """Iterate from the predictor; return CONVERGED or the reason of the failure.
 
+    Newton's last start gets a few more corrections if it has used them up while they converge.
     If economical, a new seed is computed wherever continuing without it would cost more.
     """
     cdef const ancf_equations *eq = self.equations
     cdef double *z = self.z
     cdef double *swap
     cdef ptrdiff_t n = self.n
-    cdef int it, halvings
+    cdef int it, halvings, most = self.max_iterations
     cdef bint done, small, closer, learns = not newton and self.learns, always = not self.sparing
     # Whether the residual is evaluated after every correction, or estimated from the contraction.
     cdef bint looks = ((learns and always) or damped or self.sure or n > eq.n_coordinates
@@ -96,7 +102,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
     else:
         start_from_seed(self)
     multiply(self, self.r)
-    for it in range(self.max_iterations):
+    for it in range(most + (CLOSING if self.rung == COASTING else 0)):
         size = sqrt(eq.correct(eq.context, -1.0, z) / eq.mass_total)
         used[0] += 1
         self.counts.iterations += 1
@@ -158,6 +164,8 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         norm = norm_new
         if newton:
             renew_seed(self, newton, 0.0)
+            if it + 1 >= most and theta >= HALVED:
+                break
             multiply(self, self.r)
             continue
         if economical and (it > 0 or theta > 0.7):

@@ -140,6 +140,39 @@ def test_the_last_rung_starts_elsewhere():
 
 
 @pytest.mark.parametrize(
+    ("coast", "corrections", "outcome"),
+    [
+        (4.0, 4 + 2, Outcome.CONVERGED),  # the fourth leaves a hundredth of what there was
+        (4e3, 4 + 5, Outcome.TOO_MANY),  # each leaves 0.3, since far away the cubic term decides
+    ],
+)
+def test_newton_s_last_start_goes_on_a_little_while_it_converges(coast, corrections, outcome):
+    equations = Equations(
+        lambda x: x**3 + x - 10.0, lambda x: np.diag(3.0 * x**2 + 1.0), [-4e3], coast=[coast]
+    )
+    assert equations.loop(max_iterations=4).solve() == outcome
+    assert of_last_start(equations) == corrections
+
+
+def test_newton_s_last_start_ends_in_time_where_it_hardly_converges():
+    # Corrections of a root lead from x to -2/3 x, and leave 0.78 of it.
+    power, starts = 0.6, ([1.0], [8.0])
+    equations = Equations(
+        lambda x: np.sign(x) * np.abs(x) ** power,
+        lambda x: np.diag(power * np.abs(x) ** (power - 1.0)),
+        starts[0],
+        coast=starts[1],
+    )
+    assert equations.loop(max_iterations=6).solve() == Outcome.TOO_MANY
+    assert of_last_start(equations) == 6
+
+
+def of_last_start(equations):
+    """Corrections from the start without acceleration."""
+    return equations.trace[equations.trace.index("coast") :].count("correct")
+
+
+@pytest.mark.parametrize(
     "solver",
     [ancf.QuasiNewton("broyden"), ancf.QuasiNewton("bfgs"), ancf.ModifiedNewton()],
     ids=str,
