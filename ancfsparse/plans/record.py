@@ -223,7 +223,8 @@ class Plan:
         -----
         PlanChanged
             If the run leaves the range of the plan: a step fails that pilots had passed, strains,
-            turns in a step or loads are larger than theirs, or an equilibrium ceases to exist.
+            turns in a step or loads are larger than theirs, a stop, a rope or a function of the
+            motion pushes that did not push there, or an equilibrium ceases to exist.
             What is done is kept where a step fails, and goes on with half of it; otherwise meshes
             and steps are refined until two runs agree, or the scene is planned again with steps.
         """

@@ -104,3 +104,35 @@ def test_equilibria_that_cease_to_exist_are_marched():
         again = wrong.run()
     assert again.plan.choice == plan.choice
     assert np.array_equal(again.position(top), plan.run().position(top))
+
+
+def swinging(n="auto", wall=2.3):
+    """A pendulum of rubber that a point pushes away once its end is near, after 0.4 s."""
+    scene = ancf.Scene()
+    rod = scene.add_beam("thin", (0, 0), (1, 0), n, ancf.Circle(0.02), ancf.Material(1e7, 1000))
+    scene.pin(rod.start)
+    scene.spring(rod.end, (-1, -3), stiffness=lambda e: min(0.0, 2e3 * e), length=wall)
+    return scene, rod
+
+
+def test_contact_that_pilots_have_not_met_is_found():
+    scene, rod = swinging()
+    plan = ancf.plan(scene, 1.2, ancf.position(rod.end), "5 %")
+    missed = span_of(ancf.simulate(swinging(8, 1e-3)[0], 1.2, 2e-3), 600)
+    assert missed.touches[0][1] == 0.0
+    blind = replace(missed, strain=1.0, turn=1.0)
+    rough = replace(plan, model=plan.model.with_counts({rod.name: 6}), steps=400, answer=None)
+    met = span_of(rough.run(), 400)
+    assert replace(blind, touches=met.touches).left_by(met) == ""
+    with pytest.warns(
+        ancf.PlanChanged, match=r"the force of the spring .* comes to .* and to 0 in"
+    ):
+        run = replace(rough, span=blind).run()
+    exact, its = swinging(24)
+    motion = ancf.simulate(exact, 1.2, run.t[1] / 4, save_every=4)
+    off = np.linalg.norm(run.position(rod.end) - motion.position(its.end), axis=1).max()
+    assert off <= plan.predictions[0].asked
+    free = ancf.simulate(swinging(24, 1e-3)[0], 1.2, run.t[1])
+    without = np.linalg.norm(free.position(free.system.scene.beams[0].end)
+                             - motion.position(its.end), axis=1).max()  # fmt: skip
+    assert without > 5.0 * plan.predictions[0].asked

@@ -112,6 +112,10 @@ cdef class Springs:
     def __dealloc__(self):
         free(self.data.laws)
 
+    def pull(self, ptrdiff_t k, double elongation):
+        """Return the force of a spring at an elongation [N]."""
+        return force(&self.data, k, elongation)
+
     @property
     def error(self):
         """Error of the last call of a force law, or None."""

@@ -77,6 +77,10 @@ class UserForce(Contribution):
             ]
         )
 
+    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+        """Return its power: a C function gives no more."""
+        return [(f"the power of {self._force.what} [W]", self.power(q, v, amplitudes))]
+
     def _failed(self, t: float, status: int) -> LoadFailure:
         """Return the error for a C function that returned a status, or 0 and no finite force."""
         reason = f"it returned {status}" if status else "a force is not finite"

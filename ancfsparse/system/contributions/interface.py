@@ -77,6 +77,14 @@ class Contribution(ABC):
         """
         return 0.0
 
+    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+        """Return what begins to push somewhere on the way: its name with its unit, and (k,) values.
+
+        Stops, ropes and functions of the motion, of which a motion that does not reach them shows
+        nothing.
+        """
+        return []
+
     def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector | float:
         """Return the power that its forces by multipliers take, (k,) [W], lam (k, m)."""
         return 0.0

@@ -8,7 +8,7 @@ import numpy as np
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
-from ancfsparse.scene.joint_springs import RUBBING, JointSpring
+from ancfsparse.scene.joint_springs import RUBBING, STOP, JointSpring
 from ancfsparse.scene.joints.freedoms import measure
 from ancfsparse.system.contributions.couplings import flat
 from ancfsparse.system.contributions.interface import (
@@ -79,6 +79,20 @@ class JointSprings(Contribution):
             }
         )
         return made
+
+    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+        """Return by how much stops are passed."""
+        out = []
+        for spring, along in zip(self._springs, self._measures, strict=True):
+            if spring.law == STOP:
+                x = along.values(q)
+                if along.is_angle:  # stops count turns to either side of the middle of their range
+                    middle = 0.5 * (spring.low + spring.high)
+                    x = middle + np.remainder(x - middle + np.pi, 2.0 * np.pi) - np.pi
+                passed = np.maximum(np.maximum(x - spring.high, spring.low - x), 0.0)
+                unit = "rad" if along.is_angle else "m"
+                out.append((f"the way beyond {spring.what} [{unit}]", passed))
+        return out
 
     def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector | float:
         """Return the power that friction by forces of joints takes, (k,) [W]."""

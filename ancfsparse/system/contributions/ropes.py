@@ -106,6 +106,13 @@ class Ropes(Contribution):
         change = amplitudes[:, self._column[k]] if self._column[k] >= 0 else 0.0
         return rope.tension(path, rate, rope.length + change)
 
+    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+        """Return their tensions."""
+        return [
+            (f"the tension of {each.what} [N]", self.tension(each, q, v, amplitudes))
+            for each in self._ropes
+        ]
+
     def has(self, rope: Rope) -> bool:
         """Whether a rope is among these."""
         return rope in self._ropes

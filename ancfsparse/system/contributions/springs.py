@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -19,6 +19,13 @@ if TYPE_CHECKING:
     from ancfsparse.system.system import System
 
 
+class CompiledSprings(Compiled, Protocol):
+    """Springs as a contribution (_springs.pyx)."""
+
+    def pull(self, k: int, elongation: float, /) -> float:
+        """Return the force of a spring at an elongation [N]."""
+
+
 class Springs(Contribution):
     """The springs of a system: the vector from end to end of each is a sum of coordinates."""
 
@@ -29,6 +36,7 @@ class Springs(Contribution):
         self._points = Points.of(system, [_terms(each) for each in springs])
         fixed = [np.zeros(system.dim) if isinstance(s.b, Node) else s.b for s in springs]
         self._origin = np.array(fixed, dtype=float)
+        self._compiled: CompiledSprings
 
     def cliques(self) -> list[Unknowns]:
         """Return the coordinates of each spring."""
@@ -38,7 +46,7 @@ class Springs(Contribution):
         """Return the compiled springs."""
         springs, points = self._springs, self._points
         linear = [0.0 if _is_law(each) else each.stiffness for each in springs]
-        made: Compiled = compiled("springs").Springs(
+        self._compiled = compiled("springs").Springs(
             points.start,
             points.place,
             points.weight,
@@ -50,7 +58,19 @@ class Springs(Contribution):
             np.array([each.length or each.a.beam.shortest for each in springs]),
             [_law(each) if _is_law(each) else None for each in springs],
         )
-        return made
+        return self._compiled
+
+    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+        """Return the forces of springs with force laws."""
+        points, out = self._points, []
+        for k, spring in enumerate(self._springs):
+            if _is_law(spring):
+                mine = slice(points.start[k], points.start[k + 1])
+                ways = self._origin[k] + q[:, points.place[:, mine]] @ points.weight[mine]
+                elongations = np.linalg.norm(ways, axis=1) - spring.length
+                pulls = [self._compiled.pull(k, each) for each in elongations]
+                out.append((f"the force of {spring.what} [N]", np.array(pulls)))
+        return out
 
     def holds(self, q: Vector) -> Any:
         """Return the direction of each spring, or all where it is tight or has no length."""
