@@ -146,7 +146,7 @@ cdef class Explicit:
             self.saddle.lam = &self.lam[0]
             self.owner = (system, seed, parts, set_saddle(&self.saddle, constraints, parts, sizes))
         if self.system.begin != NULL:
-            self.remember(self.system.begin)
+            remember(self, self.system.begin)
         self.finite = self.look_again()
         self.watch.limit, self.watch.noise = largest_gain, noise
         ancf_watch_start(&self.watch, self.system, &self.dead_load[0], &self.load[0],
@@ -234,12 +234,12 @@ cdef class Explicit:
                     outcome = NOT_FINITE
                     break
                 if changes:
-                    self.add_work(load, next)
+                    add_work(self, load, next)
                     memcpy(&self.load[0], load, inputs.shape[1] * sizeof(double))
                 self.now, drives.power0 = next, drives.power
                 self.first = (self.first + last) % self.stages
                 if self.system.accept != NULL:
-                    self.remember(self.system.accept)
+                    remember(self, self.system.accept)
                     if not self.look_again():
                         outcome = self.trouble
                 if (steps_done + k + 1) % save_every == 0:
@@ -276,6 +276,11 @@ cdef class Explicit:
     def refresh(self):
         """Recompute the acceleration of the current state after a change of the system's memory."""
         self.finite = self.look_again()
+
+    def accelerations_of(self, const double[:, ::1] q, const double[:, ::1] v,
+                      const double[:, ::1] inputs, double[:, ::1] a_out, double[:, ::1] lam_out):
+        """Set accelerations and multipliers of states between steps, by the forces there."""
+        accelerations_at(self, q, v, inputs, a_out, lam_out)
 
     cdef inline bint look_again(self) noexcept nogil:
         cdef bint finite = self.accelerate(0, self.now, &self.load[0])
@@ -340,33 +345,6 @@ cdef class Explicit:
         self.system.residual(self.system.context, q, v, given, &self.none[0], &self.dead_load[0],
                              load, &self.r[0], &self.phi[0])
 
-    cdef void add_work(self, const double *load, int next) noexcept nogil:
-        """Add the work of the loads in a step, and the uncertain part of it."""
-        cdef const ancf_system *system = self.system
-        cdef const double *q0 = &self.q[self.now, 0]
-        cdef const double *q1 = &self.q[next, 0]
-        cdef ancf_state x0, x1
-        cdef double unsure
-        if system.n_amplitudes == 0:
-            return
-        x0.q, x0.v, x0.amplitudes = q0, &self.v[self.now, 0], &self.load[0]
-        x1.q, x1.v, x1.amplitudes = q1, &self.v[next, 0], load
-        self.watch.work += system.load_work(system.context, &x0, &x1, &self.r[0])
-        ancf_jumps_find(&self.jumps, &self.load[0], load, self.dt)
-        if self.jumps.any:
-            unsure = JUMP_SHARE * system.load_reach(
-                system.context, q0, q1, self.jumps.jump, &self.r[0])
-            self.watch.unsure += unsure * unsure
-        ancf_jumps_accept(&self.jumps, &self.load[0], load, self.dt)
-
-    cdef void remember(
-            self, void (*keep)(void *, const ancf_state *) noexcept nogil) noexcept nogil:
-        """Pass the last accepted state to the system, which updates its memory."""
-        cdef ancf_state x
-        x.q, x.v, x.a = &self.q[self.now, 0], &self.v[self.now, 0], NULL
-        x.lam, x.amplitudes = &self.lam[0], &self.load[0]
-        keep(self.system.context, &x)
-
     cdef inline double *stage(self, ptrdiff_t i) noexcept nogil:
         """Acceleration of stage i; the rows rotate by one per step: the last becomes the first."""
         return &self.rate[(self.first + i) % self.stages, 0]
@@ -397,3 +375,7 @@ cdef class Explicit:
             for k in range(step):
                 z[k] = z[k] + w0 * x[k] + w1 * y[k]
             j += 2
+
+
+include "accepted.pxi"
+include "between.pxi"

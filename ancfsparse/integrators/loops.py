@@ -150,3 +150,8 @@ class ExplicitLoop(Loop, Protocol):
 
     def refresh(self) -> None:
         """Set the acceleration of the present state again."""
+
+    def accelerations_of(
+        self, q: Vector, v: Vector, inputs: Vector, a_out: Vector, lam_out: Vector
+    ) -> None:
+        """Set accelerations and multipliers of states between steps, by the forces there."""

@@ -238,11 +238,17 @@ class ExplicitMarch:
             if taken:
                 rows = slice(0, taken + 1)
                 q, v, a, lam = (table[rows] for table in buffer)
-                states.fill(mine[rows], q, v, a, lam, resolved=True)
+                new = states.fill(mine[rows], q, v, a, lam, resolved=True)
+                if new.start < new.stop:
+                    inputs = self._inputs(states.t[new], begin, end)
+                    # Lines between the ends would miss by far what turns by a radian in a step.
+                    march.accelerations_of(
+                        states.q[new], states.v[new], inputs, states.a[new], states.lam[new]
+                    )
                 self.places.look(mine[rows], q, v, lam)
                 self._watch(states)
+            self._system.assembly.check()
             if code:
-                self._system.assembly.check()
                 return Outcome(code)
         return Outcome.CONVERGED
 

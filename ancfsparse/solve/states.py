@@ -60,16 +60,16 @@ class States:
         lam: Vector,
         *,
         resolved: bool = False,
-    ) -> None:
+    ) -> slice:
         """Interpolate the states asked for in (t[0], t[-1]] from accepted steps.
 
         Coordinates and velocities are cubic Hermite polynomials between steps; accelerations and
         multipliers are linear.  Of equal steps that resolve all vibrations, coordinates and
-        velocities are polynomials through several steps.
+        velocities are polynomials through several steps.  Returns the rows that were filled.
         """
         span = slice(self.rows, int(np.searchsorted(self.t, t[-1], side="right")))
         if span.start >= span.stop:
-            return
+            return span
         k = np.clip(np.searchsorted(t, self.t[span], side="left") - 1, 0, len(t) - 2)
         h = t[k + 1] - t[k]
         share = np.clip((self.t[span] - t[k]) / h, 0.0, 1.0)
@@ -83,6 +83,7 @@ class States:
         self.a[span] = (1.0 - s) * a[k] + s * a[k + 1]
         self.lam[span] = (1.0 - s) * lam[k] + s * lam[k + 1]
         self.rows = span.stop
+        return span
 
     def extrapolated(self, coarse: States, weight: float) -> States:
         """Return these states and so many times what they are off from those of another run."""

@@ -67,3 +67,38 @@ def test_a_body_that_spins_takes_no_more_steps_than_it_needs(omega, accuracy, st
     assert off < accuracy
     assert off < 2.0 * run.stats.error + ITERATIONS_SHARE * accuracy
     assert run.stats.steps < steps
+
+
+@pytest.mark.parametrize("as_constraint", [False, True])
+@pytest.mark.parametrize("driven", [False, True])
+def test_forces_are_as_accurate_as_positions(as_constraint, driven):
+    """States lie between steps of half a radian, where lines between their ends miss forces."""
+    size, rate, mass = (0.1 if driven else 0.0), 7.0, 2.0
+
+    def place(t):
+        return 0.0 * t, size * np.cos(rate * t)
+
+    def second(t):
+        return 0.0 * t, -size * rate**2 * np.cos(rate * t)
+
+    scene = ancf.Scene((0.0, -G))
+    rod = scene.add_body(ancf.Rod(1.0), mass=mass, position=place(0.0), orientation=0.0)
+    if driven:
+        rates = {"rate": lambda t: (0.0 * t, -size * rate * np.sin(rate * t))}
+        scene.drive(rod.origin, place, **rates, second_rate=second, as_constraint=as_constraint)
+    else:
+        scene.pin(rod.origin, as_constraint=as_constraint)
+    run = ancf.simulate(scene, 4.0, accuracy=1e-6)
+
+    def turn(t, y):
+        return y[1], -1.5 * (G + second(t)[1]) * np.cos(y[0])
+
+    options = {"t_eval": run.t, "method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
+    angle, speed = solve_ivp(turn, (0.0, 4.0), (0.0, 0.0), **options).y
+    along = np.stack([np.cos(angle), np.sin(angle)])
+    across = np.stack([-np.sin(angle), np.cos(angle)])
+    support = np.array([np.zeros_like(run.t), G + second(run.t)[1]])
+    twice = turn(run.t, (angle, speed))[1]
+    exact = mass * (support + 0.5 * (twice * across - speed**2 * along))
+    off = np.abs(run.reaction(rod.origin) - exact.T).max() / np.abs(exact).max()
+    assert off < 1e-5
