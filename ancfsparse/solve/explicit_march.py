@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import Instability
+from ancfsparse.errors import Instability, LoadFailure
 from ancfsparse.integrators.explicit import Explicit, make_explicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.nonlinear.iteration import EPSILON
@@ -75,7 +75,7 @@ class ExplicitMarch:
         Fastest vibration that steps must resolve [rad/s]; before the set-up, what it has at least.
     force_cost : float
         Modelled cost of an evaluation of the forces.
-    failure : Instability
+    failure : Instability or LoadFailure
         Why it is given up, None if it is not.
     places : LostRank
         Where constraints lost rank in its motions.
@@ -108,7 +108,7 @@ class ExplicitMarch:
         self._interval = MARGIN * integrator.tableau.interval
         self._unstable = 0
         self.places = LostRank(system, self._sizes)
-        self.failure: Instability | None = None
+        self.failure: Instability | LoadFailure | None = None
 
     @property
     def is_set_up(self) -> bool:
@@ -180,20 +180,33 @@ class ExplicitMarch:
             if outcome != Outcome.CONVERGED:
                 count_forces(stats, integrator)
                 self._unstable += 1
+                failed = self._failed_function()
                 if self._unstable == MOST_UNSTABLE:
-                    self.failure = instability(
+                    self.failure = failed or instability(
                         system, march, self._seed, integrator, outcome, stats.steps, now, dt
                     )
                 omega = 0.0
-                if outcome != Outcome.NOT_FINITE:
+                if outcome != Outcome.NOT_FINITE and failed is None:
                     omega = fastest_vibration(system, self._seed, q, load, lam)
-                faster = FASTER if self._saddle is None else MUCH_FASTER
+                faster = FASTER if self._saddle is None and failed is None else MUCH_FASTER
                 most = MOST_FASTER**self._unstable
                 self.omega *= min(max(omega / self.omega, faster), most)
                 return None
             now = last
         count_forces(stats, integrator)
         return states
+
+    def _failed_function(self) -> LoadFailure | None:
+        """Return what a function of the motion has failed with, and let it be called again.
+
+        Steps that are too long lead to coordinates where drag or a stiffening spring overflows.
+        """
+        try:
+            self._system.assembly.check()
+        except LoadFailure as failure:
+            self._system.assembly.forget()
+            return failure
+        return None
 
     def _inputs(self, times: Vector, begin: float, end: float) -> Vector:
         """Return the loads of an interval where they are smooth, and the prescribed motions."""
@@ -247,9 +260,9 @@ class ExplicitMarch:
                     )
                 self.places.look(mine[rows], q, v, lam)
                 self._watch(states)
-            self._system.assembly.check()
             if code:
                 return Outcome(code)
+            self._system.assembly.check()
         return Outcome.CONVERGED
 
 

@@ -137,6 +137,12 @@ cdef class Assembly:
             if error is not None:
                 raise error
 
+    def forget(self):
+        """Call user functions again that have failed."""
+        for each in self.contributions:
+            if hasattr(each, "forget"):
+                each.forget()
+
     @property
     def memory(self):
         """History variables of the contributions, kept between accepted steps, a copy ``(k,)``."""

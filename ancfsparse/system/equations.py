@@ -48,6 +48,9 @@ class Assembly(Protocol):
     def check(self) -> None:
         """Raise the error of a function of the motion, if any."""
 
+    def forget(self) -> None:
+        """Call functions of the motion again that have failed."""
+
     def residual(
         self, q: Vector, v: Vector, a: Vector, lam: Vector, dead_load: Vector, amplitudes: Vector
     ) -> tuple[Vector, Vector]:

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 import scipy
+from scipy.integrate import solve_ivp
 
 import ancfsparse as ancf
 from tests.solve.carriers import carrier, oscillator
@@ -187,3 +188,53 @@ def test_a_follower_force_costs_few_iterations_more(coupled, size, dt, most):
         assert np.abs(run.position(beam.end)[-1, 1]) > 1e-3
         counts.append(run.stats.residual_evaluations)
     assert counts[1] < most * counts[0]
+
+
+def drag(_x, v, _t):
+    return -0.5 * v * np.linalg.norm(v, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("law", ["stiffening spring", "drag"])
+def test_a_first_motion_in_steps_too_long_may_overflow_a_function(law):
+    """It led to elongations of 1e112 m, where the run to an accuracy ended."""
+
+    def pull(e):
+        return 400.0 * e + 5e4 * e**3
+
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    velocity = (0.0, 0.7, 0.0) if law != "drag" else (20.0, 0.0, 30.0)
+    body = scene.add_body(ancf.Sphere(0.1), position=(1, 0, 0), mass=1.0, velocity=velocity)
+    if law == "drag":
+        scene.force(body.origin, drag)
+    else:
+        scene.spring(body.origin, (0, 0, 0), stiffness=pull, length=1.0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        run = ancf.simulate(scene, 2.0, accuracy=1e-6)
+
+    def rates(_, y):
+        x, v = y[:3], y[3:]
+        stretched = np.linalg.norm(x)
+        spring = -pull(stretched - 1.0) * x / stretched
+        force = drag(None, v[None], 0.0)[0] if law == "drag" else spring
+        return np.concatenate([v, force + np.array([0.0, 0.0, -9.81])])
+
+    options = {"t_eval": run.t, "method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
+    exact = solve_ivp(rates, (0.0, 2.0), [1.0, 0.0, 0.0, *velocity], **options).y[:3].T
+    assert np.linalg.norm(run.position(body.origin) - exact, axis=1).max() < 1e-6
+
+
+def test_a_function_that_always_fails_ends_a_run_to_an_accuracy_with_its_error():
+    """Shorter steps do not help it: what it raised is the cause, and states before are kept."""
+
+    def push(x, v, t):
+        if t > 1.0:
+            raise ArithmeticError("no more thrust")
+        return np.zeros_like(x)
+
+    scene = ancf.Scene((0.0, -9.81))
+    body = scene.add_body(ancf.Rod(1.0), position=(0, 0), mass=1.0)
+    scene.pin(body.origin)
+    scene.force(body.end, push)
+    with pytest.raises(ancf.LoadFailure, match="no more thrust") as caught:
+        ancf.simulate(scene, 2.0, accuracy=1e-6)
+    assert 0.5 < caught.value.trajectory.t[-1] <= 1.0

@@ -102,6 +102,10 @@ cdef class UserForce:
             return self.raised
         return self.failure(self.data.t, self.data.status) if self.data.failed else None
 
+    def forget(self):
+        """Call the function again after an error."""
+        self.raised, self.data.failed = None, False
+
     def power(self, const double[::1] q, const double[::1] v, const double[::1] amplitudes):
         """Return the power of the force [W]."""
         cdef ancf_state x

@@ -128,6 +128,12 @@ cdef class Springs:
                 return self.laws[k][2](self.data.laws[k].elongation)
         return None
 
+    def forget(self):
+        """Call force laws again after an error."""
+        self.raised = None
+        for k in range(self.data.n):
+            self.data.laws[k].failed = False
+
 
 include "spring_laws.pxi"
 
