@@ -9,6 +9,7 @@ number is beside the power of two below it matters to rounding.  So where units 
 show that a motion enlarges it, runs with such factors count, too.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,8 +102,8 @@ def allowed(run):
 
 
 def rounding_matters(alike, size):
-    """Whether runs that only rounding separates differ."""
-    return any(compare(alike[0], other, size, "") for other in alike[1:])
+    """Whether any two runs that only rounding separates differ."""
+    return any(compare(*two, size, "") for two in itertools.combinations(alike, 2))
 
 
 def rounding_decides(alike, two, size):
