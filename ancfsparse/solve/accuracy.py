@@ -34,6 +34,7 @@ from ancfsparse.solve.explicit_runs import ExplicitRuns
 from ancfsparse.solve.implicit_runs import ImplicitRuns
 from ancfsparse.solve.progress import progress_bar
 from ancfsparse.solve.stability import check_free
+from ancfsparse.solve.states import largest_place
 from ancfsparse.solve.step_plan import StepPlan
 from ancfsparse.solve.waves import Waves
 from ancfsparse.system import System
@@ -171,7 +172,7 @@ def solve_accurately(
     StepFailure, EnergyGain, Instability
         If no step is short enough.  They count the steps of the last run alone.
     """
-    size = float(np.max(np.abs(system.q0)))
+    size = largest_place(system)
     if accuracy < NOISE * size:
         raise InputError(
             "{accuracy} is below what double precision can hold in a scene of {size:.3g} m, about "

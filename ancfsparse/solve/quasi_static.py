@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice, check_flag, check_positive
-from ancfsparse.errors import AncfError, InputError, UnstableEquilibrium
+from ancfsparse.errors import AncfError, InputError, Parameter, Sentence, UnstableEquilibrium
+from ancfsparse.machine import check_room
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats, Trajectory
 from ancfsparse.scene import Scene, check_scene
@@ -30,6 +31,8 @@ Vector = NDArray[np.float64]
 
 # Saved states if no time between them is given.
 SAVED = 200
+# Bytes for each coordinate of an equilibrium: found, in the table, and the zeros of its rates.
+KEPT = 24.0
 # How far the way from one saved state to the next may be divided where an equilibrium is lost.
 SHORTEST = 1.0 / 64.0
 # States before the last one that the next is extrapolated from.
@@ -82,7 +85,7 @@ def quasi_static(
     Raises
     ------
     InputError
-        If an argument is invalid, or the factor cannot fit in memory.
+        If an argument is invalid, or the equilibria or the factor cannot fit in memory.
     SingularSceneError
         If neither joints nor loads restrain a rigid motion.
     EquilibriumFailure
@@ -116,6 +119,8 @@ def quasi_static(
     stats = RunStats(solver="equilibria, Newton with extrapolated stress")
     with memory_for(needed), progress_bar("step", progress, n) as bar:
         system = System(scene, begins)
+        wider = Sentence("a larger {dt}", dt=Parameter("dt"))
+        check_room("the equilibria", KEPT * (n + 1) * system.n_all, wider)
         balance = Balance(system, stats, kind=seed, t=clock.begin)
         check_factor(needed, balance.seed)
         stats.seconds["set-up"] = time.perf_counter() - begin

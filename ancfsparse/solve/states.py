@@ -97,6 +97,11 @@ class States:
 ROUNDING, UNDER_WAY = 100.0, 0.01
 
 
+def largest_place(system: System) -> float:
+    """Return the largest coordinate of a node at the start, which positions are rounded by [m]."""
+    return float(np.max(np.abs(system.q0[system.positions])))
+
+
 def distance(system: System, one: States, other: States) -> float:
     """Return the largest distance of a node from itself in another motion [m]."""
     return float(np.max(_distances(system, one.q, other.q), initial=0.0))
@@ -109,7 +114,7 @@ def grew_from_rounding(system: System, one: States, other: States, steps: int) -
     """
     apart = _distances(system, one.q, other.q)
     way = _distances(system, one.q, np.broadcast_to(one.q[:1], one.q.shape))
-    rounding = ROUNDING * np.finfo(float).eps * math.sqrt(steps) * float(np.max(np.abs(system.q0)))
+    rounding = ROUNDING * np.finfo(float).eps * math.sqrt(steps) * largest_place(system)
     return bool(np.any(apart[way > UNDER_WAY * np.max(way)] <= rounding))
 
 

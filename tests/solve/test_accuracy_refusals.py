@@ -35,6 +35,20 @@ def test_what_cannot_be_meant_is_refused(options, part):
         ancf.simulate(swinging_pendulum(), 1.0, **options)
 
 
+def test_what_double_precision_can_hold_is_judged_by_positions():
+    """Slopes are about 1 at any size: a beam of a micrometre was taken for one of a metre."""
+    scene = ancf.Scene((0.0, -9.81))
+    material = ancf.Material(10.0, 1000.0)
+    rod = scene.add_beam("thin", (0, 0), (1e-6, 0), 3, ancf.Circle(2e-8), material)
+    scene.clamp(rod.start)
+    runs = [ancf.simulate(scene, 1e-3, accuracy=accuracy) for accuracy in (1e-14, 1e-11)]
+    apart = runs[1].position(rod.end) - runs[0].position(rod.end)
+    assert runs[0].stats.error <= 1e-14
+    assert abs(apart).max() < 1e-11
+    with pytest.raises(ancf.InputError, match="in a scene of 1e-06 m, about 1e-19 m"):
+        ancf.simulate(scene, 1e-3, accuracy=1e-20)
+
+
 def test_the_trapezoidal_rule_is_refused_where_steps_change_and_constraints_have_multipliers():
     with pytest.raises(ancf.InputError, match=r"rod at .*GeneralizedAlpha\(0.9\)"):
         ancf.simulate(swing(), 1.0, accuracy=1e-4, integrator=ancf.Newmark(0.0))

@@ -182,3 +182,11 @@ def test_what_is_held_stays_where_it_is_over_many_states():
     assert np.abs(run.position(left.start)).max() == 0.0
     late = run.t >= 1.0
     assert np.abs(run.position(right.end)[late] - (2.0, 0.0)).max() <= 1e-15
+
+
+def test_more_equilibria_than_fit_in_memory_are_refused_before_the_first():
+    scene = ancf.Scene((0.0, -9.81))
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), ancf.Material(1e8, 1000))
+    scene.clamp(rod.start)
+    with pytest.raises(ancf.InputError, match=r"the equilibria would need .* GB.* a larger dt"):
+        ancf.quasi_static(scene, 1e9, 1e-3)
