@@ -14,10 +14,11 @@ from ancfsparse.plans.found import Found
 from ancfsparse.plans.links import links
 from ancfsparse.plans.mesh_error import COARSEST
 from ancfsparse.plans.models import Model, coarsest, spread, undecided
-from ancfsparse.plans.pace import paced
+from ancfsparse.plans.pace import paced, resolving
 from ancfsparse.plans.pilots import FREE, Pilots, tolerances
 from ancfsparse.plans.rungs import CABLE, NAMES, SHEARED, effects_of, model_of, of_way, open_beams
 from ancfsparse.plans.search import search
+from ancfsparse.plans.slow import lowest
 from ancfsparse.plans.ways import ModalSum, Statics, Way
 from ancfsparse.scene import Scene
 from ancfsparse.system import System
@@ -29,6 +30,8 @@ LAST: tuple[type[Way], ...] = (ModalSum,)
 # Pilots of a motion take this many runs of the longest steps at least: those steps, half of them
 # by two integrators, and one more mesh (see `time_error`).
 LEAST_PILOTS = 6.0
+# Share of the error asked for by which vibrations matter.
+MATTERS = 0.25
 
 
 @dataclass(frozen=True)
@@ -68,10 +71,11 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
     pilots = _paced(pilots, fixed_steps)
     why: list[str] = []
     beside, other, found, stop = 0.0, None, None, None
+    mine = pilots
 
     def tried(way: Way) -> Chosen | None:
         """Return a way with its pilots, None if it does not do."""
-        nonlocal beside
+        nonlocal beside, mine
         mine = replace(pilots.with_integrator(way), base=way.fewest)
         try:
             hopeless = _hopeless(mine)
@@ -97,6 +101,7 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
 
     for way in _suiting(pilots, FIRST) if free else ():
         other = tried(way)
+        pilots = _seeing(pilots, mine)
         if other is not None and _amount(other.found) <= _least(pilots, other.found):
             return other
     try:
@@ -129,6 +134,24 @@ def _paced(pilots: Pilots, fixed_steps: int | None) -> Pilots:
     return (
         pilots if system is None else replace(pilots, base=paced(system, pilots.t_end, pilots.base))
     )
+
+
+def _seeing(pilots: Pilots, equilibria: Pilots) -> Pilots:
+    """Return pilots whose longest steps see vibrations, where equilibria miss them.
+
+    Steps that are longer than a vibration take most of it away, the undamped ones too, and longer
+    and shorter ones agree on what is left.
+    """
+    run = next((each for each in equilibria.done.values() if each is not None), None)
+    way, t_end = equilibria.integrator, pilots.t_end
+    if run is None or t_end is None or not isinstance(way, Statics):
+        return pilots
+    scene = run.run.system.scene
+    missed = [way.neglected(run.run, each.quantity.on(scene)) for each in pilots.wanted]
+    asked = tolerances(pilots.wanted, run)
+    if all(m["inertia"] <= MATTERS * most for m, most in zip(missed, asked, strict=True)):
+        return pilots
+    return replace(pilots, base=resolving(lowest(run.run), t_end, pilots.base))
 
 
 def elements(

@@ -19,6 +19,8 @@ STRAIGHT = 0.1
 ROUNDING = 1e-12
 # Steps are halved at most so often.
 MOST_HALVINGS = 8
+# Steps for each period of a vibration.
+SEEN = 8.0
 # Places between steps, no two alike, which no period fits.
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 
@@ -38,6 +40,26 @@ def paced(system: System, t_end: float, fewest: int) -> int:
     steps = fewest
     for _ in range(MOST_HALVINGS):
         if _follows(system, t_end, steps):
+            break
+        steps *= 2
+    return steps
+
+
+def resolving(omega: float, t_end: float, fewest: int) -> int:
+    """Return the fewest steps, of `fewest` times a power of two, that show a vibration.
+
+    Parameters
+    ----------
+    omega : float
+        Its angular frequency [1/s].
+    t_end : float
+        Time at the end [s].
+    fewest : int
+        Of which there are at least so many.
+    """
+    steps = fewest
+    for _ in range(MOST_HALVINGS):
+        if 2.0 * np.pi * steps >= SEEN * omega * t_end:
             break
         steps *= 2
     return steps
