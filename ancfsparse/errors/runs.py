@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from ancfsparse.errors.inputs import KEPT, AncfError
@@ -252,6 +253,8 @@ class PlanFailure(AncfError, RuntimeError):
         Number of motions that were compared.
     t : float, optional
         Where meshes were refined too: the time at which the last two differ most [s].
+    causes : tuple of str
+        What the motions, and what else was tried, have shown, in sentences without full stops.
     """
 
     def __init__(
@@ -262,10 +265,18 @@ class PlanFailure(AncfError, RuntimeError):
         unit: str,
         runs: int,
         t: float | None = None,
+        causes: tuple[str, ...] = (),
     ) -> None:
-        super().__init__(quantity, asked, apart, unit, runs, t)
+        super().__init__(quantity, asked, apart, unit, runs, t, causes)
         self.quantity, self.asked, self.apart = quantity, asked, apart
-        self.unit, self.runs, self.t = unit, runs, t
+        self.unit, self.runs, self.t, self.causes = unit, runs, t, causes
+
+    def because(self, causes: Sequence[str]) -> PlanFailure:
+        """Return the same with further causes."""
+        every = (*self.causes, *causes)
+        return PlanFailure(
+            self.quantity, self.asked, self.apart, self.unit, self.runs, self.t, every
+        )
 
     def sentence(self, face: Face = in_python) -> str:
         """Compose the message a reader meets."""
@@ -282,7 +293,9 @@ class PlanFailure(AncfError, RuntimeError):
             f"no plan: the {self.quantity} does not converge as {refined}; after "
             f"{self.runs} motions the last two differ by {self.apart:.3g} {self.unit}".rstrip()
             + f"{where}, and {self.asked:.3g} {self.unit}".rstrip()
-            + " was asked for. Ask for a larger error, for a shorter time (a chaotic "
+            + " was asked for. "
+            + "".join(f"{each[0].upper()}{each[1:]}. " for each in self.causes)
+            + "Ask for a larger error, for a shorter time (a chaotic "
             "motion forgets its start), or smooth loads that jump."
         )
 

@@ -112,7 +112,7 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
         for way in _suiting(pilots, LAST):
             other = tried(way) or other
     if stop is not None and other is None:
-        raise stop
+        raise stop.because(why) if isinstance(stop, PlanFailure) else stop
     if found is None:
         assert other is not None
         return other
@@ -263,7 +263,10 @@ def _missed(
     worst = max(zip(errors, asked, strict=True), key=lambda x: sum(x[0].values()) / x[1])[0]
     largest = max(worst, key=lambda name: worst[name])
     if not np.isfinite(excess):
-        return f"{way} would not do: {NAMES[largest]} has no bound"
+        return (
+            f"{way} would not do: {NAMES[largest]} has no bound, since an equilibrium ceases to "
+            "exist, or is unstable"
+        )
     return f"{way} would miss the error by {excess:.2g} times, mostly by {NAMES[largest]}"
 
 

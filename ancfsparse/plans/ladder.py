@@ -32,6 +32,7 @@ from ancfsparse.plans.time_error import (
     step_estimates,
     undamped_is_alike,
 )
+from ancfsparse.plans.vibrations import swings
 
 # By how much steps grow from one pilot to the next; meshes grow by as much where elements are of
 # low order.
@@ -272,9 +273,7 @@ def is_followed(pilots: Pilots, run: Pilot) -> bool:
     asked = tolerances(pilots.wanted, run)
     for history, most in zip(run.histories, asked, strict=True):
         for values in history.T:
-            turns = np.flatnonzero(np.diff(np.sign(np.diff(values)))) + 1
-            swings = np.abs(np.diff(values[turns]))
-            phase = np.pi * np.count_nonzero(swings > SEEN * most)
+            phase = np.pi * len(swings(values, SEEN * most)[0])
             if phase**3 > 12.0 * ASTRAY * run.steps**2:
                 return False
     return True

@@ -12,6 +12,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ancfsparse.errors import PlanFailure
 from ancfsparse.plans import costs
@@ -21,7 +22,10 @@ from ancfsparse.plans.models import Model, coarsest, spread
 from ancfsparse.plans.pilots import FREE, Pilot, Pilots, distances, tolerances
 from ancfsparse.plans.richardson import LEAST_ORDER, Estimate
 from ancfsparse.plans.time_error import TimeError
+from ancfsparse.plans.vibrations import swings
 from ancfsparse.scene import Scene
+
+Array = NDArray[np.float64]
 
 # Steps of the first motion over those of the longest kind, and by how much they grow.
 FIRST, SHORTER = 4, 2
@@ -31,6 +35,8 @@ MOST_ORDER, HOPED, SHOWN = 1.0, 2, 4
 MOST, WORTH = 12, 40.0
 # Share of the error asked for that the bound may be.
 ENOUGH = 0.75
+# Swings that are a vibration, and saved states from turn to turn that show how long it takes.
+VIBRATES, RESOLVED = 10, 3.0
 
 
 def rugged(
@@ -155,4 +161,27 @@ def _failure(
     assert pilots.t_end is not None
     t = pilots.t_end * float(apart.argmax()) / max(1, len(apart) - 1)
     left = distances(pilots.wanted, *runs[-2:])[i]
-    return PlanFailure(quantity.name, asked[i], left, quantity.unit, len(runs), t)
+    causes = _vibration(last, runs[-1].steps, pilots.t_end, asked[i], quantity.unit)
+    return PlanFailure(quantity.name, asked[i], left, quantity.unit, len(runs), t, causes)
+
+
+def _vibration(
+    history: Array, steps: int, t_end: float, asked: float, unit: str
+) -> tuple[str, ...]:
+    """Explain how a quantity vibrates in the last motion; nothing if it does not."""
+    found = (swings(values, asked) for values in history.reshape(len(history), -1).T)
+    rows, sizes = max(found, key=lambda each: len(each[0]))
+    if len(rows) < VIBRATES:
+        return ()
+    states = float(np.median(np.diff(rows)))
+    period = 2.0 * t_end * states / (len(history) - 1)
+    much = (
+        f"about {period:.2g} s, {period * steps / t_end:.2g} steps"
+        if states >= RESOLVED
+        else f"{period:.2g} s or less"
+    )
+    return (
+        f"In the last motion it vibrates by up to {sizes.max():.3g} {unit}".rstrip()
+        + f" with periods of {much}: axial_damping and bending_damping of the material take "
+        "vibrations away",
+    )

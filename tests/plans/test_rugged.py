@@ -1,11 +1,16 @@
 """Quantities after jumps, which converge slowly, and forces that have no limit at the start."""
 
+import pickle
+
 import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.plans import choice, rugged
 from ancfsparse.plans.richardson import LEAST_ORDER
 from ancfsparse.plans.rugged import bound
+from ancfsparse.plans.vibrations import swings
+from ancfsparse.plans.ways import Way
 
 
 @pytest.mark.parametrize("order", [0.6, 0.8, 1.0])
@@ -94,3 +99,58 @@ def test_a_reaction_of_a_straight_rod_has_a_plan():
     pinned.pin(rod.start)
     plan = ancf.plan(pinned, 0.5, ancf.reaction(rod.start), "5 %")
     assert plan.is_met
+
+
+def test_a_refusal_names_vibrations_and_what_ends_them(monkeypatch):
+    """The reaction of a rod of steel that gravity lets swing, and bends at once."""
+    monkeypatch.setattr(rugged, "WORTH", 1.0)
+
+    def dropped(damping):
+        scene = ancf.Scene()
+        steel = ancf.Material(2e11, 7800.0, axial_damping=damping, bending_damping=damping)
+        rod = scene.add_beam("thin", (0, 0), (1, 0), "auto", ancf.Circle(0.02), steel)
+        scene.pin(rod.start)
+        return scene, ancf.reaction(rod.start)
+
+    scene, reaction = dropped(0.0)
+    with pytest.raises(ancf.PlanFailure, match="In the last motion it vibrates by up to") as caught:
+        ancf.plan(scene, 0.2, reaction, "1 %")
+    assert "axial_damping and bending_damping of the material take" in str(caught.value)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+    scene, reaction = dropped(1e-3)
+    assert ancf.plan(scene, 0.2, reaction, "1 %").is_met
+
+
+def test_a_refusal_names_equilibria_that_cease_to_exist(monkeypatch):
+    """Two beams that lean on each other, pushed through; no steps have a plan."""
+    whole = choice.elements
+
+    def hopeless(pilots, finer, steps):
+        if isinstance(pilots.integrator, Way):
+            return whole(pilots, finer, steps)
+        raise ancf.PlanFailure("position", 1e-3, 2e-3, "m", 4, 1.5, ("It vibrates",))
+
+    monkeypatch.setattr(choice, "elements", hopeless)
+    scene = ancf.Scene((0.0, 0.0))
+    made = ancf.Circle(0.02), ancf.Material(1e7, 1000.0)
+    left = scene.add_beam("thin", (0, 0), (1, 0.1), "auto", *made)
+    right = scene.add_beam("thin", (1, 0.1), (2, 0), "auto", *made)
+    scene.pin(left.start)
+    scene.pin(right.end)
+    scene.connect(left.end, right.start)
+    scene.point_force(left.end, ancf.Ramp((0.0, -3.0), 2.0))
+    with pytest.raises(
+        ancf.PlanFailure,
+        match=r"It vibrates\. Statics at all times would not do: .* an equilibrium ceases to exist",
+    ):
+        ancf.plan(scene, 2.0, ancf.position(left.end), "5 %")
+
+
+def test_swings_count_from_turn_to_turn():
+    t = np.linspace(0.0, 1.0, 1001)
+    rows, sizes = swings(np.sin(2.0 * np.pi * 10.0 * t), 1.0)
+    assert len(rows) == 19
+    assert np.allclose(np.diff(rows), 50, atol=1)
+    assert np.allclose(sizes, 2.0, rtol=1e-2)
+    assert len(swings(0.4 * np.sin(2.0 * np.pi * 10.0 * t), 1.0)[0]) == 0
+    assert len(swings(t, 0.0)[0]) == 0
