@@ -78,12 +78,13 @@ def _turned(along: Vector, name: str) -> float | Vector:
 def possible(scene: Scene) -> list[str]:
     """Return the open beams that may be rods: straight, held and loaded as points at their ends.
 
-    What a weld or another joint of directions passes on bends a beam by forces of others.
+    What a weld or another joint of directions passes on bends a beam by forces of others.  A mesh
+    that was given stays, and a rod has none.
     """
     found = {
         beam.name: beam
         for beam in scene.beams
-        if isinstance(beam, Beam) and "element" in beam.automatic
+        if isinstance(beam, Beam) and {"element", "n_elements"} <= set(beam.automatic)
     }
     out: set[str] = set()
 

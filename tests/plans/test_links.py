@@ -231,3 +231,18 @@ def test_a_rod_in_space_hangs_on_two_links():
     run = plan.run(verify=True)
     assert run.measured[0] <= plan.predictions[0].asked
     assert str(Rung("rigid")) == '"rigid"'
+
+
+def test_a_mesh_that_was_given_stays():
+    scene = ancf.Scene()
+    link = scene.add_beam("auto", (0, 0), (0.2, 0), 6, THICK, STEEL)
+    rod = scene.add_beam("auto", (0.2, 0), (1.2, 0), "auto", SLIM, SOFT)
+    scene.pin(link.start)
+    scene.connect(link.end, rod.start)
+    assert possible(scene) == [rod.name]
+    assert possible(whip()[0]) == ["beam 0", "beam 1"]
+    alone, beam = swing(n=6)
+    plan = ancf.plan(alone, 0.2, ancf.position(beam.end), "10 %")
+    assert plan.model.rungs[beam.name] != RIGID
+    assert plan.build().beams[0].n_elements == 6
+    assert "mesh of beam 0 given: the error of given meshes is predicted to be" in str(plan)
