@@ -90,7 +90,7 @@ def recall_contributions(state: State | None, system: System) -> bool:
         return False
     if difference(state.memory["scene"], system.scene.digest()) is not None:
         return False
-    system.assembly.memory = np.asarray(state.memory["contributions"], dtype=float)
+    system.recall(np.asarray(state.memory["contributions"], dtype=float))
     return True
 
 

@@ -163,6 +163,7 @@ class ExplicitMarch:
         h = self.step(integrator, finer)
         states = States.empty(self._t, system.n_all, system.n_multipliers)
         self.places.begin()
+        system.forget()
         q, v, now = system.q0, system.v0, system.t0
         for (begin, end), last in zip(self._spans, [*self._breaks.after, self._t[-1]], strict=True):
             load = system.loads.amplitudes(np.array([begin]))[0]

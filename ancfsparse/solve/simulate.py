@@ -12,6 +12,7 @@ from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Node, Scene
+from ancfsparse.solve.continuation import recall_contributions
 from ancfsparse.solve.memory import check_fits
 from ancfsparse.solve.record import Record
 from ancfsparse.solve.request import Request, check_request, suited
@@ -276,6 +277,7 @@ def system_at_start(request: Request) -> System:
 
 def at_start(request: Request, system: System) -> System:
     """Check the start of a system that was made for a request, as `system_at_start` does."""
+    recall_contributions(request.state, system)
     if system.prescribed:
         from ancfsparse.solve.drives import start_drives
 

@@ -127,6 +127,10 @@ class System(Coordinates):
         """
         return System, (self.scene, self.state(self.t0, self.q0, self.v0))
 
+    def recall(self, memory: Vector) -> None:
+        """Give contributions the memory of an earlier motion, which is that of the start now."""
+        self.assembly.memory = self._memory = memory
+
     def forget(self) -> None:
         """Give contributions the memory of the start back after a motion of this system."""
         if len(self._memory):

@@ -168,3 +168,43 @@ def test_bad_arguments_of_gears_and_winches():
         scene.winch([one.origin, (0, 3)], rate=lambda t: 3.0)
     with pytest.raises(ancf.InputError, match="tension needs what"):
         ancf.simulate(scene, 0.01, 0.01).tension(pin)
+
+
+def driven_wheels():
+    """A moment on the faster of two wheels, which turns 9 rad in 0.8 s, the other one 3."""
+    scene = ancf.Scene((0.0, 0.0))
+    one = scene.add_body(position=(0, 0), mass=1.0, inertia=0.02)
+    other = scene.add_body(position=(1, 0), mass=1.0, inertia=0.3)
+    scene.gear(scene.pin(one.origin), scene.pin(other.origin), 3.0)
+    scene.point_moment(one.origin, 1.5)
+    return scene, one, 1.5 / (0.02 + 0.3 / 9.0)
+
+
+def angle_of(run, body):
+    return np.unwrap(np.ravel(run.body(body).angles))
+
+
+def test_a_run_to_an_accuracy_counts_turns_anew_in_each_of_its_motions():
+    """Each explicit motion went on from the turns of the last, and the gear seemed broken."""
+    scene, one, rate = driven_wheels()
+    run = ancf.simulate(scene, 0.8, accuracy=1e-6, integrator=ancf.DormandPrince())
+    assert angle_of(run, one) == pytest.approx(0.5 * rate * run.t**2, abs=2e-6)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"dt": 1e-3},
+        {"dt": 1e-3, "integrator": ancf.DormandPrince()},
+        {"accuracy": 1e-5, "integrator": ancf.GeneralizedAlpha(0.9)},
+        {"accuracy": 1e-5, "integrator": ancf.DormandPrince()},
+    ],
+    ids=str,
+)
+def test_gears_that_have_turned_go_on_from_a_last_state(options):
+    """They were refused as broken by a whole turn."""
+    scene, one, rate = driven_wheels()
+    first = ancf.simulate(scene, 0.8, 1e-3, integrator=ancf.DormandPrince())
+    run = ancf.simulate(scene, 1.0, start=first.last, **options)
+    turned = 0.5 * rate * (run.t**2 - 0.8**2)
+    assert angle_of(run, one) - angle_of(run, one)[0] == pytest.approx(turned, abs=5e-4)
