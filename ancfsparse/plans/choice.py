@@ -56,7 +56,13 @@ class Chosen:
     beside: float = 0.0
 
 
-def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: bool) -> Chosen:
+def choose(
+    pilots: Pilots,
+    finer: Scene | None,
+    fixed_steps: int | None,
+    free: bool,
+    stop: StepFailure | PlanFailure | None = None,
+) -> Chosen:
     """Choose the way, the elements, the mesh and the step.
 
     Parameters
@@ -67,10 +73,12 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
         As in `search`.
     free : bool
         Whether the motion may be found without that integrator.
+    stop : StepFailure or PlanFailure, optional
+        Why it cannot be marched, if that is known: then other ways are left.
     """
     pilots = _paced(pilots, fixed_steps)
     why: list[str] = []
-    beside, other, found, stop = 0.0, None, None, None
+    beside, other, found = 0.0, None, None
     mine = pilots
 
     def tried(way: Way) -> Chosen | None:
@@ -78,11 +86,12 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
         nonlocal beside, mine
         mine = replace(pilots.with_integrator(way), base=way.fewest)
         try:
-            hopeless = _hopeless(mine)
+            hopeless, lacks_modes = _hopeless(mine)
             if hopeless:
                 why.append(hopeless)
                 beside += mine.spent
-                return None
+                more = way.richer() if lacks_modes else None
+                return None if more is None else tried(more)
             found, reasons = elements(mine, finer, None)
         except AncfError as failure:
             why.append(f"{way} is not possible: {failure}")
@@ -99,13 +108,14 @@ def choose(pilots: Pilots, finer: Scene | None, fixed_steps: int | None, free: b
         beside += mine.spent
         return made if excess <= 1.0 else None
 
-    for way in _suiting(pilots, FIRST) if free else ():
+    for way in _suiting(pilots, FIRST) if free and stop is None else ():
         other = tried(way)
         pilots = _seeing(pilots, mine)
         if other is not None and _amount(other.found) <= _least(pilots, other.found):
             return other
     try:
-        found, reasons = elements(pilots, finer, fixed_steps)
+        if stop is None:
+            found, reasons = elements(pilots, finer, fixed_steps)
     except (StepFailure, PlanFailure) as failure:
         stop = failure
     if free and (found is None or _excess(found) > 1.0 or _amount(found) > FREE):
@@ -236,8 +246,11 @@ def _coarse(pilots: Pilots) -> System | None:
     return None
 
 
-def _hopeless(pilots: Pilots) -> str:
-    """Explain what a way leaves out on a coarse mesh already; empty if that is little enough."""
+def _hopeless(pilots: Pilots) -> tuple[str, bool]:
+    """Explain what a way leaves out on a coarse mesh already, and whether that is modes alone.
+
+    The sentence is empty if it is little enough.
+    """
     way = pilots.integrator
     assert isinstance(way, Way)
     for rung in (CABLE, SHEARED):
@@ -248,12 +261,16 @@ def _hopeless(pilots: Pilots) -> str:
         except InputError:
             continue
         if run is None:
-            return ""
+            return "", False
         asked, scene = tolerances(pilots.wanted, run), run.run.system.scene
         errors = [way.neglected(run.run, each.quantity.on(scene)) for each in pilots.wanted]
         excess = max(sum(each.values()) / most for each, most in zip(errors, asked, strict=True))
-        return _missed(way, errors, asked, excess) if excess > 1.0 else ""
-    return ""
+        if excess <= 1.0:
+            return "", False
+        others = (sum(each.values()) - each.get("modes", 0.0) for each in errors)
+        lacks_modes = all(each <= most for each, most in zip(others, asked, strict=True))
+        return _missed(way, errors, asked, excess), lacks_modes
+    return "", False
 
 
 def _missed(

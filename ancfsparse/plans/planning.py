@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ancfsparse.checks import check_choice, check_positive
-from ancfsparse.errors import InputError, LoadFailure
+from ancfsparse.errors import InputError, LoadFailure, PlanFailure
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.plans.asking import checked
 from ancfsparse.plans.choice import Chosen, choose
@@ -139,7 +139,12 @@ def _planned(
     finer = refined(own)
     chosen = choose(pilots, finer, steps, named is None and steps is None)
     check_start(chosen.pilots, chosen.found.judge)
-    chosen = replace(chosen, found=confirmed(chosen.pilots, chosen.found))
+    try:
+        found = confirmed(chosen.pilots, chosen.found)
+    except PlanFailure as failure:  # steps have surprised, so that no other way was tried yet
+        chosen = choose(pilots, finer, steps, named is None and steps is None, failure)
+        found = confirmed(chosen.pilots, chosen.found)
+    chosen = replace(chosen, found=found)
     why = ["the scene moves in a plane, and is solved there"] if flat is not None else []
     chosen = replace(chosen, why=(*why, *chosen.why))
     made = _record(own, t_end, moved, chosen, begin, named is not None)
