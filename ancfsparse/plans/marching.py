@@ -32,6 +32,6 @@ def march(plan: Plan, scene: Scene, **options: Any) -> Trajectory:
                 f"{plan.integrator!r}: leave it out, or plan with integrator=GeneralizedAlpha()"
             )
         return plan.integrator.march(scene, plan.t_end, plan.steps, **options)
-    given = {"integrator": plan.integrator, "save_every": plan.save_every, **options}
-    given["start"] = plan.start
+    how = {"integrator": plan.integrator, "solver": plan.solver}
+    given: dict[str, Any] = {**how, "save_every": plan.save_every, **options, "start": plan.start}
     return simulate(scene, plan.t_end, plan.dt, **given)

@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, StepFailure
 from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.nonlinear import Method
 from ancfsparse.plans.costs import Counted, counted
 from ancfsparse.plans.models import FEWEST_ELEMENTS, Model, built, coarsest
 from ancfsparse.plans.nested import prolonged
 from ancfsparse.plans.quantities import Quantity
+from ancfsparse.plans.solvers import solver_of
 from ancfsparse.plans.wanted import Wanted
 from ancfsparse.plans.ways import Way
 from ancfsparse.results import Equilibrium, Trajectory
@@ -65,6 +67,8 @@ class Pilot:
         The motion.
     integrator : Implicit, Explicit or Way
         By which it was run.
+    solver : Method or str
+        By which its steps were solved.
     """
 
     model: Model
@@ -73,6 +77,7 @@ class Pilot:
     cost: Counted
     run: Trajectory
     integrator: Implicit | Explicit | Way
+    solver: Method | str
 
 
 @dataclass
@@ -165,8 +170,9 @@ class Pilots:
     def _run(self, model: Model, steps: int) -> Pilot | None:
         system = self.systems.get(self._key(model))
         scene = self.built(model)
+        solver = self.solver(scene, steps)
         try:
-            run = self.march(scene, steps, system, self._coarser(model))
+            run = self.march(scene, steps, system, self._coarser(model), solver)
         except StepFailure as failure:
             failure.trajectory = None
             self.failure = failure
@@ -180,7 +186,7 @@ class Pilots:
         if isinstance(self.integrator, Way):
             more = self.integrator.calls(run.stats, cost.coordinates)
             cost = replace(cost, work=cost.work * (1.0 + more / cost.amount))
-        return Pilot(model, steps, histories, cost, run, self.integrator)
+        return Pilot(model, steps, histories, cost, run, self.integrator, solver)
 
     def _coarser(self, model: Model) -> Trajectory | None:
         """Return the last equilibrium that was found with the same elements, None if none was."""
@@ -196,29 +202,35 @@ class Pilots:
         steps: int,
         system: System | None = None,
         coarser: Trajectory | None = None,
+        solver: Method | str | None = None,
     ) -> Trajectory:
         """Run a scene that was built, in so many steps; or find its equilibrium.
 
         A `system` of the scene that was marched before is not made again, and the equilibrium on a
-        `coarser` mesh is where that of a finer one is sought.
+        `coarser` mesh is where that of a finer one is sought.  The solver is that of the bill,
+        unless one is given.
         """
-        run = self._marched(scene, steps, system, coarser)
+        run = self._marched(scene, steps, system, coarser, solver or self.solver(scene, steps))
         self.charge(run, steps)
         return run
+
+    def solver(self, scene: Scene, steps: int) -> Method | str:
+        """Return how so many steps are solved, by what others took."""
+        return "auto" if self.t_end is None else solver_of(scene, self.integrator, self.bill, steps)
 
     def charge(self, run: Trajectory, steps: int) -> None:
         """Put a run on the bill."""
         self.bill.append(counted(run.stats, steps, run.q.shape[1]))
 
     def _marched(
-        self, scene: Scene, steps: int, system: System | None, coarser: Trajectory | None
-    ) -> Trajectory:
+        self, scene: Scene, steps: int, system: System | None, coarser: Trajectory | None,
+        solver: Method | str) -> Trajectory:  # fmt: skip
         if self.t_end is None:
             start = None if coarser is None else prolonged(coarser, scene)
             return at_rest(solve_static(scene, start=start))
         if isinstance(self.integrator, Way):
             return self.integrator.march(scene, self.t_end, steps)
-        request = self._request(scene, steps, system)
+        request = self._request(scene, steps, system, solver)
         return marched(request, system_at_start(request) if system is None else system)
 
     def system_of(self, model: Model) -> System:
@@ -237,7 +249,8 @@ class Pilots:
             self.systems[key] = at_start(self._request(system.scene, self.base, None), system)
         return system
 
-    def _request(self, scene: Scene, steps: int, system: System | None) -> Request:
+    def _request(self, scene: Scene, steps: int, system: System | None,
+                 solver: Method | str = "auto") -> Request:  # fmt: skip
         """Return what a run by an integrator needs, checked."""
         assert self.t_end is not None
         assert not isinstance(self.integrator, Way)
@@ -247,7 +260,7 @@ class Pilots:
             self.t_end / steps,
             accuracy=None,
             integrator=self.integrator,
-            solver="auto",
+            solver=solver,
             seed="auto",
             tolerance="default",
             max_energy_gain=0.01,

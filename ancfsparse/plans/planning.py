@@ -196,7 +196,7 @@ def _record(
         model,
         steps,
         pilots.integrator,
-        "auto",
+        pilots.solver(new, steps) if answer is None else answer.solver,
         predictions,
         found.seconds(finest, steps),
         memory,

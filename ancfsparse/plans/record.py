@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from ancfsparse.checks import check_flag
 from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.nonlinear import Method
+from ancfsparse.nonlinear.iteration import describe
 from ancfsparse.plans.models import Model, built
 from ancfsparse.plans.planar import InPlane
 from ancfsparse.plans.planned_run import PlannedRun
@@ -111,8 +113,8 @@ class Plan:
         Number of steps.
     integrator : Implicit, Explicit or Way
         How it is marched; or, as a `Way`, found without steps of an integrator.
-    solver : str
-        How equations are solved.
+    solver : Method or str
+        How the equations of a step are solved.
     predictions : tuple of Prediction
         The error of every quantity, by source.
     seconds : float
@@ -142,7 +144,7 @@ class Plan:
     model: Model
     steps: int
     integrator: Implicit | Explicit | Way
-    solver: str
+    solver: Method | str
     predictions: tuple[Prediction, ...]
     seconds: float
     memory: float
@@ -185,8 +187,9 @@ class Plan:
 
     def __str__(self) -> str:
         """Write everything for a reader."""
+        solver = self.solver if isinstance(self.solver, str) else describe(self.solver)
         span = "the equilibrium" if self.t_end is None else f"{self.t_end:g} s"
-        lines = [f"Plan for {span}: {self.choice}, solver {self.solver}"]
+        lines = [f"Plan for {span}: {self.choice}, solver {solver}"]
         for each in self.predictions:
             lines += [f"  {each.wanted}", f"    predicted error {each}"]
         lines.append(f"  predicted {self.seconds:.2g} s, {self.memory / MEGABYTE:.2g} MB")

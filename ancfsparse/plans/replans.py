@@ -123,7 +123,8 @@ def _onward(
     last = system.state(float(done.t[-1]), *rows)
     assert plan.t_end is not None
     every = round(float(done.t[-1] - done.t[-2]) * plan.steps / plan.t_end)
-    given = {"integrator": plan.integrator, "save_every": every, **options}
+    how = {"integrator": plan.integrator, "solver": plan.solver}
+    given = {**how, "save_every": every, **options}
     try:
         rest = simulate(scene, plan.t_end, plan.dt, start=last, **given)
     except StepFailure as failure:

@@ -134,7 +134,7 @@ def effects_of(pilots: Pilots, pilot: Pilot, rough: Pilot | None = None) -> list
 def _marching(pilots: Pilots, rough: Pilot) -> Callable[[Scene], Trajectory]:
     """Return what runs changed scenes as a pilot was run."""
     runs = pilots.with_integrator(rough.integrator)
-    return lambda changed: runs.march(changed, rough.steps, coarser=rough.run)
+    return lambda changed: runs.march(changed, rough.steps, coarser=rough.run, solver=rough.solver)
 
 
 def bending_of(pilots: Pilots, pilot: Pilot) -> list[dict[str, float]]:

@@ -28,9 +28,8 @@ def test_a_system_that_was_marched_before_gives_the_same_numbers():
     first = pilots.run(model, 100)
     again = pilots.run(model, 200)
     assert again.run.system is first.run.system
-    fresh = ancf.simulate(
-        built(pilots.scene, model), T_END, T_END / 200, integrator=ancf.GeneralizedAlpha(0.9)
-    )
+    how = {"integrator": again.integrator, "solver": again.solver}
+    fresh = ancf.simulate(built(pilots.scene, model), T_END, T_END / 200, **how)
     for name in ("t", "q", "v", "a", "lam"):
         assert np.array_equal(getattr(again.run, name), getattr(fresh, name))
 
