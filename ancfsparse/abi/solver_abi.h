@@ -101,6 +101,7 @@ typedef struct {
     double mass_total;
     double moved; /* norm of the displacement from the last state to the predictor, or to x if the
                    * scheme updates it */
+    double shift; /* norm of the displacement from the default predictor to the one in use, 0 if unknown */
     int leaps;    /* whether an alternative predictor is in use; set to 0 to restart from the default */
     int sudden;   /* whether a load jumps in the step, so that earlier ones are no guide to it */
 } ancf_equations;

@@ -52,7 +52,7 @@ cdef extern from "solver_abi.h":
         const double *q
         const double *mass
         const double *inverse_mass
-        double mass_total, moved
+        double mass_total, moved, shift
         int leaps, sudden
 
     ctypedef struct ancf_frame:

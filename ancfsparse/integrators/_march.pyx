@@ -71,6 +71,7 @@ cdef class March(TimeLoop):
         """
         cdef Control *control = &self.motion.scheme.control
         cdef dict own = self.arrays
+        self.motion.trend.used = False  # the size of steps changes too often
         self.seed = seed
         control.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         control.weight = kept(own, "weight", weight)
@@ -86,6 +87,7 @@ cdef class March(TimeLoop):
         if "b0" in self.arrays:
             self.arrays["b0"] += change_a
         self.motion.phase[0] = UNKNOWN
+        forget(&self.motion)
         self.arrays["amplitudes0"][: len(amplitudes)] = amplitudes
         self.motion.corrected = True  # otherwise the next start would assume that a equals a0
 
@@ -159,6 +161,8 @@ cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
     cdef double total = 0.0
     while piece < end:
         stop = min(piece + PIECE, end)
+        if start == self.a:
+            follow_trend(self, piece, stop - piece)
         for i in range(piece, stop):
             self.q[i] = self.q0[i] + dt * self.v0[i] + w.q_b * b0[i] + w.q_a * self.a0[i]
         if start != self.a0:
@@ -168,7 +172,7 @@ cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
             total += way(self, piece, stop)
         piece = stop
     self.squares[part] = total
-    if self.corrected or self.elsewhere or start != self.a0:
+    if start != self.a and (self.corrected or self.elsewhere or start != self.a0):
         for i in range(begin, end):
             self.a[i] = start[i]
     if self.system.damped:
@@ -289,6 +293,7 @@ cdef void accept_part(void *context, ptrdiff_t part) noexcept nogil:
         stop = min(begin + PIECE, end)
         if not self.ahead:
             push(self, 1.0, begin, stop)
+        note(self, part, begin, stop - begin)
         for i in range(begin, stop):
             self.q0[i] = self.q[i]
         if self.scheme.shifted:

@@ -107,6 +107,7 @@ cdef class TimeLoop:
         """Change the step size: set the weights, and ``b`` and ``v`` as for a smooth motion."""
         set_weights(&self.motion, dt, integrator)
         self.motion.phase[0] = UNKNOWN
+        forget(&self.motion)
         if "b0" in self.arrays:
             self.arrays["b0"] += change_b
         self.arrays["v0"] += change_v
@@ -149,13 +150,18 @@ cdef class TimeLoop:
         """
         self.motion.softness = softness
 
-    def weigh(self, const double[::1] mass, double total, bint measures=True):
+    def weigh(self, const double[::1] mass, double total, bint measures=True,
+              bint foresees=False):
         """Weight the norms by mass: the mass of each coordinate, and that of all positions.
 
         ``measures`` is whether the displacement of each step is measured, which bounds on
-        corrections depend on.
+        corrections depend on; ``foresees`` whether accelerations are predicted from their changes.
         """
-        self.motion.measures = measures
+        cdef Motion *motion = &self.motion
+        motion.measures, motion.trend.used = measures, foresees
+        if foresees:
+            motion.trend.last = reserved_singles(self.arrays, "last", len(mass))
+            motion.trend.before = reserved_singles(self.arrays, "before_last", len(mass))
         self.mass = mass
         self.interface.mass, self.interface.mass_total = &mass[0], total
         self.interface.inverse_mass = kept(self.arrays, "inverse_mass", 1.0 / np.asarray(mass))
@@ -166,6 +172,7 @@ cdef class TimeLoop:
         self.motion.squares = kept(self.arrays, "squares", np.zeros(threads))
         self.motion.others = kept(self.arrays, "others", np.zeros(threads))
         self.motion.ways = kept(self.arrays, "ways", np.full(threads, np.nan))
+        self.motion.trend.sums = kept(self.arrays, "sums", np.zeros(3 * threads))
 
     @property
     def state(self):
@@ -302,6 +309,7 @@ cdef class TimeLoop:
         return k, outcome
 
 
+include "trend.pxi"
 include "start.pxi"
 include "step.pxi"
 include "drives.pxi"

@@ -89,8 +89,10 @@ class ImplicitLoop(Loop, Protocol):
     def soften(self, softness: float) -> None:
         """Let multipliers violate their equations by a share of themselves."""
 
-    def weigh(self, mass: Vector, total: float, measures: bool = True, /) -> None:
-        """Measure motions, where asked, and corrections by mass."""
+    def weigh(
+        self, mass: Vector, total: float, measures: bool = True, foresees: bool = False, /
+    ) -> None:
+        """Measure motions, where asked, and corrections by mass; foresee accelerations."""
 
     def set_threads(self, threads: int) -> None:
         """Set the number of threads for passes over vectors."""

@@ -16,6 +16,10 @@ cdef extern from "vectors.h":
         const double *, const double *, const double *, ptrdiff_t) noexcept nogil
     void vec_compare(const double *, const double *, const double *, double *, ptrdiff_t,
                      double *, double *) noexcept nogil
+    void vec_changes(const double *, const double *, const double *, const float *, float *,
+                     ptrdiff_t, double *) noexcept nogil
+    void vec_follow(double *, const double *, double, const float *, double, const float *,
+                    ptrdiff_t) noexcept nogil
     double vec_scale_weigh(
         double *, double, const double *, const double *, ptrdiff_t) noexcept nogil
     double vec_advance(double *, double, double *, double, const double *, const double *,
@@ -35,6 +39,17 @@ cdef struct Drives:
     double *force  # and after the current step, once its work is known
     double *lead0  # s after the last accepted step
     double *speeds  # workspace for velocities
+
+
+cdef struct Trend:
+    # Changes of accelerations, see trend.pxi.
+    bint used  # whether they are followed at all
+    bint near  # whether the last prediction was close
+    double x, y  # the prediction is x last + y before
+    double squares, product, squares_before  # of the last change, with the one before, and of that
+    float *last
+    float *before
+    double *sums  # three of each part
 
 
 cdef struct Motion:
@@ -75,6 +90,7 @@ cdef struct Motion:
     double *squares
     double *others
     Drives drives
+    Trend trend
     double *ways  # squared displacement of each part, updated by an energy-conserving scheme
     ancf_equations *interface
     Scheme scheme
@@ -91,6 +107,13 @@ cdef double *reserved(dict own, str name, ptrdiff_t n) except NULL:
     """Allocate an array, which takes up memory only once it is written to."""
     cdef double[::1] view
     own[name] = view = np.zeros(n)
+    return &view[0]
+
+
+cdef float *reserved_singles(dict own, str name, ptrdiff_t n) except NULL:
+    """The same in single precision."""
+    cdef float[::1] view
+    own[name] = view = np.zeros(n, dtype=np.float32)
     return &view[0]
 
 

@@ -16,12 +16,18 @@ cdef double NEARER = 0.5
 
 
 cdef void predict(Motion *self, const double *a) noexcept nogil:
-    """Set the predictor from an acceleration and the multipliers of the last step (equation 4)."""
+    """Set the predictor from an acceleration and the multipliers of the last step (equation 4).
+
+    The acceleration is the last one, an earlier one, or in the place of the iterate the predicted one.
+    """
     self.start = a
     in_parts(self.n_parts, restart_part, self)
     self.interface.moved = sqrt(total(self, self.squares) / self.interface.mass_total)
     self.elsewhere = a != self.a0
     memcpy(self.lam, self.lam0, self.m * sizeof(double))
+    self.interface.shift = 0.0
+    if a == self.a:
+        self.interface.shift = self.scale * sqrt(foreseen(self) / self.interface.mass_total)
     self.corrected = False
     self.corrections = 0
 
@@ -32,12 +38,18 @@ cdef void restart(void *context) noexcept nogil:
     A step can have several solutions, which are reached from different starts.
     """
     cdef Motion *self = <Motion *>context
-    predict(self, self.earlier if self.interface.leaps else self.a0)
+    if not self.interface.leaps:
+        predict(self, self.a0)
+    elif self.trend.near and self.phase[0] != ALTERNATES:
+        predict(self, self.a)
+    else:
+        predict(self, self.earlier)
 
 
 cdef void begin(Motion *self) noexcept nogil:
     """Set the predictor that is likely to be the closest."""
-    self.interface.leaps = self.phase[0] == ALTERNATES
+    self.interface.leaps = self.phase[0] == ALTERNATES or (
+        self.trend.near and not self.interface.sudden)
     restart(self)
 
 

@@ -60,6 +60,7 @@ cdef void accept(Motion *self) noexcept nogil:
         accept_drives(self)
     choose_start(self)
     in_parts(self.n_parts, accept_part, self)
+    extend_trend(self)
     self.corrected = False
     memcpy(self.lam0, self.lam, self.m * sizeof(double))
     if self.system.accept != NULL:

@@ -26,13 +26,16 @@ cdef bint residual_is_small(Loop *self, const double *r) noexcept nogil:
             and all_below(r + nq, self.n - nq, self.constraint_tolerance))
 
 
-cdef inline double bound_of(const Loop *self, double change) noexcept nogil:
-    """Allowed error of the iteration in a step [m], from its first correction, ``change``.
+cdef inline double bound_of(const Loop *self, double size, double norm) noexcept nogil:
+    """Allowed error of the iteration in a step [m], from its first correction and residual.
 
-    The error of the integrator in the step is a fixed fraction of that change; and the remaining
-    residual does work along the displacement.
+    The error of the integrator in the step is a fixed fraction of the change from the default
+    predictor: the first correction, or the least that it leaves of a change predicted otherwise.  And
+    the remaining residual does work along the displacement.
     """
-    cdef double way = self.equations.moved + change
+    cdef const ancf_equations *eq = self.equations
+    cdef double first = size if eq.mass == NULL else fmin(size, norm)
+    cdef double change = fmax(first - eq.shift, eq.shift - size), way = eq.moved + first
     return fmax(self.floor, fmin(self.correction_tolerance,
                                  fmin(self.share * change, self.work * way)))
 
@@ -107,7 +110,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         used[0] += 1
         self.counts.iterations += 1
         if it == 0:
-            bound = bound_of(self, size if eq.mass == NULL else fmin(size, norm))
+            bound = bound_of(self, size, norm)
             rate = rate_of(self, size)
         else:
             theta = size / last_size
@@ -116,6 +119,11 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
             rate = self.rate = fmin(fmax(0.3 * self.rate, theta), 0.99)
             if it == 1:
                 self.measured = last_size
+                # Behind a predicted change the first correction was enough: this one only measured,
+                # and is no sign of a seed that is out of date.
+                if eq.shift > 0.0 and not newton and (
+                        theta * fmax(last_size, last_norm) <= (1.0 - theta) * bound):
+                    used[0] -= 1
         last_size, last_norm = size, norm
         left = rate / (1.0 - rate) * (size if newton else fmax(size, norm))
         small = self.by_correction and (left <= bound or size <= self.noise)

@@ -59,7 +59,7 @@ cdef int descend(Loop *self, int *used) noexcept nogil:
         norm_new = unbalance(self, self.r_new)
         self.contraction = norm_new / norm
         if it == 0:
-            bound = bound_of(self, size if eq.mass == NULL else fmin(size, norm))
+            bound = bound_of(self, size, norm)
         swap = self.r
         self.r = self.r_new
         self.r_new = swap

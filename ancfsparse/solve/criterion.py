@@ -63,6 +63,7 @@ class Criterion:
         q0, n = system.q0, system.n_free
         self.energy = float(np.max(diagonal * q0[:n] ** 2))
         self._stiffest = float(np.max(diagonal))
+        self._fastest = float(np.max(diagonal / self.mass))
         self._force_scale = self._stiffest * float(np.max(np.abs(q0)))
         # A force K_ij q_j is at most sqrt(K_ii) sqrt(K_jj) |q_j|, and rounded like it.
         self._forces = math.sqrt(self.energy * float(np.sum(diagonal / self.mass)) / self.total)
@@ -103,6 +104,13 @@ class Criterion:
             work=work,
             sure=keeps,
         )
+
+    def inertia_leads(self, dt: float) -> bool:
+        """Whether mass is the larger part of every diagonal entry of the matrix of a step.
+
+        What a step leaves is then about as large as a force as it is as a correction.
+        """
+        return self._integrator.scale * dt**2 * self._fastest <= 1.0
 
     def noise(self, dt: float) -> float:
         """Return the energy that rounding makes [J].

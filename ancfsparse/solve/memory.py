@@ -21,8 +21,8 @@ from ancfsparse.solve.choose import SPARING_PAIRS
 from ancfsparse.solve.fill import counted_fill
 
 # Vectors over all coordinates that a run keeps: loads, last and present state, residuals, one saved
-# state, the numbering and the pivots of the factor.
-VECTORS = 24
+# state, two changes in single precision, the numbering and the pivots of the factor.
+VECTORS = 25
 # Bytes for an entry of the matrix, value and row; and of its factor, value and its share of a row.
 MATRIX_ENTRY, FACTOR_ENTRY = 12, 9
 # Bytes of an incomplete factor for an entry of the matrix, and of one with coarse modes.

@@ -38,6 +38,7 @@ class _Interface(ct.Structure):
         ("inverse_mass", ct.c_void_p),
         ("mass_total", ct.c_double),
         ("moved", ct.c_double),
+        ("shift", ct.c_double),
         ("leaps", ct.c_int),
         ("sudden", ct.c_int),
     ]
