@@ -113,12 +113,13 @@ class EnergyGain(StepFailure):
     def sentence(self, face: Face = in_python) -> str:
         """Compose the message a reader meets."""
         share = self.gain / self.exchanged if self.exchanged > 0.0 else math.inf
-        had, compared = "would have", "energy exchanged so far"
+        gained, compared = "the motion would gain", "energy exchanged so far"
         if self.when is not None:
-            had, compared = f"had after step {self.when}", "kinetic energy of the run"
+            gained = f"after step {self.when} the motion had gained"
+            compared = "kinetic energy of the run"
         return (
-            f"stopped at step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): the "
-            f"motion {had} {self.gain:.3g} J more than it was given, {100 * share:.3g} % of "
+            f"stopped at step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): "
+            f"{gained} {self.gain:.3g} J that no load accounts for, {100 * share:.3g} % of "
             f"the largest {compared} (allowed: {100 * self.limit:.3g} %). "
             f"{self.advice}" + KEPT * (self.trajectory is not None)
         )

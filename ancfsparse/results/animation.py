@@ -85,7 +85,7 @@ def animate(
     artists: list[Any] = []
     try:
         with writer.saving(canvas.figure, str(target), dpi):
-            for k in tqdm(place, unit="picture", leave=False, disable=not progress):
+            for k in tqdm(place, unit="picture", leave=False, disable=None if progress else True):
                 for artist in artists:
                     artist.remove()
                 artists = [*canvas.draw(k, "C0"), *canvas.draw_supports(k)]

@@ -103,7 +103,7 @@ class Outputs:
         trace : sequence of Node, optional
             Points whose way is drawn, such as ``[rod.end]``.
         progress : bool, optional
-            Whether to draw a progress bar.
+            Whether to draw a progress bar, on a terminal only.
 
         Returns
         -------
@@ -196,7 +196,7 @@ class Outputs:
         per_element : int, optional
             Pieces per element.
         progress : bool, optional
-            Whether to draw a progress bar.
+            Whether to draw a progress bar, on a terminal only.
 
         Returns
         -------

@@ -74,7 +74,8 @@ def write_vtk(
     np.asarray(q[0:1])  # refuses a run that kept only some points before the file is made
     with h5py.File(target, "w", libver=("v108", "v108")) as file:
         root = _root(file, outline, sizes, len(t), forces is not None)
-        with tqdm(total=len(t), unit="state", leave=False, disable=not progress) as bar:
+        quiet = None if progress else True  # None: shown on a terminal only
+        with tqdm(total=len(t), unit="state", leave=False, disable=quiet) as bar:
             for i in range(0, len(t), rows):
                 some = slice(i, i + rows)
                 states = np.asarray(q[some]), np.asarray(v[some])

@@ -104,7 +104,9 @@ class WeldSpec(BetweenSpec):
 class Mechanisms(Records):
     """Joints of a scene that hold directions, or a point on a line."""
 
-    def revolute(self, a: Node, b: Node | None = None, *, axis: ArrayLike) -> Revolute:
+    def revolute(
+        self, a: Node, b: Node | None = None, *, axis: ArrayLike | None = None
+    ) -> Revolute:
         """Join two points by a hinge: they coincide and turn about one axis of both.
 
         In a planar scene that is `connect`, or `pin` to the ground.
@@ -132,7 +134,12 @@ class Mechanisms(Records):
         return self._between(Revolute, RevoluteSpec, ends, (along,), (along, *normals(along)))
 
     def universal(
-        self, a: Node, b: Node | None = None, *, axis_a: ArrayLike, axis_b: ArrayLike
+        self,
+        a: Node,
+        b: Node | None = None,
+        *,
+        axis_a: ArrayLike | None = None,
+        axis_b: ArrayLike | None = None,
     ) -> Universal:
         """Join two points; an axis of the first stays at a right angle to one of the second.
 
@@ -152,7 +159,8 @@ class Mechanisms(Records):
 
         self._check_spatial("universal", "connect")
         ends = self._ends("a universal joint", a, b)
-        one, other = (self._axis("a universal joint", each) for each in (axis_a, axis_b))
+        one = self._axis("a universal joint", axis_a, "axis_a")
+        other = self._axis("a universal joint", axis_b, "axis_b")
         if abs(one @ other) > OFF:
             angle = float(np.degrees(np.arccos(np.clip(one @ other, -1.0, 1.0))))
             raise InputError(
@@ -160,7 +168,9 @@ class Mechanisms(Records):
             )
         return self._between(Universal, UniversalSpec, ends, (one, other), ((one,), (other,)))
 
-    def cylindrical(self, a: Node, b: Node | None = None, *, axis: ArrayLike) -> Cylindrical:
+    def cylindrical(
+        self, a: Node, b: Node | None = None, *, axis: ArrayLike | None = None
+    ) -> Cylindrical:
         """Let a point slide along an axis of both bodies and turn about it.
 
         Parameters
@@ -337,7 +347,9 @@ class Mechanisms(Records):
             )
         return one, other
 
-    def _axis(self, what: str, axis: ArrayLike) -> Vector:
+    def _axis(self, what: str, axis: ArrayLike | None, name: str = "axis") -> Vector:
+        if axis is None:  # not a TypeError of Python's, so that planar scenes are refused first
+            raise InputError(f"{what} needs {name}, its direction in the reference shape")
         given = check_vector(f"the axis of {what}", axis, self.dim)
         length = math.hypot(*given)  # does not overflow on the way
         if not 0.0 < length < math.inf:

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_finite, check_moderate
 from ancfsparse.errors import InputError, with_unit
 from ancfsparse.scene.attached import Attached
-from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.bodies import Body, Node
 from ancfsparse.scene.course import Places
 from ancfsparse.scene.functions import sendable
-from ancfsparse.scene.joints import SAME_PLACE, check_point
+from ancfsparse.scene.joints import SAME_PLACE
 from ancfsparse.scene.records import Records
 from ancfsparse.scene.straight import check_position
 from ancfsparse.words import shown
@@ -162,7 +162,12 @@ def points_of_rope(
     ends: list[Node | Vector] = []
     for k, each in enumerate(points):
         if isinstance(each, Node):
-            ends.append(scene._mine(what, check_point(what, each)))
+            ends.append(scene._mine(what, each))
+        elif isinstance(each, Body):
+            raise InputError(
+                f"point {k} of {what} must be a single point, got {each.name}: give one of its "
+                "points, such as hook.origin or hook.at(...) of a rigid body, rod.end of a beam"
+            )
         else:
             ends.append(check_position(f"point {k} of {what}", each, scene.dim))
     nodes = [each for each in ends if isinstance(each, Node)]

@@ -200,7 +200,7 @@ def instability(
         mass = mass_seed(system) if mass.n > system.n_free else mass
         limit = integrator.tableau.interval / fastest_vibration(system, mass, q, load, lam)
         reason = (
-            f"the motion has {gain:.3g} J more than it was given, and the stable step, shorter "
-            f"where beams are stretched, is {limit:.3g} s by now"
+            f"the motion has gained {gain:.3g} J that no load accounts for; the stable step, which "
+            f"stretching shortens, is now {limit:.3g} s"
         )
     return Instability(reason, now, step, dt, gain, "the whole scene", path)

@@ -68,8 +68,8 @@ def test_one_turning_seed_is_enough_for_a_soft_pendulum():
 
 @pytest.mark.parametrize("update", ["broyden", "bfgs", "dfp"])
 def test_limited_memory_at_the_papers_setting(update):
-    # The aims: 3 and 1.5 iterations, and a seed in at most 4 % of the steps.  1.5 is not reached: a
-    # first correction is 7000 times the default tolerance, so one alone would have to contract by
+    # Targets: 3 and 1.5 iterations, and a seed in at most 4 % of the steps.  1.5 is not reached:
+    # a first correction is 7000 times the default tolerance, so one alone would have to contract by
     # 1e-4.
     run = run_of("auto", update, "paper", t_end=2.0)
     assert run.stats.iterations_per_step <= 3.0

@@ -1,6 +1,8 @@
 """Files for other programs hold the numbers of the run."""
 
 import csv
+import io
+from contextlib import redirect_stderr
 from itertools import pairwise
 
 import h5py
@@ -42,6 +44,21 @@ def step_of(file, k):
     points = root["Points"][begin : begin + n]
     lines = [points[links[a:b]] for a, b in pairwise(ends)]
     return steps["Values"][k], lines, values
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+@pytest.mark.parametrize("progress", [False, True])
+def test_bars_are_drawn_on_terminals_only(swing, tmp_path, terminal, progress):
+    run, _ = swing
+    for make in (
+        lambda: run.to_vtk(tmp_path / "run.vtkhdf", progress=progress),
+        lambda: run.animate(tmp_path / "run.gif", seconds=0.2, fps=10, dpi=20, progress=progress),
+    ):
+        screen = io.StringIO()
+        screen.isatty = lambda: terminal
+        with redirect_stderr(screen):
+            make()
+        assert bool(screen.getvalue()) == (terminal and progress)
 
 
 def test_vtkhdf_holds_every_state(swing, tmp_path, monkeypatch):

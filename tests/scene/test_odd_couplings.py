@@ -58,3 +58,15 @@ def test_an_array_is_no_number_of_elements_of_a_copy():
     scene, _, _, rod = wheels()
     with pytest.raises(ancf.InputError, match="n_elements"):
         scene.replaced(rod, n_elements=np.zeros((2, 2)))
+
+
+@pytest.mark.parametrize("rope", ["winch", "rope"])
+def test_a_rope_over_a_body_asks_for_one_of_its_points(rope):
+    scene, _, _, rod = wheels()
+    box = scene.add_body(ancf.Sphere(0.1), mass=1.0, position=(0, 1, 0), name="box")
+    for whole, called in ((box, "box"), (rod, rod.name)):
+        points = [(0, 3, 0), whole]
+        with pytest.raises(
+            ancf.InputError, match=rf"point 1 of a {rope} .*, got {called}: .* hook\.at\(\.\.\.\)"
+        ):
+            scene.rope(points, stiffness=1.0) if rope == "rope" else scene.winch(points)

@@ -161,3 +161,14 @@ def test_what_is_named_in_a_sentence_is_the_argument():
         scene.force(ball.origin, ancf.Ramp((0, 0, 1.0), 1.0))
     with pytest.raises(ancf.InputError, match=r"^at must be a state such as run\.last"):
         ancf.modes(scene, 1, at=ball)
+
+
+@pytest.mark.parametrize("joint", ["revolute", "universal", "cylindrical"])
+def test_a_joint_about_an_axis_asks_for_it_in_space_and_is_refused_in_the_plane(joint):
+    for scene, sentence in (
+        (planar(), f"a {joint} joint needs a spatial scene; in a planar one use"),
+        (spatial(), rf"a {joint} joint needs axis(_a)?, its direction"),
+    ):
+        body = scene.add_body(ancf.Sphere(0.1), mass=1.0, position=(0, 0, 0)[: scene.dim])
+        with pytest.raises(ancf.InputError, match=sentence):
+            getattr(scene, joint)(body.origin)

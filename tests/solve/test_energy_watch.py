@@ -48,7 +48,7 @@ def test_a_gain_in_one_state_is_seen_however_steps_are_solved(solver):
     rod = scene.add_beam("thin", (0, 0, 0), end, 4, ancf.Rectangle(side, side), material)
     scene.pin(rod.start)
     dt, trapezoidal = 0.008029104017247476, ancf.Newmark(0.0)
-    with pytest.raises(EnergyGain, match="had after step 137 ") as caught:
+    with pytest.raises(EnergyGain, match="after step 137 the motion had gained ") as caught:
         ancf.simulate(scene, 249 * dt, dt, integrator=trapezoidal, solver=solver)
     energy = caught.value.trajectory.energy
     above = (energy.total - energy.total[0]) / energy.kinetic.max()
@@ -62,7 +62,7 @@ def test_a_stopped_run_keeps_no_step_all_of_whose_solutions_gain(dt, tmp_path):
     kept = []
     for options in ({}, {"save_every": 3}, {"output": tmp_path / "run.h5"}):
         scene, _ = pendulum("thin")
-        with pytest.raises(EnergyGain, match="would have") as caught:
+        with pytest.raises(EnergyGain, match="would gain") as caught:
             ancf.simulate(scene, round(10.0 / dt) * dt, dt, integrator=ancf.Newmark(), **options)
         gain, path = caught.value, caught.value.trajectory
         every = options.get("save_every", 1)

@@ -116,7 +116,7 @@ def test_without_exudyn_nothing_is_run(monkeypatch, capsys):
 
 
 def by_hand():
-    """Three scenes, of which one misses its aims, and solvers without result."""
+    """Three scenes, of which one misses its targets, and solvers without result."""
     seconds = {"auto": [1.0, 4.0, 1.0], "Newton": [3.0, 12.0, 5.0]}
     seconds |= {"modified Newton": [1.5, 0.8, 2.0], "Davidon, dense": []}
     seconds |= {"Exudyn, full Newton": [9.0, 8.0, 9.0], "Exudyn, modified Newton": [0.5, 1.0, 1.0]}
@@ -150,10 +150,10 @@ def test_missed_aims_and_missing_results_are_said():
     }
     lines = findings(result)
     assert lines[0] == ("`auto` beside the best fixed solver of each scene and size: 0.5 to 1.25 "
-                       "(aim: at most 1.2, missed 1 of 5 times).")  # fmt: skip
+                       "(target: at most 1.2, missed 1 of 5 times).")  # fmt: skip
     assert lines[1] == "Missed: auto / modified Newton, chain falling from rest, 100,000: 1.25."
     assert "bytes per element" in lines[4].lower()
-    assert "500 (aim: at most 1500, met)" in lines[4]
+    assert "500 (target: at most 1500, met)" in lines[4]
     assert skipped(result) == [
         "chain falling from rest, Davidon, dense, from 100,000 on: too large"
     ]  # fmt: skip

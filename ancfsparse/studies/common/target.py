@@ -37,7 +37,7 @@ class Target:
         return {"what": self.what, "value": value, bound: self.wanted, "met": self.met}
 
     def __str__(self) -> str:
-        """Put value, aim and verdict on one line."""
+        """Put value, target and verdict on one line."""
         bound = "at most" if self.at_most else "at least"
         verdict = "met" if self.met else "MISSED"
         return f"{self.what:<58}{self.value:>9.3g}   {bound} {self.wanted:g}: {verdict}"

@@ -201,7 +201,7 @@ def _as_sentence(target: Target) -> str:
     bound = "at most" if target.at_most else "at least"
     met = "met" if target.met else "missed"
     what = target.what[0].upper() + target.what[1:]
-    return f"{what}: {target.value:.3g} (aim: {bound} {target.wanted:g}, {met})"
+    return f"{what}: {target.value:.3g} (target: {bound} {target.wanted:g}, {met})"
 
 
 def incomplete_rows(rows: Sequence[Row]) -> dict[str, list[Row]]:

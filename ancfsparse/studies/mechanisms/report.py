@@ -32,16 +32,16 @@ def comparison(found: Comparison) -> Table:
 
 def as_markdown(found: Comparison) -> str:
     """Set the table for a page."""
-    lines = [*comparison(found).markdown(), "", *bullets([*found.findings(), _aims(found)])]
+    lines = [*comparison(found).markdown(), "", *bullets([*found.findings(), _reached(found)])]
     return "\n".join(lines)
 
 
-def _aims(found: Comparison) -> str:
-    """State how many mechanisms reach the aim, and the least ratio of each of the others."""
+def _reached(found: Comparison) -> str:
+    """State how many mechanisms reach the target, and the least ratio of each of the others."""
     targets = found.targets()
     missed = [f"{each.what.split(': ')[1]} {each.value:.1f}" for each in targets if not each.met]
     reached = len(targets) - len(missed)
-    text = f"The aim, {WANTED:g} times at every step, is reached by {reached} of {len(targets)}"
+    text = f"The target, {WANTED:g} times at every step, is reached by {reached} of {len(targets)}"
     return text + (f" and missed by {', '.join(missed)}." if missed else ".")
 
 

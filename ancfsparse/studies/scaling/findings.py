@@ -19,13 +19,13 @@ GROWTH_OVER, MOST_GROWTH = 100_000, 1.5
 MOST_BYTES, BYTES_FROM = 1500.0, 100_000
 
 
-def aims(result: Scaling) -> dict[str, list[Target]]:
+def by_subject(result: Scaling) -> dict[str, list[Target]]:
     """Compare the study with its targets, where it ran what that takes.
 
     Returns
     -------
     dict
-        Numbers with their aims, by what they are about.
+        Numbers with their targets, by what they are about.
     """
     compared = [(name_of(group[0]), ratios(group)) for group in result.by_size()]
     beside, rivals = [], []
@@ -57,12 +57,14 @@ def aims(result: Scaling) -> dict[str, list[Target]]:
 
 def targets(result: Scaling) -> list[Target]:
     """Return all targets."""
-    return [target for about in aims(result).values() for target in about]
+    return [target for about in by_subject(result).values() for target in about]
 
 
 def findings(result: Scaling) -> list[str]:
-    """State what the study shows: aims first, those that are missed by name, then what grew."""
-    sentences = [each for what, about in aims(result).items() for each in _verdict(what, about)]
+    """State what the study shows: targets first, those that are missed by name, then what grew."""
+    sentences = [
+        each for what, about in by_subject(result).items() for each in _verdict(what, about)
+    ]
     sentences += [
         f"A step of {what} costs {value:.2g} times as much per element with `auto`."
         for what, value in result.growth().items()
@@ -77,7 +79,7 @@ def findings(result: Scaling) -> list[str]:
 
 
 def _verdict(what: str, about: list[Target]) -> list[str]:
-    """Sum up one kind of aim, and name each that is missed."""
+    """Sum up one kind of target, and name each that is missed."""
     if not about:
         return []
     values, missed = [t.value for t in about], [t for t in about if not t.met]
@@ -85,7 +87,7 @@ def _verdict(what: str, about: list[Target]) -> list[str]:
     bound = "at most" if about[0].at_most else "at least"
     met = f"missed {len(missed)} of {len(about)} times" if missed else "met"
     return [
-        f"{what}: {span} (aim: {bound} {about[0].wanted:g}, {met}).",
+        f"{what}: {span} (target: {bound} {about[0].wanted:g}, {met}).",
         *(f"Missed: {t.what}: {t.value:.3g}." for t in missed),
     ]
 

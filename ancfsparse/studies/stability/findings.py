@@ -67,11 +67,11 @@ def findings(result: Stability) -> list[str]:
         *(f"Only Newton finishes: {_where(run)}: {kinds(run)}." for run in [*lost, *gained]),
         f"Where no element turns by {CALM_TURN:g} rad or stretches by {CALM_STRETCH:g} within a "
         f"step, in {len(others)} runs of other solvers, damped Newton saved at most "
-        f"{100 * most:.2g} % of the steps of a run (aim: {100 * CALM_SHARE:g} %, "
+        f"{100 * most:.2g} % of the steps of a run (target: {100 * CALM_SHARE:g} %, "
         f"{_verdict(not often)}); of Newton's own calm runs, at most {100 * own:.2g} %.",
         f"Runs that came to their end with more than {100 * MOST_GAIN:g} % of the largest kinetic "
         f"energy above what they were given: {len(hidden)} of "
-        f"{sum(run.whole for run in result.runs)} (aim: none, {_verdict(not hidden)}).",
+        f"{sum(run.whole for run in result.runs)} (target: none, {_verdict(not hidden)}).",
         *(
             f"Gained between two looks of the watch: {_where(run)}: {100 * run.gain:.2g} %, with "
             f"stretches of {100 * run.stretch:.2g} % and turns of {run.turn:.2g} rad in a step."

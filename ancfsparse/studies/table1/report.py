@@ -121,7 +121,7 @@ def findings(table: Results) -> list[str]:
         sentences.append(
             f"The quasi-Newton cells are at least {slowest.speed_up:.0f} times faster than the "
             f"paper's ({slowest.row}, {slowest.column}): "
-            + _verdict(holds, f"the aim of {OVER_PAPER:.0f} times")
+            + _verdict(holds, f"the target of {OVER_PAPER:.0f} times")
         )
     sentences += [
         f"{cell.row}, {cell.column}: no result, {cell.note}." for cell in ours if not cell.finished
@@ -145,19 +145,19 @@ def _against_ode(table: Results, row: str) -> list[str]:
         f"{best.tip_error:.1e} m"
     )
     if as_good:
-        return [f"{text}: {_verdict(ratio >= OVER_ODE, _aim())}"]
+        return [f"{text}: {_verdict(ratio >= OVER_ODE, _over_ode())}"]
     match = table.matches[row, best.column]
     holds = match.ratio >= OVER_ODE
     if match.found:
         text += (
             f". At dt = {match.dt:.3g} s its error is {match.tip_error:.1e} m and it is "
-            f"{match.ratio:.1f} times faster: {_verdict(holds, _aim())}"
+            f"{match.ratio:.1f} times faster: {_verdict(holds, _over_ode())}"
         )
     else:
         parts = math.sqrt(davidon.tip_error / best.tip_error)
         text += (
             f". An error that falls with the square of the step would take {parts:.0f} times the "
-            f"steps: {_verdict(False, _aim())}"
+            f"steps: {_verdict(False, _over_ode())}"
         )
     return [text if holds else f"{text} {_why(best)}"]
 
@@ -169,12 +169,12 @@ def _why(best: Cell) -> str:
     )
 
 
-def _aim() -> str:
-    return f"the aim of {OVER_ODE:.0f} times at equal or better tip error"
+def _over_ode() -> str:
+    return f"the target of {OVER_ODE:.0f} times at equal or better tip error"
 
 
-def _verdict(holds: bool, aim: str) -> str:
-    return f"{aim} is {'met' if holds else 'missed'}."
+def _verdict(holds: bool, target: str) -> str:
+    return f"{target} is {'met' if holds else 'missed'}."
 
 
 STUDY = Study(

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method, QuasiNewton
@@ -18,6 +17,7 @@ from ancfsparse.scene import Beam, Material, Rectangle, Scene
 from ancfsparse.solve import simulate
 from ancfsparse.studies.common import methods
 from ancfsparse.studies.common.methods import chosen
+from ancfsparse.studies.common.progress import bar
 from ancfsparse.studies.common.study import Study
 from ancfsparse.studies.common.tables import Table
 
@@ -164,7 +164,7 @@ def units(
 ) -> list[Run]:
     """Run the same scenes in all systems of units and under all accelerations."""
     runs = []
-    for scene, integrator, solver in tqdm(list(cases(scenes)), disable=not progress, leave=False):
+    for scene, integrator, solver in bar(list(cases(scenes)), "case", progress):
         first = _run(scene, integrator, solver, UNITS["kg m s"], STANDARD)
         for name in systems:
             for gravity in gravities:
