@@ -71,3 +71,18 @@ def test_the_short_tasks_run_as_they_stand(tmp_path, monkeypatch):
     # A catenary of 1.2 m over 1 m sags by 0.29234 m; bending makes it a little more pointed.
     np.testing.assert_allclose(rest.position(rope.at(0.6)), (0.5, 0.0, -0.29234), atol=4e-3)
     assert (tmp_path / "rope.gif").stat().st_size > 10_000
+
+
+def test_loads_run_as_they_stand_and_deflect_the_beam_by_the_static_amount():
+    setting = block_with("add_frame").splitlines(keepends=True)[0]
+    names = run("import ancfsparse as ancf\n", setting, block_with("point_moment"))
+    boom, section, material = (names[name] for name in ("boom", "section", "material"))
+    weight = 9.81 * material.density * section.area
+    # A clamped beam of 1 m about which it swings: linear theory, and means of what changes.
+    deflection = 0.5 / 3 + (weight + 0.15) / 8 - 0.3**2 * (3 - 0.3) / 6 - 0.075 / 2
+    motion = ancf.simulate(names["loaded"], t_end=1.0, dt=1e-3)
+    np.testing.assert_allclose(
+        motion.position(boom.end)[:, 1].mean(),
+        -deflection / (material.youngs_modulus * section.inertia_z),
+        rtol=0.1,
+    )

@@ -17,7 +17,7 @@ cdef double PARTS = 1024.0
 
 
 cdef void forget(Motion *self) noexcept nogil:
-    """Begin anew, since the next step is not like the last ones."""
+    """Drop the changes, since the next step is not like the last ones."""
     cdef Trend *trend = &self.trend
     trend.near = False
     trend.x = trend.y = trend.squares = trend.product = trend.squares_before = 0.0
