@@ -162,7 +162,7 @@ cdef void restart_part(void *context, ptrdiff_t part) noexcept nogil:
     while piece < end:
         stop = min(piece + PIECE, end)
         if start == self.a:
-            follow_trend(self, piece, stop - piece)
+            extrapolate(self, piece, stop - piece)
         for i in range(piece, stop):
             self.q[i] = self.q0[i] + dt * self.v0[i] + w.q_b * b0[i] + w.q_a * self.a0[i]
         if start != self.a0:

@@ -151,15 +151,15 @@ cdef class TimeLoop:
         self.motion.softness = softness
 
     def weigh(self, const double[::1] mass, double total, bint measures=True,
-              bint foresees=False):
+              bint extrapolates=False):
         """Weight the norms by mass: the mass of each coordinate, and that of all positions.
 
         ``measures`` is whether the displacement of each step is measured, which bounds on
-        corrections depend on; ``foresees`` whether accelerations are predicted from their changes.
+        corrections depend on; ``extrapolates`` whether accelerations are, from their changes.
         """
         cdef Motion *motion = &self.motion
-        motion.measures, motion.trend.used = measures, foresees
-        if foresees:
+        motion.measures, motion.trend.used = measures, extrapolates
+        if extrapolates:
             motion.trend.last = reserved_singles(self.arrays, "last", len(mass))
             motion.trend.before = reserved_singles(self.arrays, "before_last", len(mass))
         self.mass = mass

@@ -90,9 +90,9 @@ class ImplicitLoop(Loop, Protocol):
         """Let multipliers violate their equations by a share of themselves."""
 
     def weigh(
-        self, mass: Vector, total: float, measures: bool = True, foresees: bool = False, /
+        self, mass: Vector, total: float, measures: bool = True, extrapolates: bool = False, /
     ) -> None:
-        """Measure motions, where asked, and corrections by mass; foresee accelerations."""
+        """Measure motions, where asked, and corrections by mass; extrapolate accelerations."""
 
     def set_threads(self, threads: int) -> None:
         """Set the number of threads for passes over vectors."""

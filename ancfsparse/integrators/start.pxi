@@ -27,7 +27,7 @@ cdef void predict(Motion *self, const double *a) noexcept nogil:
     memcpy(self.lam, self.lam0, self.m * sizeof(double))
     self.interface.shift = 0.0
     if a == self.a:
-        self.interface.shift = self.scale * sqrt(foreseen(self) / self.interface.mass_total)
+        self.interface.shift = self.scale * sqrt(extrapolated_square(self) / self.interface.mass_total)
     self.corrected = False
     self.corrections = 0
 

@@ -23,13 +23,13 @@ cdef void forget(Motion *self) noexcept nogil:
     trend.x = trend.y = trend.squares = trend.product = trend.squares_before = 0.0
 
 
-cdef inline void follow_trend(const Motion *self, ptrdiff_t begin, ptrdiff_t n) noexcept nogil:
+cdef inline void extrapolate(const Motion *self, ptrdiff_t begin, ptrdiff_t n) noexcept nogil:
     """Predict a range of accelerations."""
     vec_follow(self.a + begin, self.a0 + begin, self.trend.x, self.trend.last + begin,
                self.trend.y, self.trend.before + begin, n)
 
 
-cdef double foreseen(const Motion *self) noexcept nogil:
+cdef double extrapolated_square(const Motion *self) noexcept nogil:
     """Square, weighted by mass, of the predicted change."""
     cdef const Trend *trend = &self.trend
     return fmax(0.0, trend.x * trend.x * trend.squares + 2.0 * trend.x * trend.y * trend.product
@@ -58,7 +58,7 @@ cdef void extend_trend(Motion *self) noexcept nogil:
             s[k] += trend.sums[3 * part + k]
             trend.sums[3 * part + k] = 0.0
     trend.last, trend.before = trend.before, trend.last
-    missed = s[0] - 2.0 * (trend.x * s[1] + trend.y * s[2]) + foreseen(self)
+    missed = s[0] - 2.0 * (trend.x * s[1] + trend.y * s[2]) + extrapolated_square(self)
     area = trend.squares * trend.squares_before - trend.product * trend.product
     trend.x = trend.y = 0.0
     if area > PARALLEL * trend.squares * trend.squares_before:

@@ -6,6 +6,8 @@ agree on that.  So pilots begin with steps in which loads are about linear.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,12 +39,7 @@ def paced(system: System, t_end: float, fewest: int) -> int:
     fewest : int
         Of which there are at least so many.
     """
-    steps = fewest
-    for _ in range(MOST_HALVINGS):
-        if _follows(system, t_end, steps):
-            break
-        steps *= 2
-    return steps
+    return _doubled(fewest, lambda steps: _follows(system, t_end, steps))
 
 
 def resolving(omega: float, t_end: float, fewest: int) -> int:
@@ -57,9 +54,12 @@ def resolving(omega: float, t_end: float, fewest: int) -> int:
     fewest : int
         Of which there are at least so many.
     """
-    steps = fewest
+    return _doubled(fewest, lambda steps: 2.0 * np.pi * steps >= SEEN * omega * t_end)
+
+
+def _doubled(steps: int, enough: Callable[[int], bool]) -> int:
     for _ in range(MOST_HALVINGS):
-        if 2.0 * np.pi * steps >= SEEN * omega * t_end:
+        if enough(steps):
             break
         steps *= 2
     return steps

@@ -40,9 +40,9 @@ CAUSES[Outcome.WOULD_GAIN] = CAUSES[Outcome.GAINED_ENERGY]
 # What a step that is taken in another way may cure.
 CURABLE = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE, Outcome.WOULD_GAIN)
 
-# Unknowns from which steps start from a predicted acceleration: the sums for it cost a pendulum of
-# ten elements 6 to 10 % of its instructions.
-FORESEEN = 1000
+# Unknowns from which accelerations are extrapolated: the sums for it cost a pendulum of ten
+# elements 6 to 10 % of its instructions.
+EXTRAPOLATED_FROM = 1000
 # By what share of their size unknowns are moved for finite differences: about the cube root of
 # rounding, where its error and that of cutting the series off are alike.
 SMALL = 1e-6
@@ -109,8 +109,8 @@ def prepare(
     march = make_march(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))
     recall_contributions(state, system)  # the march has begun them
     measures = criterion.at(dt).by_correction
-    foresees = measures and _foresees(system, integrator, method, criterion, dt)
-    march.weigh(criterion.mass, criterion.total, measures, foresees)
+    extrapolates = measures and _extrapolates(system, integrator, method, criterion, dt)
+    march.weigh(criterion.mass, criterion.total, measures, extrapolates)
     if system.prescribed:
         from ancfsparse.solve.drives import drive_march
 
@@ -158,16 +158,17 @@ def prepare(
     return Prepared(march, iteration, seed, criterion, why, a, back)
 
 
-def _foresees(
+def _extrapolates(
     system: System, integrator: Implicit, method: Method, criterion: Criterion, dt: float
 ) -> bool:
-    """Whether steps may start from an acceleration predicted by its last changes.
+    """Whether steps may start from an acceleration extrapolated from its last changes.
 
     Fewer corrections then leave more of what a step may leave: along stiff bodies that does work of
-    one sign.  Newton's errors are squares of the last: his corrections would not be fewer.
+    one sign.  Newton's method makes as many corrections either way:
+    its errors are squares of the last.
     """
     return (
-        system.n_free >= FORESEEN
+        system.n_free >= EXTRAPOLATED_FROM
         and not system.n_multipliers
         and not integrator.keeps_energy
         and not isinstance(method, Newton)

@@ -1,4 +1,4 @@
-"""Large soft scenes start steps from an acceleration predicted by its last changes."""
+"""Large soft scenes start steps from an acceleration extrapolated from its last changes."""
 
 import numpy as np
 import pytest
@@ -20,37 +20,37 @@ def both(monkeypatch, make, n_steps, dt=DT, **options):
     """Run a scene as it is, and with steps that start from the last acceleration."""
     options = {"integrator": DAMPED, "save_every": n_steps} | options
     runs = []
-    for least in (setup.FORESEEN, 10**9):
-        monkeypatch.setattr(setup, "FORESEEN", least)
+    for least in (setup.EXTRAPOLATED_FROM, 10**9):
+        monkeypatch.setattr(setup, "EXTRAPOLATED_FROM", least)
         runs.append(ancf.simulate(make(), n_steps * dt, dt, **options))
     return runs
 
 
 def test_a_chain_falling_from_rest_takes_fewer_corrections_and_as_many_factors(monkeypatch):
     # Measured: 1.2 for 2.0 with a factor in 67 steps each.
-    foreseen, plain = both(monkeypatch, falling, 400)
+    extrapolated, plain = both(monkeypatch, falling, 400)
     assert plain.stats.iterations > 1.9 * plain.stats.steps
-    assert foreseen.stats.iterations < 1.4 * foreseen.stats.steps
-    assert foreseen.stats.factorizations <= plain.stats.factorizations + 3
-    assert foreseen.stats.recoveries == 0
+    assert extrapolated.stats.iterations < 1.4 * extrapolated.stats.steps
+    assert extrapolated.stats.factorizations <= plain.stats.factorizations + 3
+    assert extrapolated.stats.recoveries == 0
 
 
 def test_a_net_takes_fewer_corrections(monkeypatch):
     # Measured: 2.0 for 3.4.
-    foreseen, plain = both(monkeypatch, lambda: net(20, "rest").scene, 150)
-    assert foreseen.stats.iterations < 0.75 * plain.stats.iterations
+    extrapolated, plain = both(monkeypatch, lambda: net(20, "rest").scene, 150)
+    assert extrapolated.stats.iterations < 0.75 * plain.stats.iterations
 
 
 @pytest.mark.parametrize("integrator", [DAMPED, ancf.Newmark(), ancf.HHT(0.1)], ids=repr)
 def test_its_solution_is_nearer_to_exact_steps(monkeypatch, integrator):
     # Measured: 0.006 to 0.1 of the distance, before chaos sets in after 3 s.
     options = {"integrator": integrator, "save_every": 400}
-    foreseen, plain = both(monkeypatch, falling, 2000, **options)
+    extrapolated, plain = both(monkeypatch, falling, 2000, **options)
     exact = ancf.simulate(falling(), 2000 * DT, DT, tolerance=1e-9, **options)
-    off, before = (np.abs(run.q - exact.q).max() for run in (foreseen, plain))
+    off, before = (np.abs(run.q - exact.q).max() for run in (extrapolated, plain))
     assert off < 0.5 * before
     gain, gain_before = (
-        abs(run.energy.total[-1] - exact.energy.total[-1]) for run in (foreseen, plain)
+        abs(run.energy.total[-1] - exact.energy.total[-1]) for run in (extrapolated, plain)
     )
     assert gain < gain_before + 1e-7 * exact.energy.kinetic.max()
 
@@ -67,8 +67,8 @@ def test_its_solution_is_nearer_to_exact_steps(monkeypatch, integrator):
     ids=["stiff", "small", "Newton", "paper", "energy"],
 )
 def test_elsewhere_steps_are_what_they_were(monkeypatch, make, options):
-    foreseen, plain = both(monkeypatch, make, 40, **options)
-    np.testing.assert_array_equal(foreseen.q, plain.q)
+    extrapolated, plain = both(monkeypatch, make, 40, **options)
+    np.testing.assert_array_equal(extrapolated.q, plain.q)
 
 
 def test_so_are_those_of_scenes_with_equations(monkeypatch):
@@ -77,8 +77,8 @@ def test_so_are_those_of_scenes_with_equations(monkeypatch):
         scene.rod(scene.beams[0].end, (60.0, 1.0))
         return scene
 
-    foreseen, plain = both(monkeypatch, held, 40)
-    np.testing.assert_array_equal(foreseen.q, plain.q)
+    extrapolated, plain = both(monkeypatch, held, 40)
+    np.testing.assert_array_equal(extrapolated.q, plain.q)
 
 
 def test_the_number_of_threads_changes_only_rounding():
@@ -90,19 +90,19 @@ def test_the_number_of_threads_changes_only_rounding():
     np.testing.assert_allclose(two.q, one.q, rtol=0, atol=1e-11 * np.abs(one.q).max())
 
 
-def test_a_sudden_load_is_not_foreseen(monkeypatch):
+def test_a_sudden_load_is_not_extrapolated(monkeypatch):
     # The change that it makes says nothing about the next one.
     def pushed():
         scene = falling()
         scene.point_force(scene.beams[0].end, lambda t: (0.0, 500.0 if t > 0.05 else 0.0))
         return scene
 
-    foreseen, _ = both(monkeypatch, pushed, 300, save_every=1)
+    extrapolated, _ = both(monkeypatch, pushed, 300, save_every=1)
     exact = ancf.simulate(pushed(), 300 * DT, DT, integrator=DAMPED, tolerance=1e-9)
-    off = np.abs(foreseen.q - exact.q).max()
+    off = np.abs(extrapolated.q - exact.q).max()
     way = np.abs(exact.q[-1] - exact.q[0]).max()
     assert off < 1e-5 * way
-    assert foreseen.stats.recoveries == 0
+    assert extrapolated.stats.recoveries == 0
 
 
 def test_the_prediction_is_that_of_least_squares():
@@ -120,14 +120,14 @@ def test_the_prediction_is_that_of_least_squares():
     columns = (weight * np.array([last[:n], before[:n]])).T
     x, y = np.round(1024.0 * np.linalg.lstsq(columns, weight * new[:n])[0]) / 1024.0
     q, v, a0, lam = states[-1]
-    foreseen = a0 + x * new + y * last
+    extrapolated = a0 + x * new + y * last
     scale = integrator.scale * DT**2
-    place = q + DT * v + 0.5 * DT**2 * a0 + scale * (foreseen - a0)
-    r, _ = system.assembly.residual(place, v, foreseen, lam, system.dead_load, np.zeros(0))
+    place = q + DT * v + 0.5 * DT**2 * a0 + scale * (extrapolated - a0)
+    r, _ = system.assembly.residual(place, v, extrapolated, lam, system.dead_load, np.zeros(0))
     plain, _ = system.assembly.residual(
         q + DT * v + 0.5 * DT**2 * a0, v, a0, lam, system.dead_load, np.zeros(0)
     )
-    march.prepare(loads)  # the last step was foreseen, and so is the next one
+    march.prepare(loads)  # the last step was extrapolated, and so is the next one
     off = np.linalg.norm(march.residual() - scale * r[:n])
     assert off < 1e-3 * scale * np.linalg.norm(r[:n])  # changes are kept in single precision
     assert np.linalg.norm(r[:n]) < 0.1 * np.linalg.norm(plain[:n])
