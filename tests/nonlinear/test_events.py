@@ -81,7 +81,7 @@ def test_a_failed_step_names_the_contraction():
     with pytest.raises(
         ancf.StepFailure, match=r"residual last changed by a factor of \d"
     ) as caught:
-        ancf.simulate(scene, 1.0, 0.1, solver=ancf.ModifiedNewton(max_iterations=2),
+        ancf.simulate(scene, 1.0, 0.05, solver=ancf.ModifiedNewton(max_iterations=2),
                       tolerance="paper", max_energy_gain=np.inf)  # fmt: skip
     last = caught.value.trajectory.stats.events[-1]
     assert last.rung == "Newton from rest"

@@ -76,7 +76,9 @@ def attempt(rng, units, integrator, solver):
             drawn.scene, drawn.t_end, drawn.dt, integrator=integrator, solver=solver
         )
     except ancf.AncfError as stop:
-        return Attempt(f"ended with {type(stop).__name__}", np.zeros(0), 0)
+        path = getattr(stop, "trajectory", None)
+        count = 0 if path is None else path.stats.iterations
+        return Attempt(f"ended with {type(stop).__name__}", np.zeros(0), count)
     places = [run.position(beam.end) / units.metre for beam in drawn.beams]
     return Attempt("finished", np.stack(places), run.stats.iterations)
 
@@ -102,8 +104,11 @@ def allowed(run):
 
 
 def rounding_matters(alike, size):
-    """Whether any two runs that only rounding separates differ."""
-    return any(compare(*two, size, "") for two in itertools.combinations(alike, 2))
+    """Whether any two runs that only rounding separates differ, stopped ones by their counts."""
+    return any(
+        compare(one, two, size, "") or abs(one.iterations - two.iterations) > allowed(one)
+        for one, two in itertools.combinations(alike, 2)
+    )
 
 
 def rounding_decides(alike, two, size):
