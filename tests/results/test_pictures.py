@@ -1,5 +1,6 @@
 """Pictures and films show the numbers of a run, and refuse what they cannot show."""
 
+import sys
 from itertools import pairwise
 
 import matplotlib as mpl
@@ -153,8 +154,9 @@ def test_a_film_has_a_picture_for_each_instant(arm, tmp_path):
     assert not plt.get_fignums()
 
 
-def test_a_film_in_space_shows_its_progress(cube, tmp_path, capsys):
+def test_a_film_in_space_shows_its_progress(cube, tmp_path, capsys, monkeypatch):
     run, _ = cube
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     path = run.animate(tmp_path / "cube.gif", seconds=0.2, fps=10, dpi=40)
     assert path.stat().st_size > 1000
     assert "/2 [" in capsys.readouterr().err
