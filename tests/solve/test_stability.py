@@ -147,7 +147,7 @@ def shaken(x):
 def test_a_run_that_outgrows_its_limit_stops():
     scene, _ = stretched(pulled)
     dt = 0.999 * ancf.stable_step(scene, CENTRAL)
-    with pytest.raises(ancf.Instability, match="given, and the stable step") as stop:
+    with pytest.raises(ancf.Instability, match="no load accounts for; the stable step") as stop:
         ancf.simulate(scene, 4000 * dt, dt, integrator=CENTRAL)
     assert "GeneralizedAlpha(0.9)" in str(stop.value)
     assert isinstance(stop.value, ancf.StepFailure)
@@ -184,7 +184,7 @@ def test_a_run_under_changing_loads_that_outgrows_its_limit_stops():
     scene.point_force(rod.end, lambda t: (2e3 * min(t / 0.5, 1.0), 0.0))
     dt = 0.999 * ancf.stable_step(scene, CENTRAL)
     steps = int(1.0 / dt)
-    with pytest.raises(ancf.Instability, match="given, and the stable step") as stop:
+    with pytest.raises(ancf.Instability, match="no load accounts for; the stable step") as stop:
         ancf.simulate(scene, steps * dt, dt, integrator=CENTRAL)
     assert np.isfinite(stop.value.trajectory.q).all()
     ancf.simulate(scene, steps * dt, dt / 2, integrator=CENTRAL)

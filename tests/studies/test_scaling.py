@@ -141,7 +141,7 @@ def test_ratios_are_of_the_fastest_rounds():
     assert found["best fixed"] == "modified Newton"
 
 
-def test_missed_aims_and_missing_results_are_said():
+def test_missed_targets_and_missing_results_are_stated():
     result = by_hand()
     missed = {target.what for target in targets(result) if not target.met}
     assert missed == {
