@@ -155,7 +155,7 @@ class Record:
             raise
 
     def _hand_over(self, stop: BaseException) -> None:
-        path = self.trajectory()
+        path = self._recorded()
         stop.trajectory = path  # type: ignore[attr-defined]
         if not isinstance(stop, AncfError):
             what = "interrupted" if isinstance(stop, KeyboardInterrupt) else "ended"
@@ -188,7 +188,14 @@ class Record:
                 yield writer
 
     def trajectory(self) -> Trajectory:
-        """Hand back what was recorded."""
+        """Hand back what was recorded; an interruption meanwhile takes it along."""
+        try:
+            return self._recorded()
+        except KeyboardInterrupt as stop:
+            self._hand_over(stop)
+            raise
+
+    def _recorded(self) -> Trajectory:
         if self._kept is not None:
             return self._kept.trajectory(self._system, self._settings)
         assert self._output is not None

@@ -10,6 +10,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import LoadFailure
 from ancfsparse.integrators import CentralDifference, EnergyMomentum, RungeKuttaNystrom
+from ancfsparse.results import files
 from ancfsparse.results.files import load
 from ancfsparse.results.writer import Writer
 from ancfsparse.solve import fixed, record
@@ -214,3 +215,21 @@ def test_no_step_is_lost_wherever_an_interruption_comes(tmp_path, monkeypatch, t
         finally:
             sys.settrace(before)
     assert places > 20
+
+
+def test_an_interruption_after_the_last_step_takes_the_whole_run_along(tmp_path, monkeypatch):
+    calls, read = [], files.read
+
+    def interrupted(*arguments):
+        calls.append(arguments)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        return read(*arguments)
+
+    monkeypatch.setattr(files, "read", interrupted)
+    scene, _ = pendulum()
+    with pytest.raises(KeyboardInterrupt) as caught:
+        ancf.simulate(scene, 0.1, 1e-3, output=tmp_path / "run.h5")
+    assert len(caught.value.trajectory.t) == 101
+    assert caught.value.trajectory.finished
+    assert "its states up to t = 0.1 s are in the attribute" in caught.value.__notes__[0]
