@@ -32,7 +32,7 @@ peers: .venv/.peers ## Install what the studies run beside ours: Exudyn, SUNDIAL
 	@:
 
 demo: setup ## Reproduce the paper's table 1 and figures 1 and 2
-	$(ONE_THREAD) $(BIN)/ancfsparse table1 $(ARGS)
+	$(ONE_THREAD) $(BIN)/python -m benchmarks table1 $(ARGS)
 
 test: .venv/.all_sets ## Run the tests, e.g. ARGS="-m 'not slow'"
 	$(BIN)/python -m pytest $(ARGS)
@@ -54,41 +54,41 @@ codegen-check: setup ## Prove that generated/ is what `make codegen` writes
 	$(BIN)/python -m codegen --check $(ARGS)
 
 bench-paper: .venv/.peers ## Time the paper's pendulum beside Exudyn, one thread
-	$(ONE_THREAD) $(BIN)/ancfsparse bench-paper $(ARGS)
+	$(ONE_THREAD) $(BIN)/python -m benchmarks bench-paper $(ARGS)
 
 bench-kernels: .venv/.all_sets ## Time every element kernel on every instruction set
-	$(ONE_THREAD) $(BIN)/ancfsparse bench-kernels $(ARGS)
+	$(ONE_THREAD) $(BIN)/python -m benchmarks bench-kernels $(ARGS)
 
 compare: setup ## Compare speed and counts with another build, ARGS="OTHER/.venv/bin/python"
 	$(ONE_THREAD) $(BIN)/python -P tools/compare_builds.py $(ARGS)
 
 bench-time: .venv/.peers ## Measure seconds against the error of the steps, beside peers
-	$(ONE_THREAD) $(BIN)/ancfsparse study work-precision --peers $(ARGS)
+	$(ONE_THREAD) $(BIN)/python -m benchmarks work-precision --peers $(ARGS)
 
 bench-error: .venv/.peers ## Measure the whole error against its cost, beside peers
-	$(ONE_THREAD) $(BIN)/ancfsparse study total-error --peers $(ARGS)
+	$(ONE_THREAD) $(BIN)/python -m benchmarks total-error --peers $(ARGS)
 
 accuracy: setup ## Measure errors and costs of runs to an accuracy on 100 scenes, e.g. ARGS="0 20"; ten minutes
 	$(ONE_THREAD) $(BIN)/python -m tests.solve.accuracy_sweep $(ARGS)
 
 # First what counts and looks at no clock, last what takes longest; each says that it begins.
 STUDIES := \
-  'study stability --page docs/stability.md' \
-  'study stability --seeds --page docs/stability.md' \
+  'stability --page docs/stability.md' \
+  'stability --seeds --page docs/stability.md' \
   'table1 --readme README.md --page docs/benchmarks.md' \
   'bench-paper --page docs/benchmarks.md' \
-  'study memory --page docs/large.md' \
-  'study memory --lattice 8 --page docs/large.md' \
-  'study lattices --largest 46 --largest-net 200 --page docs/large.md' \
-  'study long-runs --page docs/stability.md' \
-  'study total-error --peers --page docs/accuracy.md' \
-  'study work-precision --peers --page docs/accuracy.md' \
-  'study scaling --peers --largest 1000000 --largest-net 200 --page docs/large.md'
+  'memory --page docs/large.md' \
+  'memory --lattice 8 --page docs/large.md' \
+  'lattices --largest 46 --largest-net 200 --page docs/large.md' \
+  'long-runs --page docs/stability.md' \
+  'total-error --peers --page docs/accuracy.md' \
+  'work-precision --peers --page docs/accuracy.md' \
+  'scaling --peers --largest 1000000 --largest-net 200 --page docs/large.md'
 
 charts: .venv/.peers ## Draw docs/gallery anew, and the tables of the pages with it; an hour
 	@for study in $(STUDIES); do \
-	  echo "== ancfsparse $$study"; \
-	  $(ONE_THREAD) $(BIN)/ancfsparse $$study || exit; \
+	  echo "== python -m benchmarks $$study"; \
+	  $(ONE_THREAD) $(BIN)/python -m benchmarks $$study || exit; \
 	done
 	mkdir -p docs/data && cp results/stability.csv docs/data/
 

@@ -67,16 +67,16 @@ if TYPE_CHECKING:
         strain,
         velocity,
     )
-    from ancfsparse.results.files import load
-    from ancfsparse.scene.curves import Arc, Helix
-    from ancfsparse.scene.shapes import Box, Cylinder, Rod, Sphere
-    from ancfsparse.solve.assemble import assemble
-    from ancfsparse.solve.buckling import buckling
-    from ancfsparse.solve.complex_modes import complex_modes
-    from ancfsparse.solve.load_path import load_path
-    from ancfsparse.solve.modal_response import modal_response
-    from ancfsparse.solve.modes import modes
-    from ancfsparse.solve.quasi_static import quasi_static
+    from ancfsparse.results.hdf5_reader import load
+    from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
+    from ancfsparse.scene.geometry.curves import Arc, Helix
+    from ancfsparse.solve.equilibrium_paths.load_path import load_path
+    from ancfsparse.solve.equilibrium_paths.quasi_static import quasi_static
+    from ancfsparse.solve.statics.assemble import assemble
+    from ancfsparse.solve.vibration.buckling import buckling
+    from ancfsparse.solve.vibration.complex_modes import complex_modes
+    from ancfsparse.solve.vibration.modal_response import modal_response
+    from ancfsparse.solve.vibration.modes import modes
     from ancfsparse.sweeps import grid, latin_hypercube, sweep
 
 __all__ = [
@@ -157,27 +157,27 @@ __all__ = [
 
 
 _ON_DEMAND = {
-    "Arc": "scene.curves",
-    "Box": "scene.shapes",
-    "Cylinder": "scene.shapes",
-    "Helix": "scene.curves",
+    "Arc": "scene.geometry.curves",
+    "Box": "scene.bodies.rigid_shapes",
+    "Cylinder": "scene.bodies.rigid_shapes",
+    "Helix": "scene.geometry.curves",
     "Plan": "plans",
-    "Rod": "scene.shapes",
-    "Sphere": "scene.shapes",
-    "assemble": "solve.assemble",
-    "buckling": "solve.buckling",
-    "complex_modes": "solve.complex_modes",
+    "Rod": "scene.bodies.rigid_shapes",
+    "Sphere": "scene.bodies.rigid_shapes",
+    "assemble": "solve.statics.assemble",
+    "buckling": "solve.vibration.buckling",
+    "complex_modes": "solve.vibration.complex_modes",
     "energy": "plans",
     "frequency": "plans",
     "grid": "sweeps",
     "latin_hypercube": "sweeps",
-    "load": "results.files",
-    "load_path": "solve.load_path",
-    "modal_response": "solve.modal_response",
-    "modes": "solve.modes",
+    "load": "results.hdf5_reader",
+    "load_path": "solve.equilibrium_paths.load_path",
+    "modal_response": "solve.vibration.modal_response",
+    "modes": "solve.vibration.modes",
     "plan": "plans",
     "position": "plans",
-    "quasi_static": "solve.quasi_static",
+    "quasi_static": "solve.equilibrium_paths.quasi_static",
     "reaction": "plans",
     "section_force": "plans",
     "slope_angle": "plans",

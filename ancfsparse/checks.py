@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.errors import InputError, Parameter, with_unit
-from ancfsparse.words import LARGEST, shown, suggest
+from ancfsparse.messages import LARGEST, shown, suggest
 
 # Largest length, mass, time ..., whose cube, and that of its inverse, are still numbers.
 MODERATE = 1e100

@@ -271,29 +271,3 @@ def test_version_is_told(capsys):
     code, out, _ = run(capsys, "--version")
     assert code == 0
     assert re.fullmatch(r"ancfsparse \d+\.\d+\.\d+\n", out)
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("study", "scaling"), ("study", "memory"), ("study", "work-precision"),
-        ("study", "total-error"), ("study", "stability"), ("study", "long-runs"), ("table1",),
-        ("bench-paper",),
-    ],
-)  # fmt: skip
-def test_targets_are_looked_at_before_a_study(capsys, tmp_path, words):
-    file = tmp_path / "a.md"
-    file.write_text("a page without markers\n", encoding="utf-8")
-    page = "--readme" if words == ("table1",) else "--page"
-    cases = [
-        ((page, str(file)), "has no place for"),
-        ((page, str(tmp_path / "no.md")), "no such page"),
-    ]
-    if words != ("bench-paper",):
-        cases += [
-            (("--output", str(each)), "cannot be a folder") for each in (file, file / "deeper")
-        ]
-    for options, sentence in cases:
-        code, out, err = run(capsys, *words, *options)
-        assert (code, out) == (2, "")
-        assert sentence in err

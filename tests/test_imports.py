@@ -8,7 +8,11 @@ import pytest
 
 HEAVY = {"h5py", "hashlib", "matplotlib", "numpy.ma", "scipy", "sksparse", "sympy", "tqdm", "typer"}
 # Our own modules that only other kinds of runs need.
-OTHERS = {"ancfsparse.solve.accuracy", "ancfsparse.results.plots", "ancfsparse.seeds.cholmod"}
+OTHERS = {
+    "ancfsparse.solve.error_control.error_controlled_run",
+    "ancfsparse.results.plotting.line_plots",
+    "ancfsparse.seeds.ordering.cholmod",
+}
 
 SCENE = """
 import ancfsparse as ancf

@@ -9,8 +9,8 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve import fixed
-from ancfsparse.solve.memory import estimate
+from ancfsparse.solve.motion import fixed_step_run
+from ancfsparse.solve.preparation.memory_estimate import estimate
 from ancfsparse.system import System
 from tests.operations import operations
 
@@ -84,7 +84,7 @@ def test_an_element_of_a_chain_takes_less_than_1570_bytes():
 
 
 def test_the_end_of_a_run_copies_the_state_alone(monkeypatch):
-    n, last = 20_000, fixed.remember
+    n, last = 20_000, fixed_step_run.remember
 
     def measured(system, *args):
         before, _ = tracemalloc.get_traced_memory()
@@ -94,7 +94,7 @@ def test_the_end_of_a_run_copies_the_state_alone(monkeypatch):
         assert taken < 1.1 * 3 * 8 * system.n_all  # q, v, a; not what else the next steps need
         return state
 
-    monkeypatch.setattr(fixed, "remember", measured)
+    monkeypatch.setattr(fixed_step_run, "remember", measured)
     tracemalloc.start()
     run = ancf.simulate(chain(n)[0], 2e-3, 1e-3, integrator=ancf.HHT(0.05))
     tracemalloc.stop()

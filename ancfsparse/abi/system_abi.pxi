@@ -1,5 +1,5 @@
 """Declarations of the structure documented in system_abi.h; an include file."""
-include "../abi/solver_abi.pxi"
+include "solver_abi.pxi"
 
 cdef extern from "system_abi.h":
     enum Part "ancf_part":

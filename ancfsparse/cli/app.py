@@ -11,24 +11,12 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ancfsparse.checks import check_count, check_positive
 from ancfsparse.cli import files
 from ancfsparse.cli.elements import element as element_command
 from ancfsparse.cli.options import RunError, in_options
 from ancfsparse.cli.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendulum
 from ancfsparse.cli.plan import plan
 from ancfsparse.errors import AccuracyFailure, InputError, StepFailure
-from ancfsparse.studies.bench.kernels import KernelBench
-from ancfsparse.studies.bench.kernels import bench_kernels as run_bench_kernels
-from ancfsparse.studies.bench.paper import PaperBench
-from ancfsparse.studies.bench.paper import bench_paper as run_bench_paper
-from ancfsparse.studies.bench.sweep import SweepBench
-from ancfsparse.studies.bench.sweep import bench_sweep as run_bench_sweep
-from ancfsparse.studies.commands import report, study
-from ancfsparse.studies.common import paper
-from ancfsparse.studies.common.files import check_targets, fill_page, plain
-from ancfsparse.studies.table1.report import ON_BENCHMARKS
-from ancfsparse.studies.table1.report import STUDY as TABLE1
 
 EXIT_FAILURE, EXIT_INPUT = 1, 2
 
@@ -39,12 +27,11 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-app.add_typer(study, name="study")
 for command in (files.info, files.plot, files.animate, files.convert, element_command, plan):
     app.command()(command)
 
 
-def _can_be_written(target: str | None) -> str | None:
+def check_writable(target: str | None) -> str | None:
     """Refuse a file in a folder that does not exist before the run, not after it."""
     if target is not None and target != "-" and not Path(target).absolute().parent.is_dir():
         raise InputError(
@@ -64,11 +51,11 @@ def _common(
     version: Annotated[
         bool,
         typer.Option(
-            "--version", help="Print the version and leave.", callback=_print_version, is_eager=True
+            "--version", help="Print the version and exit.", callback=_print_version, is_eager=True
         ),
     ] = False,
 ) -> None:
-    """Flexible pendulums of ANCF cables and beams, and the studies of the paper."""
+    """Simulate cables, beams and mechanisms by the absolute nodal coordinate formulation."""
 
 
 JsonOption = Annotated[
@@ -77,13 +64,8 @@ JsonOption = Annotated[
         "--json",
         metavar="FILE",
         help="Write one JSON object to FILE; '-' prints it.",
-        callback=_can_be_written,
+        callback=check_writable,
     ),
-]
-
-SaveOption = Annotated[
-    str | None,
-    typer.Option(metavar="FILE", help="Write one JSON object to FILE.", callback=_can_be_written),
 ]
 
 
@@ -216,74 +198,6 @@ def problem(
             typer.echo(f"{quantity} at {time:g} s: {value}")
 
 
-@app.command()
-def table1(
-    output: Annotated[Path, typer.Option(help="Folder for table and figures.")] = Path("results"),
-    time: Annotated[float, typer.Option(help="Simulated time [s].")] = paper.T_END,
-    step: Annotated[float, typer.Option(help="Time step [s].")] = paper.DT,
-    cap: Annotated[float, typer.Option(help="Seconds a method of SciPy may take.")] = 15.0,
-    readme: Annotated[
-        Path | None, typer.Option(help="Page whose table, and picture in docs/gallery, to renew.")
-    ] = None,
-    page: Annotated[Path | None, typer.Option(help="Page whose list of findings to renew.")] = None,
-) -> None:
-    """Reproduce table 1 and figures 1 and 2 of the paper beside the paper's own numbers."""
-    TABLE1.check(output, readme)
-    ON_BENCHMARKS.check(output, page)
-    with in_options():
-        table = TABLE1.run(t_end=time, dt=step, cap=cap, progress=True)
-    report(TABLE1, table, output, readme)
-    if page is not None:
-        ON_BENCHMARKS.fill(table, page, output)
-
-
-@app.command("bench-paper")
-def bench_paper(
-    repeats: Annotated[int, typer.Option(help="Interleaved runs of each contestant.")] = 9,
-    save: SaveOption = None,
-    page: Annotated[Path | None, typer.Option(help="Page whose output to renew.")] = None,
-) -> None:
-    """Time the paper's pendulum beside Exudyn, in turn, and against the paper's own times."""
-    check_count("--repeats", repeats)
-    check_targets(Path(), page, "bench-paper")
-    result = run_bench_paper(repeats=repeats, progress=True)
-    _report(result, save)
-    if page is not None:
-        fill_page(page, "bench-paper", f"```\n{result}\n```")
-
-
-@app.command("bench-kernels")
-def bench_kernels(save: SaveOption = None) -> None:
-    """Time every element kernel on every instruction set of this machine."""
-    _report(run_bench_kernels(progress=True), save)
-
-
-@app.command("bench-sweep")
-def bench_sweep(
-    points: Annotated[int, typer.Option(help="Number of pendulums.")] = 200,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes [default: one for each processor].")
-    ] = None,
-    dt: Annotated[float, typer.Option(help="Time step [s].")] = paper.DT,
-    rounds: Annotated[int, typer.Option(help="Rounds, of which the least times count.")] = 3,
-    save: SaveOption = None,
-) -> None:
-    """Time a sweep over pendulums beside a plain loop."""
-    check_count("--points", points)
-    check_count("--rounds", rounds)
-    check_positive("--dt", dt, "s")
-    if workers is not None:
-        check_count("--workers", workers)
-    _report(run_bench_sweep(points, workers, dt, rounds, progress=True), save)
-
-
-def _report(result: KernelBench | PaperBench | SweepBench, save: str | None) -> None:
-    typer.echo(str(result))
-    if save is not None:
-        targets = [each.record() for each in result.targets]
-        write_json(plain(result) | {"targets": targets}, save)
-
-
 def write_json(data: dict[str, Any], target: str) -> None:
     """Write one JSON object to a file, or to stdout if the target is ``"-"``."""
     text = json.dumps(data, allow_nan=False)
@@ -306,14 +220,29 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Exit codes: 0, 1 if a step failed or an accuracy was not reached, 2 if an
     argument is invalid.
     """
+    run_app(app, "ancfsparse", arguments)
+
+
+def run_app(program: typer.Typer, name: str, arguments: Sequence[str] | None = None) -> None:
+    """Run a program of commands, with the exit codes of `main`.
+
+    Parameters
+    ----------
+    program : typer.Typer
+        The commands.
+    name : str
+        Name of the program in its help and its messages.
+    arguments : sequence of str, optional
+        Words after the name; those of the process by default.
+    """
     try:
-        app(args=arguments, prog_name="ancfsparse")
+        program(args=arguments, prog_name=name)
     except (InputError, OSError) as error:
-        _leave(EXIT_INPUT, error)
+        _exit(EXIT_INPUT, name, error)
     except (RunError, StepFailure, AccuracyFailure) as error:
-        _leave(EXIT_FAILURE, error)
+        _exit(EXIT_FAILURE, name, error)
 
 
-def _leave(code: int, error: Exception) -> NoReturn:
-    print(f"ancfsparse: {error}", file=sys.stderr)
+def _exit(code: int, name: str, error: Exception) -> NoReturn:
+    print(f"{name}: {error}", file=sys.stderr)
     sys.exit(code)

@@ -9,7 +9,7 @@ import numpy as np
 import typer
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.files import contents, read_outline
+from ancfsparse.results.hdf5_reader import contents, read_outline
 
 PICTURES = ".pdf", ".png", ".svg"
 
@@ -57,7 +57,7 @@ def plot(
     _check_target(picture, PICTURES, "a picture")
     outline, t, q, _ = read_outline(file)
     plt = _without_display()
-    from ancfsparse.results.pictures import draw_shapes
+    from ancfsparse.results.plotting.plot import draw_shapes
 
     draw_shapes(outline, t, q, time or None, view=_view(view))
     plt.savefig(picture, dpi=150)
@@ -76,7 +76,7 @@ def animate(
     """Write a film of a run."""
     outline, t, q, _ = read_outline(file)
     _without_display()
-    from ancfsparse.results.animation import animate as write
+    from ancfsparse.results.plotting.animation import animate as write
 
     write(outline, t, q, film, seconds=seconds, fps=fps, dpi=dpi, view=_view(view))
     typer.echo(f"written: {film}")
@@ -89,7 +89,7 @@ def convert(
 ) -> None:
     """Write a run as VTKHDF, with velocities and strains, without the forces of `to_vtk`."""
     outline, t, q, v = read_outline(file)
-    from ancfsparse.results.vtkhdf import write_vtk
+    from ancfsparse.results.export.vtkhdf import write_vtk
 
     write_vtk(outline, t, q, v, target, per_element=per_element)
     typer.echo(f"written: {target}")

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import Newmark
+from ancfsparse.messages import shown
 from ancfsparse.nonlinear import QuasiNewton
 from ancfsparse.plans import Plan, plan, position, static_deflection
-from ancfsparse.plans.planned_run import PlannedRun
+from ancfsparse.plans.execution.planned_trajectory import PlannedRun
 from ancfsparse.problems import pendulum
 from ancfsparse.problems.undecided import UNDECIDED
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Node
 from ancfsparse.solve import simulate
-from ancfsparse.words import shown
 
 Array = NDArray[np.float64]
 

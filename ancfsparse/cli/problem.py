@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError, RedundantConstraints
 from ancfsparse.integrators import GeneralizedAlpha
+from ancfsparse.messages import numbers, shown
 from ancfsparse.problems.mechanism import Case
 from ancfsparse.problems.named import MECHANISMS
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate, solve_static
-from ancfsparse.words import numbers, shown
 
 TIGHT = 1e-12
 Array = NDArray[np.float64]

@@ -18,6 +18,7 @@ from ancfsparse.errors.inputs import (
     RedundantConstraints,
     SingularSceneError,
 )
+from ancfsparse.errors.message import Parameter, Sentence, in_python, with_unit
 from ancfsparse.errors.runs import (
     AccuracyFailure,
     EnergyGain,
@@ -27,7 +28,6 @@ from ancfsparse.errors.runs import (
     PlanFailure,
     StepFailure,
 )
-from ancfsparse.errors.sentence import Parameter, Sentence, in_python, with_unit
 
 __all__ = [
     "AccuracyFailure",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ancfsparse.errors.inputs import AncfError
-from ancfsparse.errors.sentence import Face, in_python, with_unit
+from ancfsparse.errors.message import Face, in_python, with_unit
 
 
 class EquilibriumFailure(AncfError, RuntimeError):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ancfsparse.errors.sentence import Face, Parameter, Sentence, in_python
+from ancfsparse.errors.message import Face, Parameter, Sentence, in_python
 
 
 class AncfError(Exception):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ancfsparse.errors.inputs import KEPT, AncfError
-from ancfsparse.errors.sentence import Face, Parameter, Sentence, in_python, with_unit
+from ancfsparse.errors.message import Face, Parameter, Sentence, in_python, with_unit
 
 
 class StepFailure(AncfError, RuntimeError):

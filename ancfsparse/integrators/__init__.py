@@ -3,14 +3,14 @@
 This package depends on time integration alone, not on elements.
 """
 
-from ancfsparse.integrators.conserving import EnergyMomentum
-from ancfsparse.integrators.explicit import (
+from ancfsparse.integrators.explicit.explicit_methods import (
     CentralDifference,
     DormandPrince,
     Explicit,
     RungeKuttaNystrom,
 )
-from ancfsparse.integrators.implicit import HHT, GeneralizedAlpha, Implicit, Newmark
+from ancfsparse.integrators.implicit.energy_momentum import EnergyMomentum
+from ancfsparse.integrators.implicit.newmark_family import HHT, GeneralizedAlpha, Implicit, Newmark
 
 __all__ = [
     "HHT",

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.integrators.conserving import EnergyMomentum
-from ancfsparse.integrators.explicit import (
+from ancfsparse.integrators.explicit.explicit_methods import (
     CentralDifference,
     DormandPrince,
     Explicit,
     RungeKuttaNystrom,
 )
-from ancfsparse.integrators.implicit import HHT, GeneralizedAlpha, Implicit, Newmark
+from ancfsparse.integrators.implicit.energy_momentum import EnergyMomentum
+from ancfsparse.integrators.implicit.newmark_family import HHT, GeneralizedAlpha, Implicit, Newmark
 
 
 @dataclass(frozen=True)

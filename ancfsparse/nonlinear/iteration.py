@@ -16,8 +16,8 @@ from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNe
 from ancfsparse.seeds import Fill, Seed
 
 if TYPE_CHECKING:
-    from ancfsparse.abi.frame import Frame
-    from ancfsparse.nonlinear.loops import DenseInverse, Inverse, NonlinearLoop, OwnInverse
+    from ancfsparse.abi.nodal_frames import Frame
+    from ancfsparse.nonlinear.loop_protocols import DenseInverse, Inverse, NonlinearLoop, OwnInverse
 
 EPSILON = float(np.finfo(float).eps)
 DENSE_LIMIT = 4000

@@ -1,6 +1,8 @@
 """Plans: the cheapest model, mesh, step and method that give a quantity to an error."""
 
-from ancfsparse.plans.asking import (
+from ancfsparse.plans.execution.plan_data import Plan
+from ancfsparse.plans.plan import plan
+from ancfsparse.plans.quantities.functions import (
     energy,
     frequency,
     position,
@@ -11,8 +13,6 @@ from ancfsparse.plans.asking import (
     strain,
     velocity,
 )
-from ancfsparse.plans.planning import plan
-from ancfsparse.plans.record import Plan
 
 __all__ = [
     "Plan",

@@ -16,9 +16,9 @@ from ancfsparse.checks import check_count
 from ancfsparse.problems.mechanism import Array, G, Mechanism, bar, meeting
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Circle, Material, Ramp, Rectangle, Scene, Sine
-from ancfsparse.scene.sections import AnySection
-from ancfsparse.scene.shapes import Box
-from ancfsparse.scene.signal import Signal
+from ancfsparse.scene.bodies.rigid_shapes import Box
+from ancfsparse.scene.records.signal import Signal
+from ancfsparse.scene.sections.sections import AnySection
 
 # The cable of the paper's pendulum.
 CABLE = Rectangle(0.01, 0.01), Material(1e8, 4000.0)

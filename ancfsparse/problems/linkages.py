@@ -10,8 +10,8 @@ from ancfsparse.checks import check_count
 from ancfsparse.problems.mechanism import Array, G, Mechanism, bar, meeting
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
-from ancfsparse.scene.rigid import RigidBody
-from ancfsparse.scene.shapes import Box, Rod
+from ancfsparse.scene.bodies.rigid_body import RigidBody
+from ancfsparse.scene.bodies.rigid_shapes import Box, Rod
 
 
 def four_bar() -> Mechanism:

@@ -10,8 +10,8 @@ from ancfsparse.checks import check_count
 from ancfsparse.problems.flexible import cable
 from ancfsparse.problems.mechanism import G, Mechanism
 from ancfsparse.scene import Circle, Material, Ramp, Scene, Section
-from ancfsparse.scene.curves import Arc, Helix
-from ancfsparse.scene.shapes import Box, Cylinder, Rod
+from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod
+from ancfsparse.scene.geometry.curves import Arc, Helix
 
 
 def bend(n_elements: int = 64, load: float = 600.0) -> Mechanism:

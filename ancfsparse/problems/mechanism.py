@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from ancfsparse.integrators import EnergyMomentum, Implicit
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
-from ancfsparse.scene.bodies import Body
-from ancfsparse.scene.rigid import RigidBody
-from ancfsparse.scene.shapes import Rod
+from ancfsparse.scene.bodies.body import Body
+from ancfsparse.scene.bodies.rigid_body import RigidBody
+from ancfsparse.scene.bodies.rigid_shapes import Rod
 
 Array = NDArray[np.float64]
 G = 9.81

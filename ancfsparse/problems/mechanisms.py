@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from ancfsparse.problems.mechanism import Array, G, Mechanism
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
-from ancfsparse.scene.rigid import RigidBody
-from ancfsparse.scene.shapes import Rod
+from ancfsparse.scene.bodies.rigid_body import RigidBody
+from ancfsparse.scene.bodies.rigid_shapes import Rod
 
 
 def planar_rod() -> Mechanism:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_choice, check_count, check_finite
 from ancfsparse.problems.benchmarks import Problem
 from ancfsparse.scene import Beam, Material, Mesh, Rectangle, Scene
-from ancfsparse.scene.bodies import VelocityField
+from ancfsparse.scene.bodies.body import VelocityField
 
 LENGTH = 0.2  # of an element [m]
 

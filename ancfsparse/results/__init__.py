@@ -1,14 +1,14 @@
 """Results of runs: positions, reactions, energies and counts, from saved states and their system.
 
-Pictures are in `ancfsparse.results.plots` (`snapshots`, `edge_lines`, `centre_line`,
+Pictures are in `ancfsparse.results.plotting.line_plots` (`snapshots`, `edge_lines`, `centre_line`,
 `differences`), apart, so that a run does not wait for matplotlib.
 """
 
-from ancfsparse.results.energy import Energy
-from ancfsparse.results.equilibrium import Equilibrium
-from ancfsparse.results.source import SolvedSystem
-from ancfsparse.results.stats import Event, RunStats
-from ancfsparse.results.trajectory import Trajectory
+from ancfsparse.results.data.run_statistics import Event, RunStats
+from ancfsparse.results.data.solved_system import SolvedSystem
+from ancfsparse.results.fields.energy_balance import Energy
+from ancfsparse.results.solutions.equilibrium import Equilibrium
+from ancfsparse.results.solutions.trajectory import Trajectory
 
 __all__ = [
     "Energy",

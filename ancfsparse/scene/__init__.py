@@ -4,24 +4,28 @@ A `Scene` is a list of declarations, which `ancfsparse.system` flattens into arr
 validated here; no motion is computed.
 """
 
-from ancfsparse.scene.beams import Beam
-from ancfsparse.scene.bodies import Body, ElasticBody, Node
-from ancfsparse.scene.joints import Clamp, Connect, Joint, Pin, Rod, check_node, check_point
-from ancfsparse.scene.loads import (
+from ancfsparse.scene.bodies.beam import Beam
+from ancfsparse.scene.bodies.body import Body, ElasticBody, Node
+from ancfsparse.scene.bodies.mesh import Mesh
+from ancfsparse.scene.joints.clamp import Clamp
+from ancfsparse.scene.joints.connect import Connect
+from ancfsparse.scene.joints.joint import Joint, check_node, check_point
+from ancfsparse.scene.joints.pin import Pin
+from ancfsparse.scene.joints.rod import Rod
+from ancfsparse.scene.loads.loads import (
     ChangingGravity,
     DistributedForce,
     Load,
     PointForce,
     PointMoment,
 )
-from ancfsparse.scene.material import Material
-from ancfsparse.scene.mesh import Mesh
-from ancfsparse.scene.polygon import Polygon
-from ancfsparse.scene.profiles import IBeam, Tube
+from ancfsparse.scene.records.signal import Signal
+from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
 from ancfsparse.scene.scene import Scene, check_scene
-from ancfsparse.scene.sections import AnySection, Circle, Rectangle, Section, Taper
-from ancfsparse.scene.signal import Signal
-from ancfsparse.scene.signals import Pulse, Ramp, Sine, Table
+from ancfsparse.scene.sections.material import Material
+from ancfsparse.scene.sections.polygon import Polygon
+from ancfsparse.scene.sections.profiles import IBeam, Tube
+from ancfsparse.scene.sections.sections import AnySection, Circle, Rectangle, Section, Taper
 
 __all__ = [
     "AnySection",

@@ -9,19 +9,19 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene.add_bodies import Bodies
-from ancfsparse.scene.add_couplings import Couplings
-from ancfsparse.scene.add_joints import Joints
-from ancfsparse.scene.add_loads import Loads
-from ancfsparse.scene.add_mechanisms import Mechanisms
-from ancfsparse.scene.digest import digest
-from ancfsparse.scene.forces import Forces
-from ancfsparse.scene.joint_springs import JointSprings
-from ancfsparse.scene.masses import Masses
-from ancfsparse.scene.rigid_bodies import RigidBodies
-from ancfsparse.scene.spec import equal
-from ancfsparse.scene.springs import Springs
-from ancfsparse.words import numbers, shown
+from ancfsparse.messages import numbers, shown
+from ancfsparse.scene.force_elements.joint_springs import JointSprings
+from ancfsparse.scene.force_elements.masses import Masses
+from ancfsparse.scene.force_elements.springs import Springs
+from ancfsparse.scene.force_elements.user_forces import Forces
+from ancfsparse.scene.methods.add_bodies import Bodies
+from ancfsparse.scene.methods.add_couplings import Couplings
+from ancfsparse.scene.methods.add_joints import Joints
+from ancfsparse.scene.methods.add_loads import Loads
+from ancfsparse.scene.methods.add_mechanisms import Mechanisms
+from ancfsparse.scene.methods.add_rigid_bodies import RigidBodies
+from ancfsparse.scene.records.record import equal
+from ancfsparse.scene.storage.digest import digest
 
 
 class Scene(
@@ -78,7 +78,7 @@ class Scene(
 
     def __str__(self) -> str:
         """Write what was specified, a line for each call."""
-        from ancfsparse.scene.printing import line
+        from ancfsparse.scene.storage.printing import line
 
         kind = "planar" if self.dim == 2 else "spatial"
         first = f"{kind} scene, gravity {numbers(self.gravity)} m/s2"
@@ -117,7 +117,7 @@ class Scene(
         InputError
             If a function is compiled, two functions have one name, or nothing can be written there.
         """
-        from ancfsparse.scene.files import save
+        from ancfsparse.scene.storage.json_file import save
 
         save(self, path)
 
@@ -144,7 +144,7 @@ class Scene(
             If it is no such file, needs a function that is not given, or has an invalid call, with
             the number of the record.
         """
-        from ancfsparse.scene.files import load
+        from ancfsparse.scene.storage.json_file import load
 
         return load(cls, path, {} if own is None else own)
 
@@ -164,7 +164,7 @@ class Scene(
         Scene
             The copy; `counterpart` gives its handles.
         """
-        from ancfsparse.scene.copies import refined
+        from ancfsparse.scene.storage.copies import refined
 
         return refined(self, factor)
 
@@ -200,7 +200,7 @@ class Scene(
         >>> stiffer = scene.replaced(rod, material=ancf.Material(2e8, 4000))
         >>> on_the_moon = scene.replaced(gravity=(0.0, -1.62))
         """
-        from ancfsparse.scene.copies import replaced
+        from ancfsparse.scene.storage.copies import replaced
 
         return replaced(self, handle, gravity, changes)
 
@@ -222,7 +222,7 @@ class Scene(
         InputError
             If there is no body of that name.
         """
-        from ancfsparse.scene.copies import counterpart
+        from ancfsparse.scene.storage.copies import counterpart
 
         return counterpart(self, handle)
 

@@ -1,10 +1,10 @@
 """Factorizations of symmetric matrices on a fixed sparse pattern, exact and incomplete."""
 
-from ancfsparse.seeds.deflated import DeflatedSeed
-from ancfsparse.seeds.groups import Fill, Groups
-from ancfsparse.seeds.incomplete import IncompleteSeed
-from ancfsparse.seeds.modes import Slides
-from ancfsparse.seeds.sparse import SparseSeed, fill_of
+from ancfsparse.seeds.complete.sparse_seed import SparseSeed, fill_of
+from ancfsparse.seeds.incomplete.deflated_gradients import DeflatedSeed
+from ancfsparse.seeds.incomplete.incomplete_seed import IncompleteSeed
+from ancfsparse.seeds.incomplete.sliding_modes import Slides
+from ancfsparse.seeds.ordering.unknown_groups import Fill, Groups
 
 Seed = SparseSeed | IncompleteSeed
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any, Protocol, runtime_checkable
 
 from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
-from ancfsparse.words import shown
 
 
 @runtime_checkable

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
 from ancfsparse.sweeps.point import Row, Task
 from ancfsparse.sweeps.samples import Point
-from ancfsparse.words import shown
 
 # First key of the first line.
 MARK = "ancfsparse sweep"

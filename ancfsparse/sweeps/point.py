@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.errors import AncfError, InputError
+from ancfsparse.messages import shown
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from ancfsparse.sweeps.samples import Point
-from ancfsparse.words import shown
 
 
 @dataclass(frozen=True)

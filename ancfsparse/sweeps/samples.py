@@ -10,8 +10,8 @@ import numpy as np
 
 from ancfsparse.checks import check_count
 from ancfsparse.errors import InputError
-from ancfsparse.machine import check_room
-from ancfsparse.words import shown
+from ancfsparse.messages import shown
+from ancfsparse.system_memory import check_room
 
 Point = dict[str, Any]
 """A value for every parameter, by name."""

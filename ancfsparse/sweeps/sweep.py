@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 from ancfsparse.checks import check_choice, check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
-from ancfsparse.machine import processors
-from ancfsparse.results.hdf5 import file_name
+from ancfsparse.messages import shown
+from ancfsparse.results.data.hdf5_format import file_name
 from ancfsparse.solve import simulate
-from ancfsparse.solve.progress import progress_bar
+from ancfsparse.solve.preparation.progress_bar import progress_bar
 from ancfsparse.sweeps.forks import can_fork, run_forked
 from ancfsparse.sweeps.ledger import Ledger, key
 from ancfsparse.sweeps.point import Row, Task, evaluate
 from ancfsparse.sweeps.samples import Point, checked_points
 from ancfsparse.sweeps.workers import connected, run_on
-from ancfsparse.words import shown
+from ancfsparse.system_memory import processors
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,10 +8,10 @@ from contextlib import contextmanager
 from typing import Any
 
 from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
 from ancfsparse.sweeps.forks import ENDED
 from ancfsparse.sweeps.point import Row, Task, evaluate_all
 from ancfsparse.sweeps.samples import Point
-from ancfsparse.words import shown
 
 # Time that a call should take beside the milliseconds that a cluster needs for it [s], and the
 # fewest calls for each worker, so that all end together.

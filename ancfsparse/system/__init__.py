@@ -3,7 +3,7 @@
 The system evaluates residual, matrix and energy in compiled code; it does not integrate in time.
 """
 
-from ancfsparse.system.state import State
+from ancfsparse.system.coordinates.state import State
 from ancfsparse.system.system import System
 
 __all__ = ["State", "System"]

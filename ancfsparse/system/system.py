@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError, LoadFailure
 from ancfsparse.scene import Joint, Node, Scene, check_scene
+from ancfsparse.system.assembly.sparsity_pattern import build
 from ancfsparse.system.contributions import contributions_of
-from ancfsparse.system.coordinates import Coordinates
-from ancfsparse.system.loads import loads_of
-from ancfsparse.system.numbering import number
-from ancfsparse.system.pattern import build
-from ancfsparse.system.state import Layout, State, check_state, meanings
+from ancfsparse.system.coordinates.coordinates import Coordinates
+from ancfsparse.system.coordinates.numbering import number
+from ancfsparse.system.coordinates.state import Layout, State, check_state, meanings
+from ancfsparse.system.loads.applied_loads import loads_of
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.ropes import Rope
+    from ancfsparse.scene.force_elements.ropes import Rope
+    from ancfsparse.system.assembly.assembly_protocol import Assembly
     from ancfsparse.system.contributions.interface import Compiled
-    from ancfsparse.system.equations import Assembly
-    from ancfsparse.system.joint_forces import States
+    from ancfsparse.system.recovery.joint_forces import States
 
 Vector = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ class System(Coordinates):
                 "body with scene.add_body"
             )
         if any(body.automatic for body in scene.bodies):
-            from ancfsparse.scene.automatic import check_decided
+            from ancfsparse.scene.bodies.auto_element import check_decided
 
             check_decided(scene.bodies)
         self.scene, self.description = scene, scene.digest()
@@ -218,7 +218,7 @@ class System(Coordinates):
         InputError
             If the rope is of another scene.
         """
-        from ancfsparse.system.contributions.ropes import Ropes
+        from ancfsparse.system.contributions.force_elements.ropes import Ropes
 
         for each in self.contributions:
             if isinstance(each, Ropes) and each.has(rope):
@@ -271,13 +271,13 @@ class System(Coordinates):
 
     def drive_power(self, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
         """Return the power of what drives coordinates and equations, shape (k,) [W]."""
-        from ancfsparse.system.reactions import drive_power
+        from ancfsparse.system.recovery.reactions import drive_power
 
         return drive_power(self, q, v, a, lam, t)
 
     def drive_work(self, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
         """Return the work of drives in steps between states of `EnergyMomentum`, (k - 1,) [J]."""
-        from ancfsparse.system.reactions import drive_work
+        from ancfsparse.system.recovery.reactions import drive_work
 
         return drive_work(self, q, v, a, lam, t)
 
@@ -307,19 +307,19 @@ class System(Coordinates):
         InputError
             If no joint to the ground holds the node, or it is not a node.
         """
-        from ancfsparse.system.reactions import reaction
+        from ancfsparse.system.recovery.reactions import reaction
 
         return reaction(self, node, q, v, a, lam, t)
 
     def rows_of(self, joint: Joint) -> list[int]:
         """Return the equations of a joint, in their order."""
-        from ancfsparse.system.joint_forces import rows_of
+        from ancfsparse.system.recovery.joint_forces import rows_of
 
         return rows_of(self, joint)
 
     def joint_force(self, joint: Joint, states: States) -> tuple[Vector, Vector, Vector]:
         """Return force (k, dim) [N], moment [N m] and axes of a joint, see `joint_forces`."""
-        from ancfsparse.system.joint_forces import joint_force
+        from ancfsparse.system.recovery.joint_forces import joint_force
 
         return joint_force(self, joint, states)
 

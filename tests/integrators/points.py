@@ -10,12 +10,12 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.integrate import solve_ivp
 
-from ancfsparse.integrators.march import make_march
+from ancfsparse.integrators.implicit.time_integration import make_march
 from ancfsparse.nonlinear import Newton
 from ancfsparse.nonlinear.iteration import Costs, Tolerance, make_inverse, make_iteration
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.start import starting_state
-from ancfsparse.system.prescribed import Prescribed
+from ancfsparse.solve.initial_conditions.consistent_state import starting_state
+from ancfsparse.system.coordinates.prescribed_motion import Prescribed
 
 _new_capsule = ct.pythonapi.PyCapsule_New
 _new_capsule.restype = ct.py_object

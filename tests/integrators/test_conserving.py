@@ -13,9 +13,9 @@ import ancfsparse as ancf
 from ancfsparse.nonlinear import Newton, Outcome
 from ancfsparse.nonlinear.iteration import finite_difference
 from ancfsparse.problems import chain, pendulum
-from ancfsparse.solve.setup import prepare
-from ancfsparse.studies.stability.scenes import SCENES
+from ancfsparse.solve.stepping.implicit_setup import prepare
 from ancfsparse.system import System
+from benchmarks.stability.scenes import SCENES
 
 KEEPS = ancf.EnergyMomentum()
 SECTION = ancf.Rectangle(0.01, 0.01)

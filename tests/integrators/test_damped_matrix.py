@@ -8,8 +8,8 @@ import ancfsparse as ancf
 from ancfsparse.nonlinear import Newton
 from ancfsparse.nonlinear.iteration import finite_difference
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.setup import prepare
-from ancfsparse.solve.start import starting_state
+from ancfsparse.solve.initial_conditions.consistent_state import starting_state
+from ancfsparse.solve.stepping.implicit_setup import prepare
 from ancfsparse.system import System
 
 FAMILY = [ancf.Newmark(0.0), ancf.Newmark(0.3), ancf.HHT(0.3), ancf.GeneralizedAlpha(0.5)]

@@ -8,9 +8,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import ancfsparse as ancf
-from ancfsparse.integrators.explicit import make_explicit
-from ancfsparse.solve.explicit import check_held
-from ancfsparse.solve.stability import mass_seed
+from ancfsparse.integrators.explicit.explicit_methods import make_explicit
+from ancfsparse.solve.linearization.matrices import mass_seed
+from ancfsparse.solve.stepping.explicit_setup import check_held
 from ancfsparse.system import System
 
 SECTION, METHOD = ancf.Rectangle(0.02, 0.02), ancf.DormandPrince()

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.integrators.explicit import make_explicit
+from ancfsparse.integrators.explicit.explicit_methods import make_explicit
 from ancfsparse.problems import pendulum
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.seeds.blocks import BlockInverse
-from ancfsparse.studies.common.first_order import FirstOrder, integrate
+from ancfsparse.seeds.dense.block_inverse import BlockInverse
 from ancfsparse.system import System
+from benchmarks.common.first_order import FirstOrder, integrate
 
 METHODS = [ancf.CentralDifference(), ancf.RungeKuttaNystrom(4), ancf.RungeKuttaNystrom(8)]
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)

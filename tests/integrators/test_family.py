@@ -8,7 +8,7 @@ from points import Point, exact_circle, on_circle
 
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Newton, Outcome
-from ancfsparse.solve.steps import Stepper
+from ancfsparse.solve.error_control.step_size_controller import Stepper
 
 SECOND_ORDER = [ancf.Newmark(0.0), ancf.HHT(0.05), ancf.HHT(0.3), ancf.GeneralizedAlpha(0.9),
                 ancf.GeneralizedAlpha(0.6)]  # fmt: skip

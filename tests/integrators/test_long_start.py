@@ -6,8 +6,8 @@ from points import Point
 
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome, Rung
-from ancfsparse.solve.rates import initial_jerk
-from ancfsparse.solve.start import starting_state
+from ancfsparse.solve.initial_conditions.consistent_accelerations import initial_jerk
+from ancfsparse.solve.initial_conditions.consistent_state import starting_state
 
 LENGTH, MASS = 3.0443, 10.0
 

@@ -3,13 +3,13 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse import integrators
 from ancfsparse.dispatch import compiled
-from ancfsparse.integrators import loops
-from ancfsparse.integrators.interface import Integrator
+from ancfsparse.integrators.interface import time_loops
+from ancfsparse.integrators.interface.integrator import Integrator
 from ancfsparse.integrators.names import BY_NAME, EXAMPLES, EXPLICIT, integrator_of
-from ancfsparse.nonlinear import loops as nonlinear
+from ancfsparse.nonlinear import loop_protocols as nonlinear
 from ancfsparse.nonlinear.methods import BY_NAME as METHODS
-from ancfsparse.seeds import factors
-from ancfsparse.system.equations import Assembly
+from ancfsparse.seeds.interface import protocols
+from ancfsparse.system.assembly.assembly_protocol import Assembly
 
 
 def test_every_integrator_has_a_name():
@@ -44,18 +44,18 @@ def test_damped_newmark_is_of_first_order():
 @pytest.mark.parametrize(
     ("protocol", "module", "name"),
     [
-        (loops.ControlledLoop, "march", "March"),
-        (loops.ImplicitLoop, "conserving", "March"),
-        (loops.ExplicitLoop, "explicit", "Explicit"),
+        (time_loops.ControlledLoop, "march", "March"),
+        (time_loops.ImplicitLoop, "conserving", "March"),
+        (time_loops.ExplicitLoop, "explicit", "Explicit"),
         (nonlinear.NonlinearLoop, "iteration", "Iteration"),
         (nonlinear.DenseInverse, "dense", "Dense"),
         (nonlinear.OwnInverse, "limited", "Limited"),
         (nonlinear.Inverse, "corotated", "Corotated"),
         (Assembly, "assembly", "Assembly"),
-        (factors.CompleteFactor, "ldl", "Ldl"),
-        (factors.IncompleteFactor, "ic", "Ic"),
-        (factors.Solver, "blocks", "Blocks"),
-        (factors.PythonSeed, "callback", "Callback"),
+        (protocols.CompleteFactor, "ldl", "Ldl"),
+        (protocols.IncompleteFactor, "ic", "Ic"),
+        (protocols.Solver, "blocks", "Blocks"),
+        (protocols.PythonSeed, "callback", "Callback"),
     ],
 )
 def test_compiled_objects_have_what_their_types_state(protocol, module, name):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.studies.stability.scenes import pushed, truss
+from benchmarks.stability.scenes import pushed, truss
 
 
 def test_stiff_vibrations_that_alternate_are_foreseen():

@@ -5,10 +5,10 @@ import pytest
 from points import on_circle
 
 import ancfsparse as ancf
-from ancfsparse.integrators.march import make_march
+from ancfsparse.integrators.implicit.time_integration import make_march
 from ancfsparse.nonlinear import Newton
 from ancfsparse.nonlinear.iteration import Costs, Tolerance, make_inverse, make_iteration
-from ancfsparse.solve.start import starting_state
+from ancfsparse.solve.initial_conditions.consistent_state import starting_state
 
 
 def multipliers(integrator, dt, delta, seed_of_noise=0):

@@ -8,7 +8,7 @@ import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome, Rung
 from ancfsparse.problems import lattice
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare
 from ancfsparse.system import System
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0}

@@ -8,7 +8,7 @@ import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome, Rung
 from ancfsparse.problems import pendulum
 from ancfsparse.results import Event
-from ancfsparse.results.files import load
+from ancfsparse.results.hdf5_reader import load
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
 

@@ -7,9 +7,9 @@ import ancfsparse as ancf
 from ancfsparse.dispatch import compiled
 from ancfsparse.problems import chain, net, pendulum
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare
 from ancfsparse.system import System
-from ancfsparse.system.rotation import frame_of
+from ancfsparse.system.rigid_motion.corotated_frames import frame_of
 
 STEEL = 2.1e11
 

@@ -9,7 +9,7 @@ import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare
 from ancfsparse.system import System
 
 STEPS, DT = 200, 5e-4

@@ -7,10 +7,10 @@ from scipy.optimize import root
 
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome, Rung
-from ancfsparse.seeds import sparse
-from ancfsparse.solve.setup import prepare
-from ancfsparse.studies.stability.scenes import SCENES
+from ancfsparse.seeds.complete import sparse_seed
+from ancfsparse.solve.stepping.implicit_setup import prepare
 from ancfsparse.system import System
+from benchmarks.stability.scenes import SCENES
 
 
 def test_an_attempt_with_a_new_seed_renews_it_where_waiting_costs_more():
@@ -31,7 +31,7 @@ def test_an_attempt_with_a_new_seed_renews_it_where_waiting_costs_more():
 
 def test_a_step_lost_on_a_rounded_seed_is_the_last_on_one(monkeypatch):
     # The spring of above: the rounding is not the cause here, but it might be.
-    monkeypatch.setattr(sparse, "SINGLE_FROM", 0.0)
+    monkeypatch.setattr(sparse_seed, "SINGLE_FROM", 0.0)
     equations = Equations(
         lambda x: 50.0 * x**3 + x - 0.1, lambda x: np.diag(150.0 * x**2 + 1.0), [0.1]
     )

@@ -8,7 +8,7 @@ from drive import Problem, dense, limited
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare
 from ancfsparse.system import System
 
 

@@ -12,8 +12,8 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 import ancfsparse as ancf
-from ancfsparse.plans.costs import BESIDE, FACTOR, RESIDUAL, SOLVE, counted
-from ancfsparse.plans.nested import prolonged
+from ancfsparse.plans.models.prolongation import prolonged
+from ancfsparse.plans.trial_runs.cost_model import BESIDE, FACTOR, RESIDUAL, SOLVE, counted
 from ancfsparse.system import System
 
 RHO = 0.9

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.models import Model, built, coarsest, spread
-from ancfsparse.plans.rungs import CABLE
+from ancfsparse.plans.models.model import Model, built, coarsest, spread
+from ancfsparse.plans.selection.element_hierarchy import CABLE
 from ancfsparse.system import System
 
 SECTION, RUBBER = ancf.Circle(0.004), ancf.Material(1e7, 1000.0)

@@ -5,9 +5,17 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import ancfsparse as ancf
-from ancfsparse.plans.climb import _limp
-from ancfsparse.plans.models import Rung
-from ancfsparse.plans.rungs import CABLE, SHEARED, STRING, TWISTED, candidates, left_out, needed
+from ancfsparse.plans.models.model import Rung
+from ancfsparse.plans.selection.element_hierarchy import (
+    CABLE,
+    SHEARED,
+    STRING,
+    TWISTED,
+    candidates,
+    left_out,
+    needed,
+)
+from ancfsparse.plans.selection.element_selection import _limp
 
 RUBBER = ancf.Material(1e7, 1000, 0.3)
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.asking import checked
-from ancfsparse.plans.confirm import confirmed
-from ancfsparse.plans.models import Model, built
-from ancfsparse.plans.pilots import Pilots, distances, rounded
-from ancfsparse.plans.search import thorough
-from ancfsparse.plans.wanted import wanted
+from ancfsparse.plans.models.model import Model, built
+from ancfsparse.plans.quantities.functions import checked
+from ancfsparse.plans.quantities.tolerances import wanted
+from ancfsparse.plans.selection.confirmation_run import confirmed
+from ancfsparse.plans.selection.discretization_search import thorough
+from ancfsparse.plans.trial_runs.trial_runs import Pilots, distances, rounded
 from ancfsparse.problems import pendulum
 
 T_END = 1.0

@@ -6,12 +6,13 @@ import pytest
 from test_auto_meshes import hammock
 
 import ancfsparse as ancf
-from ancfsparse.plans import confirm, mesh_error
-from ancfsparse.plans.asking import checked
-from ancfsparse.plans.corrections import corrections, of_corrections
-from ancfsparse.plans.models import Model
-from ancfsparse.plans.pilots import Pilots
-from ancfsparse.plans.wanted import wanted
+from ancfsparse.plans.discretization_error import mesh_error
+from ancfsparse.plans.discretization_error.residual_correction import corrections, of_corrections
+from ancfsparse.plans.models.model import Model
+from ancfsparse.plans.quantities.functions import checked
+from ancfsparse.plans.quantities.tolerances import wanted
+from ancfsparse.plans.selection import confirmation_run
+from ancfsparse.plans.trial_runs.trial_runs import Pilots
 
 
 def changes(make, counts, *, quantity=ancf.plans.static_deflection):
@@ -69,7 +70,7 @@ def test_plans_of_equilibria_need_one_pilot_and_predict_the_error(monkeypatch):
         assert true <= plan.predictions[0].asked
         assert 0.9 < plan.error / true < 1.2
     plan = ancf.plan(scene, quantity=quantity, error="1 %")
-    for room in (mesh_error, confirm):
+    for room in (mesh_error, confirmation_run):
         monkeypatch.setattr(room, "corrected_estimates", lambda *args: None)
     other = ancf.plan(scene, quantity=quantity, error="1 %")
     assert plan.cost["counted"] < 0.8 * other.cost["counted"]

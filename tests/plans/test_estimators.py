@@ -3,13 +3,13 @@
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans import costs
-from ancfsparse.plans.asking import checked
-from ancfsparse.plans.mesh_error import mesh_error
-from ancfsparse.plans.models import Model
-from ancfsparse.plans.pilots import Pilots, distances
-from ancfsparse.plans.time_error import time_error
-from ancfsparse.plans.wanted import wanted
+from ancfsparse.plans.discretization_error.mesh_error import mesh_error
+from ancfsparse.plans.discretization_error.time_error import time_error
+from ancfsparse.plans.models.model import Model
+from ancfsparse.plans.quantities.functions import checked
+from ancfsparse.plans.quantities.tolerances import wanted
+from ancfsparse.plans.trial_runs import cost_model
+from ancfsparse.plans.trial_runs.trial_runs import Pilots, distances
 from ancfsparse.problems import pendulum
 
 T_END, STEPS, MESH = 1.0, 400, 8
@@ -47,7 +47,7 @@ def test_the_work_of_a_longer_run_on_a_finer_mesh_is_foreseen(pilots):
         pilots.run(model(count), steps)
     known = [run for run in pilots.costs if run.steps <= STEPS and run.coordinates < 60]
     larger = pilots.run(model(32), 1600).cost
-    foreseen = costs.model(known).amount(larger.steps, larger.coordinates)
+    foreseen = cost_model.model(known).amount(larger.steps, larger.coordinates)
     # Longer steps take more iterations: work for each step is at most that of the pilots.
     assert 0.7 < foreseen / larger.amount < 3.0
-    assert costs.model(known).seconds(1600, 132) > 0.0
+    assert cost_model.model(known).seconds(1600, 132) > 0.0

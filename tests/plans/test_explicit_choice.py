@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.explicit import EXPLICIT, longest_step
+from ancfsparse.plans.selection.explicit_alternative import EXPLICIT, longest_step
 
 
 def line(element="auto", n="auto", radius=0.02):

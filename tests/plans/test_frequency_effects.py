@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.neglected import neglected_effects
-from ancfsparse.plans.pilots import at_rest
+from ancfsparse.plans.model_error.neglected_energies import neglected_effects
+from ancfsparse.plans.trial_runs.trial_runs import at_rest
 
 STEEL = ancf.Material(youngs_modulus=2e11, density=7800.0, poisson_ratio=0.3)
 SHEARED = {"curvature": "section", "section_strain": "nodal"}

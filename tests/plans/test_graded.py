@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans import search
-from ancfsparse.plans.asking import checked
-from ancfsparse.plans.grades import Grade, density
-from ancfsparse.plans.grading import grades
-from ancfsparse.plans.models import Model
-from ancfsparse.plans.pilots import Pilots
-from ancfsparse.plans.wanted import wanted
+from ancfsparse.plans.discretization_error.mesh_grading import grades
+from ancfsparse.plans.models.graded_mesh import Grade, density
+from ancfsparse.plans.models.model import Model
+from ancfsparse.plans.quantities.functions import checked
+from ancfsparse.plans.quantities.tolerances import wanted
+from ancfsparse.plans.selection import discretization_search
+from ancfsparse.plans.trial_runs.trial_runs import Pilots
 from ancfsparse.problems import pendulum
 
 LAYER, STIFFNESS, LOAD = 0.01, 1.0, 1e-6  # sqrt(EI / T) / L, N m2, q L / T
@@ -78,7 +78,7 @@ def test_a_plan_takes_graded_elements_where_they_are_fewer(monkeypatch):
     w = plan.run().position(middle)[-1, 1]
     assert abs(w / deflection(0.5) - 1.0) < 3e-4
     with monkeypatch.context() as none:
-        none.setattr(search, "PAYING", np.inf)
+        none.setattr(discretization_search, "PAYING", np.inf)
         even = ancf.plan(scene, quantity=ancf.static_deflection(middle), error="0.03 %")
     assert plan.model.counts["beam 0"] < 0.6 * even.model.counts["beam 0"]
     assert plan.cost["counted"] < even.cost["counted"]
@@ -93,7 +93,7 @@ def test_a_motion_takes_graded_elements_where_they_are_fewer(monkeypatch):
     plan = ancf.plan(*asked)
     assert "graded elements" in plan.choice
     run = plan.run()
-    monkeypatch.setattr(search, "PAYING", np.inf)
+    monkeypatch.setattr(discretization_search, "PAYING", np.inf)
     even = ancf.plan(*asked)
     assert plan.model.counts["beam 0"] < 0.7 * even.model.counts["beam 0"]
     assert plan.cost["counted"] + run_work(plan) < even.cost["counted"] + run_work(even)
@@ -111,7 +111,7 @@ def test_where_nothing_is_concentrated_no_more_pilots_are_run(monkeypatch):
     scene, rod = pendulum("thin", "auto")
     asked = scene, 1.0, ancf.position(rod.end), 1e-3
     plan = ancf.plan(*asked)
-    monkeypatch.setattr(search, "PAYING", np.inf)
+    monkeypatch.setattr(discretization_search, "PAYING", np.inf)
     even = ancf.plan(*asked)
     assert plan.choice == even.choice
     assert plan.cost["counted"] == even.cost["counted"]

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.asking import checked
-from ancfsparse.plans.links import links
-from ancfsparse.plans.models import RIGID, Model, Rung, built
-from ancfsparse.plans.pilots import Pilots
-from ancfsparse.plans.rigidity import change, deflection
-from ancfsparse.plans.rods import possible, rod_of
-from ancfsparse.plans.rungs import CABLE
-from ancfsparse.plans.wanted import wanted
+from ancfsparse.plans.model_error.rigid_link_error import change, deflection
+from ancfsparse.plans.models.model import RIGID, Model, Rung, built
+from ancfsparse.plans.models.rigid_links import possible, rod_of
+from ancfsparse.plans.quantities.functions import checked
+from ancfsparse.plans.quantities.tolerances import wanted
+from ancfsparse.plans.selection.element_hierarchy import CABLE
+from ancfsparse.plans.selection.rigid_link_selection import links
+from ancfsparse.plans.trial_runs.trial_runs import Pilots
 
 STEEL, SOFT = ancf.Material(2e11, 7800), ancf.Material(1e9, 1000)
 THICK, SLIM = ancf.Circle(0.05), ancf.Circle(0.01)
@@ -76,7 +76,9 @@ def test_a_rod_that_its_weight_surely_bends_is_not_tried(dim, slope, ask, monkey
         for error in ("3 %", "0.1 %", "0.003 %"):
             mine, pilots = found(radius, error)
             with monkeypatch.context() as patch:
-                patch.setattr("ancfsparse.plans.links._bends", lambda *_: False)
+                patch.setattr(
+                    "ancfsparse.plans.selection.rigid_link_selection._bends", lambda *_: False
+                )
                 whole, other = found(radius, error)
             assert mine == whole
             tried += bool(other.done) - bool(pilots.done)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.models import Model, Rung, built, counterpart, spread
+from ancfsparse.plans.models.model import Model, Rung, built, counterpart, spread
 
 BAR = ancf.Rectangle(0.01, 0.01)
 RUBBER = ancf.Material(1e8, 4000)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.neglected import flexibility, neglected_effects
-from ancfsparse.plans.pilots import at_rest
+from ancfsparse.plans.model_error.neglected_energies import flexibility, neglected_effects
+from ancfsparse.plans.trial_runs.trial_runs import at_rest
 
 FACTOR = 2.0
 """Within which estimates are right."""
@@ -252,7 +252,7 @@ def test_torsion_between_two_clamps_that_are_turned_against_each_other():
 
     The angle is the solid angle that the tangent goes round on the sphere.
     """
-    from ancfsparse.plans.section_energies import carried_angle
+    from ancfsparse.plans.model_error.section_energies import carried_angle
 
     scene = ancf.Scene(gravity=(0.0, 0.0, 0.0))
     beam = scene.add_beam(

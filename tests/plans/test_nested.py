@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans import pilots
-from ancfsparse.plans.nested import prolonged
-from ancfsparse.plans.pilots import at_rest
+from ancfsparse.plans.models.prolongation import prolonged
+from ancfsparse.plans.trial_runs import trial_runs
+from ancfsparse.plans.trial_runs.trial_runs import at_rest
 from ancfsparse.system import System
 
 PLACES = np.linspace(0.0, 1.0, 41)
@@ -98,7 +98,7 @@ def test_plans_of_equilibria_take_less_work_for_the_same_choice(monkeypatch):
         return ancf.plan(scene, quantity=ancf.static_deflection(rod.end), error="0.01 %")
 
     warm = planned()
-    monkeypatch.setattr(pilots, "prolonged", lambda run, scene: None)
+    monkeypatch.setattr(trial_runs, "prolonged", lambda run, scene: None)
     cold = planned()
     assert warm.choice == cold.choice
     assert warm.error == pytest.approx(cold.error, rel=1e-3)

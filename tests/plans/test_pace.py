@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.pace import courses, paced
+from ancfsparse.plans.trial_runs.load_resolution import courses, paced
 from ancfsparse.system import System
 
 STEEL = ancf.Material(1e8, 1000)

@@ -3,9 +3,9 @@
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.plans.models import Model, built
-from ancfsparse.plans.per_beam import refusing
-from ancfsparse.plans.rungs import CABLE, SHEARED, STRING, candidates
+from ancfsparse.plans.models.model import Model, built
+from ancfsparse.plans.selection.element_hierarchy import CABLE, SHEARED, STRING, candidates
+from ancfsparse.plans.selection.element_per_beam import refusing
 
 RUBBER, SOFT = ancf.Material(1e7, 1000, 0.3), ancf.Material(1e9, 1000)
 

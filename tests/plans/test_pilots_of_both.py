@@ -3,14 +3,14 @@
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.plans import ladder as module
-from ancfsparse.plans.asking import checked
-from ancfsparse.plans.ladder import ladder
-from ancfsparse.plans.models import FEWEST_ELEMENTS, Model
-from ancfsparse.plans.pilots import FEWEST, Pilots
-from ancfsparse.plans.search import search
-from ancfsparse.plans.time_error import time_error
-from ancfsparse.plans.wanted import wanted
+from ancfsparse.plans.discretization_error import simultaneous_refinement as module
+from ancfsparse.plans.discretization_error.simultaneous_refinement import ladder
+from ancfsparse.plans.discretization_error.time_error import time_error
+from ancfsparse.plans.models.model import FEWEST_ELEMENTS, Model
+from ancfsparse.plans.quantities.functions import checked
+from ancfsparse.plans.quantities.tolerances import wanted
+from ancfsparse.plans.selection.discretization_search import search
+from ancfsparse.plans.trial_runs.trial_runs import FEWEST, Pilots
 
 DAMPED = ancf.GeneralizedAlpha(0.9)
 

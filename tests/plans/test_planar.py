@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.planar import planar
+from ancfsparse.plans.models.planar_reduction import planar
 
 SECTION = ancf.Rectangle(0.01, 0.01)
 STIFF = ancf.Material(youngs_modulus=1e10, density=1000.0)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.asking import checked
-from ancfsparse.plans.pilots import at_rest
-from ancfsparse.plans.wanted import wanted
+from ancfsparse.plans.quantities.functions import checked
+from ancfsparse.plans.quantities.tolerances import wanted
+from ancfsparse.plans.trial_runs.trial_runs import at_rest
 from ancfsparse.problems import pendulum
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.span import Span, span_of
-from ancfsparse.plans.ways import Statics
+from ancfsparse.plans.execution.validity_range import Span, span_of
+from ancfsparse.plans.trial_runs.solution_methods import Statics
 from ancfsparse.problems import pendulum
 
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from ancfsparse.plans.richardson import estimate, observed
+from ancfsparse.plans.discretization_error.richardson import estimate, observed
 
 
 def series(order, resolutions, factor=3.0):

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans import choice, rugged
-from ancfsparse.plans.richardson import LEAST_ORDER
-from ancfsparse.plans.rugged import bound
-from ancfsparse.plans.vibrations import swings
-from ancfsparse.plans.ways import Way
+from ancfsparse.plans.discretization_error import low_regularity
+from ancfsparse.plans.discretization_error.low_regularity import bound
+from ancfsparse.plans.discretization_error.richardson import LEAST_ORDER
+from ancfsparse.plans.discretization_error.turning_points import swings
+from ancfsparse.plans.selection import method_selection
+from ancfsparse.plans.trial_runs.solution_methods import Way
 
 
 @pytest.mark.parametrize("order", [0.6, 0.8, 1.0])
@@ -103,7 +104,7 @@ def test_a_reaction_of_a_straight_rod_has_a_plan():
 
 def test_a_refusal_names_vibrations_and_what_ends_them(monkeypatch):
     """The reaction of a rod of steel that gravity lets swing, and bends at once."""
-    monkeypatch.setattr(rugged, "WORTH", 1.0)
+    monkeypatch.setattr(low_regularity, "WORTH", 1.0)
 
     def dropped(damping):
         scene = ancf.Scene()
@@ -123,14 +124,14 @@ def test_a_refusal_names_vibrations_and_what_ends_them(monkeypatch):
 
 def test_a_refusal_names_equilibria_that_cease_to_exist(monkeypatch):
     """Two beams that lean on each other, pushed through; no steps have a plan."""
-    whole = choice.elements
+    whole = method_selection.elements
 
     def hopeless(pilots, finer, steps):
         if isinstance(pilots.integrator, Way):
             return whole(pilots, finer, steps)
         raise ancf.PlanFailure("position", 1e-3, 2e-3, "m", 4, 1.5, ("It vibrates",))
 
-    monkeypatch.setattr(choice, "elements", hopeless)
+    monkeypatch.setattr(method_selection, "elements", hopeless)
     scene = ancf.Scene((0.0, 0.0))
     made = ancf.Circle(0.02), ancf.Material(1e7, 1000.0)
     left = scene.add_beam("thin", (0, 0), (1, 0.1), "auto", *made)

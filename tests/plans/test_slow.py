@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.choice import _seeing
-from ancfsparse.plans.models import Model
-from ancfsparse.plans.pilots import Pilots
-from ancfsparse.plans.slow import hurried, late
-from ancfsparse.plans.wanted import wanted
-from ancfsparse.plans.ways import Statics, _changing
+from ancfsparse.plans.model_error.quasi_static_error import hurried, late
+from ancfsparse.plans.models.model import Model
+from ancfsparse.plans.quantities.tolerances import wanted
+from ancfsparse.plans.selection.method_selection import _seeing
+from ancfsparse.plans.trial_runs.solution_methods import Statics, _changing
+from ancfsparse.plans.trial_runs.trial_runs import Pilots
 from ancfsparse.system import System
 
 SOFT = ancf.Material(1e8, 1000)
@@ -89,7 +89,7 @@ def test_the_lowest_frequency_is_bounded_where_loads_displace_little(monkeypatch
         called.append(whole(*arguments))
         return called[-1]
 
-    monkeypatch.setattr("ancfsparse.plans.ways.hurried", looked)
+    monkeypatch.setattr("ancfsparse.plans.trial_runs.solution_methods.hurried", looked)
     for t_end in (40.0, 4.0, 2.0, 1.0, 0.5):
         scene, point = bent(t_end, "thin", 4)
         changes = _changing(System(scene), t_end)

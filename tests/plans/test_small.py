@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.pace import paced
-from ancfsparse.plans.wanted import wanted
-from ancfsparse.plans.ways import ModalSum
+from ancfsparse.plans.quantities.tolerances import wanted
+from ancfsparse.plans.trial_runs.load_resolution import paced
+from ancfsparse.plans.trial_runs.solution_methods import ModalSum
 from ancfsparse.system import System
 
 THIN, SOFT = ancf.Circle(0.004), ancf.Material(1e9, 1000)

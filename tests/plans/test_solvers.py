@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.costs import Counted, counted
-from ancfsparse.plans.solvers import BUSY, PAIRS, solver_of
-from ancfsparse.plans.ways import Statics
+from ancfsparse.plans.trial_runs.choose_solver import BUSY, PAIRS, solver_of
+from ancfsparse.plans.trial_runs.cost_model import Counted, counted
+from ancfsparse.plans.trial_runs.solution_methods import Statics
 from ancfsparse.problems import pendulum
 
 DAMPED = ancf.GeneralizedAlpha(0.9)

@@ -12,8 +12,8 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
 from ancfsparse.problems import net, pendulum
-from ancfsparse.results.files import read_outline
-from ancfsparse.results.outline import outline_of
+from ancfsparse.results.geometry.scene_outline import outline_of
+from ancfsparse.results.hdf5_reader import read_outline
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +63,7 @@ def test_bars_are_drawn_on_terminals_only(swing, tmp_path, terminal, progress):
 
 def test_vtkhdf_holds_every_state(swing, tmp_path, monkeypatch):
     run, rod = swing
-    monkeypatch.setattr("ancfsparse.results.vtkhdf.BLOCK", 200)  # some states at a time
+    monkeypatch.setattr("ancfsparse.results.export.vtkhdf.BLOCK", 200)  # some states at a time
     path = run.to_vtk(tmp_path / "run.vtkhdf", per_element=2, progress=False)
     with h5py.File(path) as file:
         assert file["VTKHDF/Steps"].attrs["NSteps"] == 11

@@ -13,9 +13,9 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
-from ancfsparse.results.claim import check_replaceable
-from ancfsparse.results.files import load
-from ancfsparse.results.writer import Writer
+from ancfsparse.results.data.output_lock import check_replaceable
+from ancfsparse.results.export.hdf5_writer import Writer
+from ancfsparse.results.hdf5_reader import load
 
 
 def pendulum(modulus=1e8, diameter=0.01):

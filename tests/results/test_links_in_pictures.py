@@ -9,8 +9,8 @@ from PIL import Image
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
-from ancfsparse.results.files import read_outline
-from ancfsparse.results.outline import outline_of
+from ancfsparse.results.geometry.scene_outline import outline_of
+from ancfsparse.results.hdf5_reader import read_outline
 
 
 @pytest.fixture(autouse=True)

@@ -165,7 +165,8 @@ def test_a_film_in_space_shows_its_progress(cube, tmp_path, capsys, monkeypatch)
 def test_a_film_needs_ffmpeg_for_mp4(swing, tmp_path, monkeypatch):
     run, _ = swing
     monkeypatch.setattr(
-        "ancfsparse.results.animation.FFMpegWriter.isAvailable", classmethod(lambda _: False)
+        "ancfsparse.results.plotting.animation.FFMpegWriter.isAvailable",
+        classmethod(lambda _: False),
     )
     with pytest.raises(InputError, match=r"needs the program ffmpeg.*or write a GIF, '.*a\.gif'"):
         run.animate(tmp_path / "a.mp4")

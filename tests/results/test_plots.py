@@ -6,7 +6,7 @@ import pytest
 
 from ancfsparse.errors import InputError
 from ancfsparse.results import RunStats, Trajectory
-from ancfsparse.results.plots import centre_line, differences, edge_lines, snapshots
+from ancfsparse.results.plotting.line_plots import centre_line, differences, edge_lines, snapshots
 from ancfsparse.scene import Circle, Material, Scene
 from ancfsparse.solve import simulate
 

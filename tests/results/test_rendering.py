@@ -35,7 +35,7 @@ def test_sections_have_their_size_and_axes_their_directions(tmp_path):
 
 def test_a_missing_pyvista_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyvista", None)
-    monkeypatch.delitem(sys.modules, "ancfsparse.results.rendering", raising=False)
+    monkeypatch.delitem(sys.modules, "ancfsparse.results.plotting.rendering", raising=False)
     run = ancf.simulate(pendulum(n_elements=2).scene, 0.002, 1e-3)
     with pytest.raises(InputError, match=r"pip install 'ancfsparse\[view\]', or take run.plot"):
         run.render(tmp_path / "a.png")

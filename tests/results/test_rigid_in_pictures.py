@@ -13,10 +13,10 @@ import ancfsparse as ancf
 from ancfsparse.cli import main
 from ancfsparse.errors import InputError
 from ancfsparse.problems import four_bar, heavy_top
-from ancfsparse.results.files import read_outline
-from ancfsparse.results.outline import outline_of
-from ancfsparse.results.pictures import draw_shapes
-from ancfsparse.results.wires import traced, wire
+from ancfsparse.results.geometry.scene_outline import outline_of
+from ancfsparse.results.geometry.wireframe import traced, wire
+from ancfsparse.results.hdf5_reader import read_outline
+from ancfsparse.results.plotting.plot import draw_shapes
 
 CORNERS = np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)]) * (0.5, 0.2)
 

@@ -10,7 +10,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import OPTIONS
 from ancfsparse.problems import elastica, pendulum
 from ancfsparse.system import System
-from ancfsparse.system.end_forces import end_forces
+from ancfsparse.system.recovery.element_end_forces import end_forces
 
 EVERY = [
     (element, dim, dict(zip(options, values, strict=True)))
@@ -206,7 +206,7 @@ def test_states_in_a_file_are_read_in_blocks(tmp_path, monkeypatch):
     scene, rod = pendulum("thick", 6)
     run = ancf.simulate(scene, 0.05, 1e-3)
     stored = ancf.simulate(scene, 0.05, 1e-3, output=tmp_path / "run.h5")
-    monkeypatch.setattr("ancfsparse.results.sections.BLOCK", 10_000)
+    monkeypatch.setattr("ancfsparse.results.fields.section_forces.BLOCK", 10_000)
     whole, read = run.section_force(rod), stored.section_force(rod)
     assert whole.M.shape == (51, 6, 2)
     np.testing.assert_array_equal(whole.M, read.M)

@@ -7,12 +7,12 @@ from ancfsparse import QuasiNewton, simulate
 from ancfsparse.problems import chain, lattice, net, octet
 from ancfsparse.problems.meshes import STIFF
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.memory import NOTHING
-from ancfsparse.solve.seed import make_seed
-from ancfsparse.studies.common.worker import Worker
-from ancfsparse.studies.scaling.run import PROGRAM
-from ancfsparse.studies.scaling.worker import Job, counts
+from ancfsparse.solve.preparation.choose_factorization import make_seed
+from ancfsparse.solve.preparation.memory_estimate import NOTHING
 from ancfsparse.system import System
+from benchmarks.common.worker import Worker
+from benchmarks.scaling.run import PROGRAM
+from benchmarks.scaling.worker import Job, counts
 
 CHAINS = (100, 1000, 10_000)
 NETS = (10, 20, 40, 80)

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
-from ancfsparse.scene.paths import path_of
+from ancfsparse.scene.geometry.splines import path_of
 from ancfsparse.system import System
 
 SECTION, MATERIAL = ancf.Circle(0.02), ancf.Material(1e7, 1e3)

@@ -23,7 +23,7 @@ from ancfsparse.errors import (
     SingularSceneError,
     StepFailure,
 )
-from ancfsparse.words import shown
+from ancfsparse.messages import shown
 
 
 def test_every_error_is_one_of_ours_and_of_the_builtin_kind():

@@ -8,7 +8,7 @@ import pytest
 from everything import everything
 
 import ancfsparse as ancf
-from ancfsparse.scene.spec import SPECS
+from ancfsparse.scene.records.record import SPECS
 from ancfsparse.system import System
 
 OWN = {name: each for name, each in SPECS.items() if each.__module__.startswith("ancfsparse.")}

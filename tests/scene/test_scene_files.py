@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 import ancfsparse as ancf
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene import Signal
-from ancfsparse.scene import functions as sent_functions
-from ancfsparse.scene.files import name_of
+from ancfsparse.scene.records import transferable_functions as sent_functions
+from ancfsparse.scene.storage.json_file import name_of
 from tests.soak.scenes import draw
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)

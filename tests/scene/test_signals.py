@@ -7,7 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
-from ancfsparse.results.files import load
+from ancfsparse.results.hdf5_reader import load
 
 TIMES = np.linspace(-1.0, 6.0, 141)
 

@@ -8,7 +8,7 @@ from matrices import lower_csc
 from ancfsparse.dispatch import available_instruction_sets, compiled
 from ancfsparse.problems import pendulum
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.seeds.blocks import BlockInverse
+from ancfsparse.seeds.dense.block_inverse import BlockInverse
 from ancfsparse.system import System
 
 

@@ -5,8 +5,8 @@ import pytest
 from matrices import lower_csc, net
 
 from ancfsparse.seeds import Groups, IncompleteSeed
-from ancfsparse.seeds import groups as groups_module
-from ancfsparse.seeds.border import Border, leading
+from ancfsparse.seeds.incomplete.constraint_border import Border, leading
+from ancfsparse.seeds.ordering import unknown_groups as groups_module
 
 SIDE = 12
 N = 3 * SIDE * SIDE

@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 from ancfsparse.seeds import DeflatedSeed, Groups
-from ancfsparse.seeds import deflated as module
+from ancfsparse.seeds.incomplete import deflated_gradients as module
 
 
 def springs(n, ground=1e-6):

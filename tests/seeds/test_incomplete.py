@@ -6,7 +6,7 @@ from matrices import lower_csc
 
 from ancfsparse.errors import InputError
 from ancfsparse.seeds import Groups, IncompleteSeed
-from ancfsparse.seeds import groups as groups_module
+from ancfsparse.seeds.ordering import unknown_groups as groups_module
 
 ROUNDING = 2.0**-24
 """Of a number in single precision (IEEE 754)."""
@@ -240,7 +240,7 @@ def test_what_is_no_number_is_not_mended(rng):
 
 def test_too_many_blocks_are_refused(rng, monkeypatch):
     a, groups = coupled(rng, 16, grid(4))
-    monkeypatch.setattr("ancfsparse.seeds.incomplete.MOST_BLOCKS", 30)
+    monkeypatch.setattr("ancfsparse.seeds.incomplete.incomplete_seed.MOST_BLOCKS", 30)
     with pytest.raises(InputError, match="at most 30 blocks, and this one would have 41"):
         seed_of(a, groups)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ancfsparse.seeds import ordering
+from ancfsparse.seeds.ordering import ordering
 
 
 def pattern(n, extra=()):

@@ -6,12 +6,13 @@ import scipy.sparse as sp
 
 import ancfsparse as ancf
 from ancfsparse.problems import lattice, octet
-from ancfsparse.seeds import Groups, IncompleteSeed, incomplete
-from ancfsparse.seeds import groups as groups_module
-from ancfsparse.solve.coarse import slides_of
-from ancfsparse.solve.setup import prepare
+from ancfsparse.seeds import Groups, IncompleteSeed
+from ancfsparse.seeds.incomplete import incomplete_seed
+from ancfsparse.seeds.ordering import unknown_groups as groups_module
+from ancfsparse.solve.preparation.deflation_space import slides_of
+from ancfsparse.solve.stepping.implicit_setup import prepare
 from ancfsparse.system import System
-from ancfsparse.system.vectors import vectors_of
+from ancfsparse.system.coordinates.nodal_vectors import vectors_of
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0}
 LONG = 0.01  # s: a wave runs along 260 elements
@@ -63,7 +64,7 @@ def test_cables_that_are_not_held_slide():
     ("make", "n", "most"), [(lattice, 5, 0.01), (octet, 3, 0.1)], ids=["lattice", "octet truss"]
 )
 def test_the_coarse_matrix_is_that_of_the_modes(make, n, most, monkeypatch):
-    monkeypatch.setattr(incomplete, "MOST_COARSE", 1.0)
+    monkeypatch.setattr(incomplete_seed, "MOST_COARSE", 1.0)
     system, values, whole, slides = steel(n, LONG, make)
     seed = seed_of(system, slides)
     assert seed.factor(values) == 0
@@ -128,7 +129,7 @@ def test_short_steps_do_not_call_for_modes():
 def test_cables_that_fill_the_coarse_matrix_in_do_without(monkeypatch):
     system, _, _, slides = steel(5, LONG)
     assert seed_of(system, slides)._coarse is not None
-    monkeypatch.setattr(incomplete, "MOST_COARSE", 1e-3)
+    monkeypatch.setattr(incomplete_seed, "MOST_COARSE", 1e-3)
     assert seed_of(system, slides)._coarse is None
 
 

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from matrices import chain, lower_csc, net
 
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.seeds.shape import Shape, parts_of
+from ancfsparse.seeds.complete.supernodes import Shape, parts_of
 
 
 def star(rng, arms=6, length=20):

@@ -9,8 +9,8 @@ import matplotlib as mpl
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.results import plots
-from ancfsparse.results.files import load
+from ancfsparse.results.hdf5_reader import load
+from ancfsparse.results.plotting import line_plots
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
@@ -53,7 +53,7 @@ def draw(function, *names):
         try:
             return function(**options)
         finally:
-            plots.plt.close("all")
+            line_plots.plt.close("all")
 
     drawn.__signature__ = inspect.signature(function)
     return drawn
@@ -205,12 +205,12 @@ def calls():
         *(Call(f"Equilibrium.{name}", getattr(rest, name), end) for name in
           ("position", "displacement", "slope", "reaction")),
         Call("load", load, {"path": "good.h5", "scene": moving}),
-        Call("centre_line", draw(plots.centre_line),
+        Call("centre_line", draw(line_plots.centre_line),
              {"trajectory": run, "beam": tip, "states": [0]}),
-        Call("edge_lines", draw(plots.edge_lines),
+        Call("edge_lines", draw(line_plots.edge_lines),
              {"trajectory": run, "body": tip, "states": [0]}),
-        Call("snapshots", draw(plots.snapshots),
+        Call("snapshots", draw(line_plots.snapshots),
              {"trajectory": run, "body": tip, "times": [0.0, 0.01]}),
-        Call("differences", draw(plots.differences),
+        Call("differences", draw(line_plots.differences),
              {"t": run.t, "curves": {"path": path}, "reference": table}),
     ]  # fmt: skip

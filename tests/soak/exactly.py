@@ -9,11 +9,11 @@ import math
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.integrators.march import Start, make_march
+from ancfsparse.integrators.implicit.time_integration import Start, make_march
 from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.criterion import Criterion
-from ancfsparse.solve.start import regularize, starting_state
+from ancfsparse.solve.initial_conditions.consistent_state import regularize, starting_state
+from ancfsparse.solve.stepping.convergence_criterion import Criterion
 from ancfsparse.system import System
 
 NEWTON = ancf.Newton()

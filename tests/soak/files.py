@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.results.files import load
+from ancfsparse.results.hdf5_reader import load
 from tests.soak.report import Report
 
 DAMAGES = ("bits", "zeros", "noise", "cut", "hole", "swap")

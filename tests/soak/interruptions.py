@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.results.files import load
-from ancfsparse.results.writer import Writer
+from ancfsparse.results.export.hdf5_writer import Writer
+from ancfsparse.results.hdf5_reader import load
 from tests.soak.report import Report
 
 STEPS, DT, EVERY = 40_000, 5e-4, 10

@@ -5,7 +5,7 @@ import shutil
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.results.writer import Writer
+from ancfsparse.results.export.hdf5_writer import Writer
 from tests.soak.interruptions import DT, EVERY, judged, pendulum
 
 

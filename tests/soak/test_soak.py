@@ -7,7 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.criterion import Criterion
+from ancfsparse.solve.stepping.convergence_criterion import Criterion
 from tests.soak import accuracy, bodies, callables, mechanisms, motions, units, worker
 from tests.soak.__main__ import soak
 from tests.soak.exactly import Steps

@@ -61,7 +61,9 @@ def test_a_rotating_seed_is_refused():
 
 
 def test_an_error_that_stays_whatever_the_steps_is_told(monkeypatch):
-    monkeypatch.setattr("ancfsparse.solve.implicit_runs.distance", lambda *_: 1.0)
+    monkeypatch.setattr(
+        "ancfsparse.solve.error_control.implicit_candidate.distance", lambda *_: 1.0
+    )
     with pytest.raises(AccuracyFailure, match="no longer follows the steps") as caught:
         ancf.simulate(
             swinging_pendulum(), 0.05, accuracy=1e-4, integrator=ancf.GeneralizedAlpha(0.9)
@@ -74,7 +76,9 @@ def test_an_error_that_stays_whatever_the_steps_is_told(monkeypatch):
 
 
 def test_the_command_ends_with_a_sentence_where_an_accuracy_is_out_of_reach(monkeypatch, capsys):
-    monkeypatch.setattr("ancfsparse.solve.implicit_runs.distance", lambda *_: 1.0)
+    monkeypatch.setattr(
+        "ancfsparse.solve.error_control.implicit_candidate.distance", lambda *_: 1.0
+    )
     with pytest.raises(SystemExit) as left:
         main(["pendulum", "--time", "0.05", "--accuracy", "1e-4", "--step", "0.01",
               "--integrator", "newmark"])  # fmt: skip
@@ -83,7 +87,9 @@ def test_the_command_ends_with_a_sentence_where_an_accuracy_is_out_of_reach(monk
 
 
 def test_an_accuracy_near_rounding_ends_with_what_is_in_reach(monkeypatch):
-    monkeypatch.setattr("ancfsparse.solve.accuracy.EPSILON", 1e-10)  # as if by fewer digits
+    monkeypatch.setattr(
+        "ancfsparse.solve.error_control.error_controlled_run.EPSILON", 1e-10
+    )  # as if by fewer digits
     scene, _ = pendulum("l2t2", 2)
     with pytest.raises(AccuracyFailure, match="the rounding of so many steps") as caught:
         ancf.simulate(scene, 0.02, accuracy=1e-10, integrator=ancf.GeneralizedAlpha(0.9))
@@ -141,8 +147,10 @@ def test_a_motion_that_amplifies_rounding_is_recognised_by_repeating_it():
 
 
 def test_a_way_that_failed_is_named(monkeypatch):
-    monkeypatch.setattr("ancfsparse.solve.explicit_march.MARGIN", 3.0)  # steps too long by far
-    monkeypatch.setattr("ancfsparse.solve.explicit_march.MOST_UNSTABLE", 1)
+    monkeypatch.setattr(
+        "ancfsparse.solve.error_control.explicit_march.MARGIN", 3.0
+    )  # steps too long by far
+    monkeypatch.setattr("ancfsparse.solve.error_control.explicit_march.MOST_UNSTABLE", 1)
     scene, _ = pendulum("l2t2", 2)
     run = ancf.simulate(scene, 0.2, accuracy=1e-4)
     assert run.stats.solver.startswith("GeneralizedAlpha")

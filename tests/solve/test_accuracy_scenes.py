@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.steps import Stepper
+from ancfsparse.solve.error_control.step_size_controller import Stepper
 from tests.solve.accuracy_scenes import SAVED, distance, make, positions, reference
 
 # Without multipliers: their references take longest.

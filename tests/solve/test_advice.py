@@ -7,8 +7,8 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.accuracy import check_accuracy
-from ancfsparse.solve.advice import for_accuracy, for_steps
+from ancfsparse.solve.error_control.error_controlled_run import check_accuracy
+from ancfsparse.solve.stepping.remedies import for_accuracy, for_steps
 from ancfsparse.system import System
 
 

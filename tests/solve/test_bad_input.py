@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.integrators.interface.time_grid import count_steps
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.times import count_steps
 
 
 def simulate(t_end=0.1, dt=1e-3, **options):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.breaks import Breaks
+from ancfsparse.solve.error_models.load_discontinuities import Breaks
 from ancfsparse.system import System
 
 T_END = 1.0

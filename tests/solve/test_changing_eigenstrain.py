@@ -143,7 +143,7 @@ def test_reactions_and_section_forces_are_those_of_the_time():
 
 
 def test_section_forces_of_many_states_need_few_evaluations_of_strains(monkeypatch):
-    from ancfsparse.scene import eigenstrain
+    from ancfsparse.scene.meshing import eigenstrain
 
     calls, strained_ends = [], eigenstrain.strained_ends
     monkeypatch.setattr(

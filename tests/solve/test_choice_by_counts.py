@@ -7,7 +7,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems.named import MECHANISMS
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.price import Price
+from ancfsparse.solve.error_models.cost_model import Price
 
 NAMES = (
     "planar_rod", "spatial_pendulum", "heavy_top", "dzhanibekov", "four_bar", "slider_crank",

@@ -6,9 +6,9 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import chain, lattice, net
 from ancfsparse.seeds import Groups, SparseSeed
-from ancfsparse.solve import memory, seed, way_back
+from ancfsparse.solve.preparation import choose_factorization, memory_estimate, switch_to_direct
 from ancfsparse.system import System
-from ancfsparse.system.vectors import vectors_of
+from ancfsparse.system.coordinates.nodal_vectors import vectors_of
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0}
 INCOMPLETE = "on an incomplete seed"
@@ -72,7 +72,7 @@ def test_multipliers_get_the_exact_one_up_to_twice_the_fill():
 
 
 def test_too_many_multipliers_get_the_exact_one(monkeypatch):
-    for module in (seed, memory):
+    for module in (choose_factorization, memory_estimate):
         monkeypatch.setattr(module, "MOST_EQUATIONS", 0)
     assert INCOMPLETE not in solver_of(on_a_rod(9))
     with pytest.raises(ancf.InputError, match=r"at most 0 equations, and this scene has 1, the"):
@@ -103,8 +103,8 @@ def test_fill_is_that_of_the_exact_factor(make):
 
 def test_what_does_not_fit_exactly_is_marched(monkeypatch):
     scene = lattice(9).scene
-    estimated = memory.estimate(scene, 3, None, False, "auto", incomplete=True)
-    for module in (memory, seed, way_back):
+    estimated = memory_estimate.estimate(scene, 3, None, False, "auto", incomplete=True)
+    for module in (memory_estimate, choose_factorization, switch_to_direct):
         monkeypatch.setattr(module, "available", lambda: 1.2 * estimated.total)
     with pytest.raises(ancf.InputError, match="would need about"):
         solver_of(scene, seed="exact")
@@ -114,8 +114,8 @@ def test_what_does_not_fit_exactly_is_marched(monkeypatch):
 
 def test_if_neither_fits_both_are_named(monkeypatch):
     scene = lattice(9).scene
-    estimated = memory.estimate(scene, 3, None, False, "auto", incomplete=True)
-    monkeypatch.setattr(memory, "available", lambda: 0.5 * estimated.total)
+    estimated = memory_estimate.estimate(scene, 3, None, False, "auto", incomplete=True)
+    monkeypatch.setattr(memory_estimate, "available", lambda: 0.5 * estimated.total)
     sentence = r"the factor .* GB as an incomplete one, and as an exact one up to .* GB"
     with pytest.raises(ancf.InputError, match=sentence):
         solver_of(scene)
@@ -130,12 +130,16 @@ def _pattern(scene):
 
 def test_the_estimate_is_near_what_an_incomplete_factor_takes():
     system = System(lattice(12).scene)
-    estimated = memory.estimate(system.scene, 1, 0, False, ancf.ModifiedNewton(), incomplete=True)
-    made, _ = seed.make_seed(system, "incomplete", "auto", 1, memory.NOTHING)
+    estimated = memory_estimate.estimate(
+        system.scene, 1, 0, False, ancf.ModifiedNewton(), incomplete=True
+    )
+    made, _ = choose_factorization.make_seed(
+        system, "incomplete", "auto", 1, memory_estimate.NOTHING
+    )
     assert made.own.nbytes <= 1.05 * estimated.factor
     assert estimated.factor <= 1.5 * made.own.nbytes
     # What learns on it keeps two pairs of two terms of two vectors beside.
-    learning = memory.estimate(system.scene, 1, 0, False, "auto", incomplete=True)
+    learning = memory_estimate.estimate(system.scene, 1, 0, False, "auto", incomplete=True)
     assert learning.factor - estimated.factor == pytest.approx(8 * 8 * system.n_free, rel=0.01)
 
 
@@ -163,7 +167,7 @@ def test_a_step_that_fails_is_solved_on_an_exact_seed(monkeypatch):
     (event,) = [event for event in run.stats.events if event.rung == "exact seed"]
     assert f"from step {event.step} on an exact seed" in run.stats.solver
     # Without room for it the run ends as it would have.
-    monkeypatch.setattr(way_back, "available", lambda: 1e5)
+    monkeypatch.setattr(switch_to_direct, "available", lambda: 1e5)
     with pytest.raises(ancf.StepFailure):
         ancf.simulate(scene, t_end, dt)
 

@@ -8,12 +8,12 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.rates import initial_acceleration, initial_jerk
-from ancfsparse.solve.setup import prepare
-from ancfsparse.solve.start import (
-    check_constraints,
-    regularize,
+from ancfsparse.solve.initial_conditions.consistent_accelerations import (
+    initial_acceleration,
+    initial_jerk,
 )
+from ancfsparse.solve.initial_conditions.consistent_state import check_constraints, regularize
+from ancfsparse.solve.stepping.implicit_setup import prepare
 from ancfsparse.system import System
 
 TIGHT = 1e-9

@@ -12,7 +12,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from ancfsparse.results.files import load
+from ancfsparse.results.hdf5_reader import load
 
 NEWTON = ancf.Newton()
 

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import ancfsparse as ancf
-from ancfsparse.results.files import load
+from ancfsparse.results.hdf5_reader import load
 
 REFERENCES = Path(__file__).parents[1] / "references" / "moving_supports.toml"
 NEWTON = ancf.Newton()

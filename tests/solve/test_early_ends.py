@@ -10,10 +10,11 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import LoadFailure
 from ancfsparse.integrators import CentralDifference, EnergyMomentum, RungeKuttaNystrom
-from ancfsparse.results import files
-from ancfsparse.results.files import load
-from ancfsparse.results.writer import Writer
-from ancfsparse.solve import fixed, record
+from ancfsparse.results import hdf5_reader
+from ancfsparse.results.export.hdf5_writer import Writer
+from ancfsparse.results.hdf5_reader import load
+from ancfsparse.solve.motion import fixed_step_run
+from ancfsparse.solve.stepping import state_recorder
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
@@ -132,18 +133,18 @@ def test_signals_are_answered_between_two_steps(
     tmp_path, monkeypatch, alarm, integrator, error, words
 ):
     # All steps in one go, which takes many seconds.
-    monkeypatch.setattr(fixed, "CHUNK", 10**9)
-    monkeypatch.setattr(fixed, "COORDINATES", 10**12)
+    monkeypatch.setattr(fixed_step_run, "CHUNK", 10**9)
+    monkeypatch.setattr(fixed_step_run, "COORDINATES", 10**12)
     scene, rod = pendulum(n=50)
     n = 1_000_000
 
-    advance = fixed.FixedRun._advance
+    advance = fixed_step_run.FixedRun._advance
 
     def started(self):
         alarm(0.3, error)
         return advance(self)
 
-    monkeypatch.setattr(fixed.FixedRun, "_advance", started)
+    monkeypatch.setattr(fixed_step_run.FixedRun, "_advance", started)
     with pytest.raises(error) as caught:
         ancf.simulate(
             scene, n * 1e-5, 1e-5, integrator=integrator, save_every=1000, save_nodes=[rod.end],
@@ -176,8 +177,12 @@ class Interrupter:
 
     def __call__(self, frame, event, _):
         name, me = frame.f_code.co_name, frame.f_locals.get("self")
-        steps = isinstance(me, fixed.FixedRun) and name != "__init__"
-        kept = isinstance(me, (record.Kept, Writer)) and name in ("append", "finish", "_reserve")
+        steps = isinstance(me, fixed_step_run.FixedRun) and name != "__init__"
+        kept = isinstance(me, (state_recorder.Kept, Writer)) and name in (
+            "append",
+            "finish",
+            "_reserve",
+        )
         if not steps and not kept:
             return None
         if steps and getattr(me, "_recorder", None) is not None and me._recorder.rows:
@@ -191,7 +196,7 @@ class Interrupter:
 
 @pytest.mark.parametrize("to_file", [False, True])
 def test_no_step_is_lost_wherever_an_interruption_comes(tmp_path, monkeypatch, to_file):
-    monkeypatch.setattr(fixed, "CHUNK", 35)
+    monkeypatch.setattr(fixed_step_run, "CHUNK", 35)
     scene, _ = pendulum(lambda t: (0.0, 1.0 + t))
     options = {"save_every": 10, "output": tmp_path / "run.h5" if to_file else None}
     whole = np.asarray(ancf.simulate(scene, 0.1, 1e-3).q)
@@ -218,7 +223,7 @@ def test_no_step_is_lost_wherever_an_interruption_comes(tmp_path, monkeypatch, t
 
 
 def test_an_interruption_after_the_last_step_takes_the_whole_run_along(tmp_path, monkeypatch):
-    calls, read = [], files.read
+    calls, read = [], hdf5_reader.read
 
     def interrupted(*arguments):
         calls.append(arguments)
@@ -226,7 +231,7 @@ def test_an_interruption_after_the_last_step_takes_the_whole_run_along(tmp_path,
             raise KeyboardInterrupt
         return read(*arguments)
 
-    monkeypatch.setattr(files, "read", interrupted)
+    monkeypatch.setattr(hdf5_reader, "read", interrupted)
     scene, _ = pendulum()
     with pytest.raises(KeyboardInterrupt) as caught:
         ancf.simulate(scene, 0.1, 1e-3, output=tmp_path / "run.h5")

@@ -9,8 +9,8 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import EnergyGain
 from ancfsparse.problems import pendulum
-from ancfsparse.studies.stability.scenes import pushed
 from ancfsparse.system import System
+from benchmarks.stability.scenes import pushed
 
 
 def test_the_trapezoidal_rule_with_too_large_a_step_is_stopped():

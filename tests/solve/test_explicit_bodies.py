@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.integrators.explicit import make_explicit
+from ancfsparse.integrators.explicit.explicit_methods import make_explicit
 from ancfsparse.problems import bricard, dzhanibekov, four_bar, heavy_top, n_four_bar, slider_crank
-from ancfsparse.solve.rates import initial_acceleration
-from ancfsparse.solve.stability import saddle_seed, sizes_of_terms
+from ancfsparse.solve.initial_conditions.consistent_accelerations import initial_acceleration
+from ancfsparse.solve.linearization.matrices import saddle_seed, sizes_of_terms
 from ancfsparse.system import System
 
 RATTLE, EIGHTH = ancf.CentralDifference(), ancf.DormandPrince()

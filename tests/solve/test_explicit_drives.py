@@ -11,7 +11,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.spec import Spec
+from ancfsparse.scene.records.record import Spec
 
 MOVE = ancf.Ramp((0.5, 0.3), 0.4, smooth=True)
 T_END = 0.36

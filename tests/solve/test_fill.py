@@ -9,9 +9,9 @@ import ancfsparse as ancf
 from ancfsparse.nonlinear import Newton
 from ancfsparse.problems import chain, net
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.fill import counted_fill
-from ancfsparse.solve.memory import estimate
-from ancfsparse.solve.statics import MATRICES
+from ancfsparse.solve.preparation.fill_in_estimate import counted_fill
+from ancfsparse.solve.preparation.memory_estimate import estimate
+from ancfsparse.solve.statics.solve_static import MATRICES
 from ancfsparse.system import System
 
 
@@ -49,7 +49,9 @@ def test_fill_is_counted_to_a_tenth(scene):
 def test_the_factor_of_a_lattice_that_may_not_fit_is_not_taken_for_that_of_a_net(monkeypatch):
     scene = lattice(10)
     seed = seed_of(scene)
-    monkeypatch.setattr("ancfsparse.solve.memory.available", lambda: 2.0 * seed.nbytes)
+    monkeypatch.setattr(
+        "ancfsparse.solve.preparation.memory_estimate.available", lambda: 2.0 * seed.nbytes
+    )
     estimated = estimate(scene, 1, 0, False, Newton()).factor
     assert seed.nbytes <= estimated <= 2.0 * seed.nbytes
 
@@ -58,7 +60,7 @@ def test_nothing_is_counted_where_it_fits_in_any_case(monkeypatch):
     def never(_):
         raise AssertionError("counted")
 
-    monkeypatch.setattr("ancfsparse.solve.memory.counted_fill", never)
+    monkeypatch.setattr("ancfsparse.solve.preparation.memory_estimate.counted_fill", never)
     estimate(lattice(6), 1, 0, False, Newton())
 
 

@@ -7,7 +7,7 @@ import ancfsparse as ancf
 from ancfsparse.problems import chain, lattice, net
 from ancfsparse.seeds import Groups, IncompleteSeed
 from ancfsparse.system import System
-from ancfsparse.system.vectors import vectors_of
+from ancfsparse.system.coordinates.nodal_vectors import vectors_of
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0}
 SOFT = {"youngs_modulus": 1e8, "density": 1000.0}

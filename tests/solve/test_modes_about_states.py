@@ -281,7 +281,7 @@ def _place(found, node):
 @pytest.mark.slow
 def test_modes_that_are_lost_in_rounding_end_with_a_sentence(monkeypatch):
     """A long chain without tension took up to ten restarts for each of its coordinates."""
-    monkeypatch.setattr("ancfsparse.solve.spectrum.MOST_RESTARTS", 2)
+    monkeypatch.setattr("ancfsparse.solve.vibration.symmetric_eigenproblem.MOST_RESTARTS", 2)
     scene, _ = chain(30_000)
     with pytest.raises(ancf.ModesFailure, match=r"lost in the rounding .* below about .* Hz; take"):
         ancf.modes(scene, 10)

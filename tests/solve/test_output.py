@@ -8,9 +8,10 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError, StepFailure
-from ancfsparse.results.files import load
+from ancfsparse.results.hdf5_reader import load
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve import memory, record
+from ancfsparse.solve.preparation import memory_estimate
+from ancfsparse.solve.stepping import state_recorder
 from ancfsparse.system import System
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
@@ -38,8 +39,10 @@ def same(run, other, points):
 @pytest.mark.parametrize("small_buffers", [False, True])
 def test_a_file_holds_what_memory_would(tmp_path, save_every, small_buffers, monkeypatch):
     if small_buffers:
-        monkeypatch.setattr(record, "BUFFER", 1500)
-        monkeypatch.setattr(sys.modules["ancfsparse.solve.fixed"], "COORDINATES", 300)
+        monkeypatch.setattr(state_recorder, "BUFFER", 1500)
+        monkeypatch.setattr(
+            sys.modules["ancfsparse.solve.motion.fixed_step_run"], "COORDINATES", 300
+        )
     path = tmp_path / "run.h5"
     _, rod, run = swing(save_every=save_every, output=path)
     other_scene, twin, plain = swing(save_every=save_every)
@@ -147,7 +150,7 @@ def test_bad_output(options, message):
 
 
 def test_a_run_that_cannot_fit_is_refused_before_it_starts(monkeypatch):
-    monkeypatch.setattr(memory, "available", lambda: 2e9)
+    monkeypatch.setattr(memory_estimate, "available", lambda: 2e9)
     message = (
         r"about 24\.\d GB, more than there is: 2 GB of memory are free, and saved states alone "
         r"would take 24\.\d GB; try a larger save_every, save_nodes=\[...\], or output="
@@ -160,7 +163,7 @@ def test_a_run_that_cannot_fit_is_refused_before_it_starts(monkeypatch):
     full = ancf.QuasiNewton("bfgs", memory="full")
     with pytest.raises(InputError, match=r"factor or inverse alone would take .* GB; try fewer"):
         ancf.simulate(scene, 1.0, 1e-3, save_every=1000, solver=full)
-    monkeypatch.setattr(memory, "available", lambda: None)
+    monkeypatch.setattr(memory_estimate, "available", lambda: None)
     swing()
 
 
@@ -178,10 +181,10 @@ def lattice(n):
 
 def test_a_lattice_whose_factor_cannot_fit_is_refused_before_it_is_factored(monkeypatch):
     scene = lattice(12)
-    estimated = memory.estimate(scene, 2, 1, False, "auto")
+    estimated = memory_estimate.estimate(scene, 2, 1, False, "auto")
     seed = seed_of(scene)
     assert seed.nbytes > 2.0 * estimated.factor  # what a plane net of as many nodes would take
-    monkeypatch.setattr(memory, "available", lambda: estimated.total + 1e6)
+    monkeypatch.setattr(memory_estimate, "available", lambda: estimated.total + 1e6)
     with pytest.raises(InputError, match=r"the factor or inverse alone would take .* GB; try few"):
         ancf.simulate(scene, 1e-3, 1e-3, seed="exact")
     with pytest.raises(InputError, match=r"the factor or inverse alone would take .* GB; try few"):
@@ -212,11 +215,11 @@ def test_a_limit_on_addresses_counts():
     limits = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (2**40, limits[1]))
     try:
-        assert memory.available() < 2**40
+        assert memory_estimate.available() < 2**40
     finally:
         resource.setrlimit(resource.RLIMIT_AS, limits)
 
 
 def test_what_is_free_is_known_here():
-    free = memory.available()
+    free = memory_estimate.available()
     assert free is None or 0 < free < 1e14

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import ancfsparse as ancf
-from ancfsparse.solve.implicit_runs import ITERATIONS_SHARE
+from ancfsparse.solve.error_control.implicit_candidate import ITERATIONS_SHARE
 
 G, ANGLE, LENGTH = 9.81, 0.3, 1.6555
 

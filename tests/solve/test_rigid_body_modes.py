@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.rigid_body_modes import MOST, free_motions
+from ancfsparse.solve.linearization.rigid_body_modes import MOST, free_motions
 from ancfsparse.system import System
 
 SECTION, MATERIAL = ancf.Circle(0.02), ancf.Material(1e8, 1000.0)

@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 
 import ancfsparse as ancf
 from ancfsparse.problems import andrews, bricard, four_bar, n_four_bar
-from ancfsparse.scene.shapes import Rod
-from ancfsparse.solve.redundant import nearly_dependent, repeats
+from ancfsparse.scene.bodies.rigid_shapes import Rod
+from ancfsparse.solve.initial_conditions.redundant_constraints import nearly_dependent, repeats
 from ancfsparse.system import System
 
 

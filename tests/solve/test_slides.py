@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.scene.joints.tracks import Offset
+from ancfsparse.scene.kinematics.track import Offset
 from ancfsparse.system import System
 
 G = 9.81

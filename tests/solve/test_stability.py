@@ -6,7 +6,7 @@ import scipy.linalg
 
 import ancfsparse as ancf
 from ancfsparse.problems import net, pendulum
-from ancfsparse.solve.stability import fastest_vibration, mass_seed
+from ancfsparse.solve.linearization.matrices import fastest_vibration, mass_seed
 from ancfsparse.system import System
 from tests.soak.accuracy import trial
 
@@ -85,7 +85,9 @@ def test_a_step_above_the_limit_is_refused_with_one_that_works(integrator):
 def test_the_limit_is_where_runs_begin_to_grow(integrator, monkeypatch):
     scene, _ = stretched(None)
     limit = ancf.stable_step(scene, integrator)
-    monkeypatch.setattr("ancfsparse.solve.explicit.fastest_vibration", lambda *_: 1.0)
+    monkeypatch.setattr(
+        "ancfsparse.solve.stepping.explicit_setup.fastest_vibration", lambda *_: 1.0
+    )
     for share, grows in ((0.98, False), (1.02, True)):
         rod_scene, _ = stretched(shaken)
         dt = share * limit

@@ -8,7 +8,7 @@ from equilibria import eigenvalues, unbalanced
 
 import ancfsparse as ancf
 from ancfsparse.problems import roll_up
-from ancfsparse.solve.relax import NotFoundError
+from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError
 
 
 def column(share, push=0.0, element="thin", dim=2):
@@ -96,8 +96,8 @@ def test_an_unstable_equilibrium_serves_where_no_other_is_found(monkeypatch):
     def lost(_balance, state, load, _tolerance):
         raise NotFoundError("it does not come to rest", state, load)
 
-    monkeypatch.setattr("ancfsparse.solve.load_steps.settle", lost)
-    monkeypatch.setattr("ancfsparse.solve.load_steps.SHORTEST", 1.0)
+    monkeypatch.setattr("ancfsparse.solve.statics.load_stepping.settle", lost)
+    monkeypatch.setattr("ancfsparse.solve.statics.load_stepping.SHORTEST", 1.0)
     scene, _ = column(1.5, 1e-3)
     with pytest.warns(ancf.UnstableEquilibrium):
         equilibrium = ancf.solve_static(scene)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.attempts import add_counts
-from ancfsparse.solve.steps import Stepper
+from ancfsparse.solve.error_control.best_solution import add_counts
+from ancfsparse.solve.error_control.step_size_controller import Stepper
 from ancfsparse.system import System
 
 

@@ -6,7 +6,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.start import lasting
+from ancfsparse.solve.initial_conditions.consistent_state import lasting
 from ancfsparse.system import System
 
 DAMPED = [ancf.HHT(0.3), ancf.GeneralizedAlpha(0.5), ancf.GeneralizedAlpha(0.0)]

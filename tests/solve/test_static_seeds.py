@@ -9,8 +9,9 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import lattice
 from ancfsparse.seeds import DeflatedSeed
-from ancfsparse.solve import memory, seed, statics
-from ancfsparse.solve.coarse import CoarseModes, boxes
+from ancfsparse.solve.preparation import choose_factorization, memory_estimate
+from ancfsparse.solve.preparation.deflation_space import CoarseModes, boxes
+from ancfsparse.solve.statics import solve_static
 from ancfsparse.system import System
 
 STIFF = {"soft": (1e8, 1000.0), "steel": (2.1e11, 7800.0)}
@@ -125,8 +126,8 @@ def test_what_fails_is_solved_on_an_exact_seed_if_it_fits(monkeypatch):
     scene = hung(3, "column", 0.0, standing=True)
     with pytest.raises(ancf.EquilibriumFailure):
         ancf.solve_static(scene, seed="incomplete")
-    monkeypatch.setattr(seed, "SMALL", 0)
-    monkeypatch.setattr(seed, "MOST_STATIC_FILL", 1.0)
+    monkeypatch.setattr(choose_factorization, "SMALL", 0)
+    monkeypatch.setattr(choose_factorization, "MOST_STATIC_FILL", 1.0)
     with pytest.warns(ancf.UnstableEquilibrium):
         solved = ancf.solve_static(scene)
     assert solved.stats.solver.endswith("then on an exact seed (which found an equilibrium)")
@@ -140,15 +141,15 @@ def test_what_fails_and_does_not_fit_exactly_fails(monkeypatch):
         kinds.append(type(balance.seed).__name__)
         raise ancf.EquilibriumFailure("a reason", 1.0, 2.0, "somewhere", "N")
 
-    monkeypatch.setattr("ancfsparse.solve.load_steps.find_equilibrium", failing)
-    monkeypatch.setattr(seed, "MOST_STATIC_FILL", 1.0)
+    monkeypatch.setattr("ancfsparse.solve.statics.load_stepping.find_equilibrium", failing)
+    monkeypatch.setattr(choose_factorization, "MOST_STATIC_FILL", 1.0)
     with pytest.raises(ancf.EquilibriumFailure, match="a reason"):
         ancf.solve_static(hung(4))
     assert kinds == ["DeflatedSeed", "SparseSeed"]
-    vectors = memory.estimate(hung(4), 1, 0, False, ancf.Newton()).vectors
-    monkeypatch.setattr(memory, "available", lambda: vectors + 1e4)
-    monkeypatch.setattr(memory, "LITTLE", 0.0)
-    monkeypatch.setattr(statics, "memory_for", lambda _: contextlib.nullcontext())
+    vectors = memory_estimate.estimate(hung(4), 1, 0, False, ancf.Newton()).vectors
+    monkeypatch.setattr(memory_estimate, "available", lambda: vectors + 1e4)
+    monkeypatch.setattr(memory_estimate, "LITTLE", 0.0)
+    monkeypatch.setattr(solve_static, "memory_for", lambda _: contextlib.nullcontext())
     monkeypatch.setattr(DeflatedSeed, "nbytes", 0.0)
     with pytest.raises(ancf.EquilibriumFailure, match="a reason"):
         ancf.solve_static(hung(4))
@@ -157,19 +158,19 @@ def test_what_fails_and_does_not_fit_exactly_fails(monkeypatch):
 
 def test_the_choice_is_by_fill(monkeypatch):
     assert INCOMPLETE not in ancf.solve_static(hung(5)).stats.solver
-    monkeypatch.setattr(seed, "MOST_STATIC_FILL", 3.0)
+    monkeypatch.setattr(choose_factorization, "MOST_STATIC_FILL", 3.0)
     assert INCOMPLETE in ancf.solve_static(hung(5)).stats.solver
     assert INCOMPLETE not in ancf.solve_static(hung(5), seed="exact").stats.solver
 
 
 def test_what_does_not_fit_exactly_is_solved(monkeypatch):
     scene = hung(8)
-    monkeypatch.setattr(seed, "MOST_STATIC_FILL", 3.0)
-    needed = memory.estimate(
+    monkeypatch.setattr(choose_factorization, "MOST_STATIC_FILL", 3.0)
+    needed = memory_estimate.estimate(
         scene, 1, 0, False, ancf.Newton(), matrices=8, incomplete=True,
-        incomplete_entry=memory.DEFLATED_ENTRY,
+        incomplete_entry=memory_estimate.DEFLATED_ENTRY,
     )  # fmt: skip
-    monkeypatch.setattr(memory, "available", lambda: 1.05 * needed.total)
+    monkeypatch.setattr(memory_estimate, "available", lambda: 1.05 * needed.total)
     assert needed.exact > needed.factor
     assert INCOMPLETE in ancf.solve_static(scene).stats.solver
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.states import States
-from ancfsparse.solve.steps import RATIO, Stepper
+from ancfsparse.solve.error_control.step_size_controller import RATIO, Stepper
+from ancfsparse.solve.stepping.sampled_states import States
 from ancfsparse.system import System
 from tests.solve.accuracy_problems import spin_up, swinging_pendulum
 

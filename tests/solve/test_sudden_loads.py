@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare
 from ancfsparse.system import System
 
 SOLVERS = (ancf.Newton(), "auto", ancf.QuasiNewton("davidon"))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.breaks import Breaks
-from ancfsparse.solve.states import States
-from ancfsparse.solve.step_plan import BESIDE, SAFETY, StepPlan
-from ancfsparse.solve.waves import MOST, Waves
+from ancfsparse.solve.error_models.load_discontinuities import Breaks
+from ancfsparse.solve.error_models.modal_error_model import MOST, Waves
+from ancfsparse.solve.error_models.step_count_selection import BESIDE, SAFETY, StepPlan
+from ancfsparse.solve.stepping.sampled_states import States
 from ancfsparse.system import System
 from tests.solve.accuracy_scenes import SAVED, distance, make, positions, reference
 

@@ -7,7 +7,7 @@ from by_hand import ZOO, ByHand, full, state
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
 from ancfsparse.system import System
-from ancfsparse.system.pattern import build
+from ancfsparse.system.assembly.sparsity_pattern import build
 
 TIME = 0.37
 

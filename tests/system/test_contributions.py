@@ -8,7 +8,7 @@ import pytest
 from winch import Winch
 
 import ancfsparse as ancf
-from ancfsparse.results.files import load
+from ancfsparse.results.hdf5_reader import load
 from ancfsparse.system import System, contributions
 from ancfsparse.system.contributions.interface import Contribution
 

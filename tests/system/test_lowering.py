@@ -11,8 +11,8 @@ import ancfsparse as ancf
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.problems import pendulum
 from ancfsparse.scene import Clamp, Node
-from ancfsparse.scene.joints import LINEAR, Joint
-from ancfsparse.scene.spec import Point, Spec
+from ancfsparse.scene.joints.joint import LINEAR, Joint
+from ancfsparse.scene.records.record import Point, Spec
 from ancfsparse.system import System
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e6, 4000.0)

@@ -6,7 +6,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import chain, net
 from ancfsparse.system import System
-from ancfsparse.system.partition import share
+from ancfsparse.system.assembly.thread_partition import share
 
 
 def square_mesh(n):

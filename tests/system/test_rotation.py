@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 import ancfsparse as ancf
 from ancfsparse.dispatch import compiled
 from ancfsparse.system import System
-from ancfsparse.system.rotation import frame_of
+from ancfsparse.system.rigid_motion.corotated_frames import frame_of
 
 KINDS = {
     "l2t2": ("l2t2", 2, {}),

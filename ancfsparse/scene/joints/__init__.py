@@ -5,8 +5,7 @@ A new joint is a file beside the others and a method of `Scene`; nothing else as
 
 from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.joints.connect import Connect
-from ancfsparse.scene.joints.drive import Drive
-from ancfsparse.scene.joints.holds import Holds
+from ancfsparse.scene.joints.constrained_points import Holds
 from ancfsparse.scene.joints.joint import (
     LINEAR,
     Builder,
@@ -19,6 +18,7 @@ from ancfsparse.scene.joints.joint import (
     check_turns,
 )
 from ancfsparse.scene.joints.pin import Pin
+from ancfsparse.scene.joints.prescribed_point import Drive
 from ancfsparse.scene.joints.rod import SAME_PLACE, Rod
 
 __all__ = [

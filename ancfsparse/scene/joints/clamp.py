@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import RIGID
-from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.bodies.body import Node
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Mark
-from ancfsparse.scene.spec import At, Point, Spec
+from ancfsparse.scene.records.record import At, Point, Spec
 
 # A slope whose direction is within this of a coordinate axis can be clamped by numbering.
 ALIGNED = 1e-14
@@ -95,7 +95,9 @@ def clamped(node: Node) -> Mark:
     """Return how pictures show a point that is clamped, a rigid body with its centre in front."""
     body = node.beam
     if body.element == RIGID:
-        from ancfsparse.scene.rigid import RigidBody  # scenes without one do not load it
+        from ancfsparse.scene.bodies.rigid_body import (
+            RigidBody,  # scenes without one do not load it
+        )
 
         assert isinstance(body, RigidBody)
         way = body.centre.position - node.position

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.scene.bodies import Node
+from ancfsparse.scene.bodies.body import Node
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, in_the_plane
-from ancfsparse.scene.spec import At, Point, Spec
+from ancfsparse.scene.records.record import At, Point, Spec
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ancfsparse.scene.bodies import Node
-from ancfsparse.scene.course import Course
-from ancfsparse.scene.joints.frames import point
+from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.joints.frame_vectors import point
 from ancfsparse.scene.joints.joint import Builder, Joint, Led
 from ancfsparse.scene.joints.rod import HalfSquare
+from ancfsparse.scene.records.prescribed_motion import Course
 
 
 @dataclass(frozen=True, eq=False)

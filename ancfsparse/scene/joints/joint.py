@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import RIGID, ElementKind
-from ancfsparse.scene.bodies import Node
-from ancfsparse.words import shown
+from ancfsparse.messages import shown
+from ancfsparse.scene.bodies.body import Node
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.course import Course
-    from ancfsparse.scene.joints.measures import Measure
-    from ancfsparse.scene.joints.tracks import Offset
+    from ancfsparse.scene.kinematics.joint_coordinates import Measure
+    from ancfsparse.scene.kinematics.track import Offset
+    from ancfsparse.scene.records.prescribed_motion import Course
 
 Vector = NDArray[np.float64]
 # Numbers that a builder has given to coordinates.

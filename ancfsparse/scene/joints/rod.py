@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.scene.bodies import Node
+from ancfsparse.messages import numbers
+from ancfsparse.scene.bodies.body import Node
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Led, Mark
-from ancfsparse.scene.spec import At, Point, Spec, text
-from ancfsparse.words import numbers
+from ancfsparse.scene.records.record import At, Point, Spec, text
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.course import Course
+    from ancfsparse.scene.records.prescribed_motion import Course
 
 # Share of a beam's length within which two nodes count as being at one place.
 SAME_PLACE = 1e-9

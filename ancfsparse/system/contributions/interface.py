@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.system.pattern import Pattern, Unknowns
+from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int32]

@@ -1,0 +1,1 @@
+"""Explicit methods, their tableaus and the compiled explicit time loop."""

@@ -1,0 +1,189 @@
+"""Newmark's method, HHT and generalised-alpha for index-3 equations (section 3.1 of the paper).
+
+All three advance with Newmark's formulas and an acceleration-like variable ``b``,
+
+    q1 = q0 + dt v0 + dt^2 ((1/2 - beta) b0 + beta b1),   v1 = v0 + dt ((1 - gamma) b0 + gamma b1),
+    (1 - alpha_m) b1 + alpha_m b0 = (1 - alpha_f) a1 + alpha_f a0,
+
+where the true accelerations ``a`` and the multipliers satisfy the equations of motion at the end
+of the step, so one evaluation of the forces serves it whatever the weights are (Arnold and Bruels
+2007).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import ClassVar
+
+from ancfsparse.checks import check_finite
+from ancfsparse.errors import InputError
+from ancfsparse.integrators.interface.integrator import Integrator
+
+
+class Implicit(Integrator):
+    """The weights of the family; see the module for what they do.
+
+    Attributes
+    ----------
+    residual_kernels, matrix_kernels : mapping of str to int
+        Kernels that a residual and a matrix of a step call, and how often.
+    """
+
+    loop = "march"
+    residual_kernels: ClassVar[Mapping[str, int]] = MappingProxyType({"residual": 1})
+    matrix_kernels: ClassVar[Mapping[str, int]] = MappingProxyType({"tangent": 1})
+
+    alpha_m: float
+    alpha_f: float
+
+    @property
+    def shift(self) -> float:
+        """By how many steps ``b`` looks ahead of the true acceleration: b ~ a(t + shift dt)."""
+        return self.alpha_m - self.alpha_f
+
+    @property
+    def gamma(self) -> float:
+        """Weight of the new ``b`` in the velocity."""
+        return 0.5 - self.shift
+
+    @property
+    def beta(self) -> float:
+        """Weight of the new ``b`` in the position."""
+        return 0.25 * (self.gamma + 0.5) ** 2
+
+    @property
+    def mass_ratio(self) -> float:
+        """Factor of the mass matrix in the matrix of a step, beside 1 / (beta dt^2)."""
+        return (1.0 - self.alpha_m) / (1.0 - self.alpha_f)
+
+    @property
+    def scale(self) -> float:
+        """Change of a coordinate per unit of true acceleration, over dt^2."""
+        return self.beta / self.mass_ratio
+
+    @property
+    def damping_scale(self) -> float:
+        """Change of a velocity per unit of true acceleration, over dt."""
+        return self.gamma / self.mass_ratio
+
+    @property
+    def velocity_constant(self) -> float:
+        """Constant c of the velocity ``q' + c dt^2 q'''`` that a smooth motion has in this scheme.
+
+        Where a constraint prescribes the position, Newmark's formulas hold to third order only for
+        this velocity: c = 1/6 - beta + (gamma - 1/2) / 2, which is -(1/12 + shift^2 / 4).
+        """
+        return 1.0 / 6.0 - self.beta + 0.5 * (self.gamma - 0.5)
+
+    @property
+    def jump_share(self) -> float:
+        """Share of jump times motion by which the energy may be off after a jump of a load.
+
+        In a slow vibration the energy differs from the work of the trapezoidal rule by the motion
+        in a step times ``(1/2 - alpha_f) (a - b)``, and ``a - b`` is ``(alpha_f - alpha_m) /
+        (1 - alpha_m)`` of the jump at first; with Newmark's alpha by alpha of the jump.  Where
+        dt omega is not small it is up to four times as much.
+        """
+        lag = (self.alpha_f - self.alpha_m) / (1.0 - self.alpha_m)
+        first_order = self.gamma - 0.5 + self.shift
+        return 4.0 * (abs((0.5 - self.alpha_f) * lag) + abs(first_order))
+
+
+@dataclass(frozen=True)
+class Newmark(Implicit):
+    """Newmark's formulas with ``gamma = 1/2 + alpha`` and ``beta = (gamma + 1/2)^2 / 4`` (eq. 4).
+
+    Parameters
+    ----------
+    alpha : float, optional
+        Numerical damping, 0 to 1.  Zero is the trapezoidal rule, second order; above zero the
+        scheme damps high frequencies and is first order: `HHT` damps and stays second order.
+    """
+
+    alpha: float = 0.0
+
+    alpha_m = 0.0
+    alpha_f = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the damping."""
+        object.__setattr__(self, "alpha", check_finite("alpha", self.alpha))
+        if not 0.0 <= self.alpha <= 1.0:
+            raise InputError(
+                f"Newmark's alpha must be between 0 (no damping) and 1, got {self.alpha:g}: "
+                "0.05 is a common damping"
+            )
+
+    @property
+    def order(self) -> int:
+        """Power of the step in the error."""
+        return 2 if self.alpha == 0.0 else 1
+
+    @property
+    def gamma(self) -> float:
+        """Weight of the new acceleration in the velocity."""
+        return 0.5 + self.alpha
+
+
+@dataclass(frozen=True)
+class HHT(Implicit):
+    """The method of Hilber, Hughes and Taylor (1977): second order with numerical damping.
+
+    Parameters
+    ----------
+    alpha : float, optional
+        Share of the old forces in the balance, 0 (the trapezoidal rule) to 1/3 (most damping).
+    """
+
+    alpha: float = 0.05
+
+    alpha_m = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the damping."""
+        object.__setattr__(self, "alpha", check_finite("alpha", self.alpha))
+        if not 0.0 <= self.alpha <= 1.0 / 3.0:
+            raise InputError(
+                f"HHT's alpha must be between 0 (no damping) and 1/3, got {self.alpha:g}: "
+                "0.05 is a common damping"
+            )
+
+    @property
+    def alpha_f(self) -> float:  # type: ignore[override]
+        """Weight of the old forces."""
+        return self.alpha
+
+
+@dataclass(frozen=True)
+class GeneralizedAlpha(Implicit):
+    """The method of Chung and Hulbert (1993): second order, damping where it is wanted.
+
+    Parameters
+    ----------
+    rho_inf : float, optional
+        What a step leaves of the highest frequencies, 0 to 1: 1 keeps all of them, 0 kills them in
+        one step; low frequencies are damped as little as that allows.
+    """
+
+    rho_inf: float = 0.9
+
+    def __post_init__(self) -> None:
+        """Check the radius."""
+        object.__setattr__(self, "rho_inf", check_finite("rho_inf", self.rho_inf))
+        if not 0.0 <= self.rho_inf <= 1.0:
+            raise InputError(
+                f"rho_inf must be between 0 (most damping) and 1 (none), got {self.rho_inf:g}: "
+                "0.8 to 0.9 is common"
+            )
+
+    @property
+    def alpha_m(self) -> float:  # type: ignore[override]
+        """Weight of the old ``b``."""
+        return (2.0 * self.rho_inf - 1.0) / (self.rho_inf + 1.0)
+
+    @property
+    def alpha_f(self) -> float:  # type: ignore[override]
+        """Weight of the old true acceleration."""
+        return self.rho_inf / (self.rho_inf + 1.0)

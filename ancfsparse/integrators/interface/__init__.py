@@ -1,0 +1,1 @@
+"""Properties of integrators, protocols of the compiled time loops, grids of output times."""

@@ -1,0 +1,1 @@
+"""Richardson extrapolation in mesh and time, residual correction, sampling."""

@@ -1,0 +1,1 @@
+"""The plan as data, its run, its verification, and planning again."""

@@ -1,0 +1,1 @@
+"""A posteriori estimates of what a model neglects."""

@@ -1,0 +1,1 @@
+"""Element and mesh of every beam; planar reduction; prolongation."""

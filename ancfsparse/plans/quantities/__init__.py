@@ -1,0 +1,1 @@
+"""Quantities of interest and their tolerances."""

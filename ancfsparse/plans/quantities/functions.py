@@ -1,0 +1,192 @@
+"""What a person asks a plan for: a function for each quantity."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
+from ancfsparse.plans.quantities.quantity import (
+    EnergyOf,
+    Frequency,
+    Position,
+    Quantity,
+    Reaction,
+    SectionForceAt,
+    SlopeAngle,
+    StaticDeflection,
+    Strain,
+    Velocity,
+)
+from ancfsparse.scene import Beam, Node, Scene, check_point
+
+
+def _on_beam(what: str, point: object) -> Node:
+    node = check_point(what, point)
+    if not isinstance(node.beam, Beam):
+        raise InputError(f"{what} needs a point of a beam, got {shown(point)}")
+    return node
+
+
+def position(point: Node, *, at: str = "saved") -> Position:
+    """Ask for the position of a point [m].
+
+    Parameters
+    ----------
+    point : Node
+        Any point, such as ``rod.end`` or ``rod.at(s)``.
+    at : {"saved", "end", "largest"}, optional
+        At all saved times, of which the worst counts, at the last of them, or the largest distance
+        from the origin.
+
+    Returns
+    -------
+    Quantity
+        For `plan` and `simulate`; relative errors refer to the largest displacement.
+
+    Raises
+    ------
+    InputError
+        If it is no point.
+    """
+    return Position(check_point("a position", point), at=at)
+
+
+def velocity(point: Node, *, at: str = "saved") -> Velocity:
+    """Ask for the velocity of a point [m/s]; parameters and errors as in `position`."""
+    return Velocity(check_point("a velocity", point), at=at)
+
+
+def slope_angle(point: Node, *, at: str = "saved") -> SlopeAngle:
+    """Ask for the angle of the slope r' at a point [rad]; parameters and errors as in `position`.
+
+    In the plane counterclockwise from the x axis; in space from its direction at the start.
+    """
+    return SlopeAngle(_on_beam("a slope angle", point), at=at)
+
+
+def reaction(point: Node, *, at: str = "saved") -> Reaction:
+    """Ask for the force of joints at a node [N]; parameters and errors as in `position`."""
+    return Reaction(check_point("a reaction", point), at=at)
+
+
+def section_force(point: Node, part: str = "M", *, at: str = "saved") -> SectionForceAt:
+    """Ask for a force or moment in a section [N, N m].
+
+    Parameters
+    ----------
+    point : Node
+        A point of a beam.
+    part : {"N", "Q", "M", "T"}, optional
+        Axial force, shear, bending moment or torsion, see `Trajectory.section_force`.
+    at : {"saved", "end", "largest"}, optional
+        As in `position`.
+
+    Returns
+    -------
+    Quantity
+        For `plan` and `simulate`.
+
+    Raises
+    ------
+    InputError
+        If it is no point of a beam, or the part is unknown.
+    """
+    return SectionForceAt(_on_beam("a section force", point), part, at=at)
+
+
+def strain(point: Node, *, at: str = "saved") -> Strain:
+    """Ask for the strain of the axis at a point [-]; parameters and errors as in `position`."""
+    return Strain(_on_beam("a strain", point), at=at)
+
+
+def energy(part: str = "total", *, at: str = "saved") -> EnergyOf:
+    """Ask for an energy of the scene [J].
+
+    Parameters
+    ----------
+    part : {"total", "kinetic", "elastic", "potential"}, optional
+        Which one, see `Trajectory.energy`.
+    at : {"saved", "end", "largest"}, optional
+        As in `position`.
+
+    Returns
+    -------
+    Quantity
+        For `plan` and `simulate`; relative errors refer to its largest change, which the total
+        energy has where loads, drives or damping do work.
+
+    Raises
+    ------
+    InputError
+        If the part is unknown.
+    """
+    return EnergyOf(part, at=at)
+
+
+def static_deflection(point: Node) -> StaticDeflection:
+    """Ask for the displacement of a point in the static equilibrium [m].
+
+    Parameters
+    ----------
+    point : Node
+        Any point, such as ``rod.end`` or ``rod.at(s)``.
+
+    Returns
+    -------
+    Quantity
+        For ``plan(scene, quantity=..., error=...)``; relative errors refer to its magnitude.
+
+    Raises
+    ------
+    InputError
+        If it is no point.
+    """
+    return StaticDeflection(check_point("a static deflection", point), at="end")
+
+
+def frequency(number: int = 1) -> Frequency:
+    """Ask for a natural frequency about the static equilibrium, without damping [Hz].
+
+    Parameters
+    ----------
+    number : int, optional
+        Which one, from 1 in ascending order, see `modes`.
+
+    Returns
+    -------
+    Quantity
+        For ``plan(scene, quantity=..., error=...)``.
+
+    Raises
+    ------
+    InputError
+        If it is no positive integer.
+    """
+    return Frequency(number, at="end")
+
+
+def checked(quantity: Any, scene: Scene) -> tuple[Quantity, ...]:
+    """Return one quantity or several as a tuple, all of which the scene has.
+
+    Raises
+    ------
+    InputError
+        If one is no quantity, there is none, or the scene does not have it.
+    """
+    given = quantity if isinstance(quantity, list | tuple) else (quantity,)
+    for each in given:
+        if not isinstance(each, Quantity):
+            raise InputError(
+                "quantity must be what ancf.position(rod.end) and its like return, or a list of "
+                f"them, got {shown(each)}"
+            )
+        each.check(scene)
+    if given and len({each.static for each in given}) > 1:
+        raise InputError(
+            "quantities of a motion and of the equilibrium were given together: make a plan for "
+            "each kind"
+        )
+    if not given:
+        raise InputError("quantity is empty: give at least one, such as ancf.position(rod.end)")
+    return tuple(given)

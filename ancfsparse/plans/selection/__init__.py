@@ -1,0 +1,1 @@
+"""Choice of method, elements, mesh and step; confirmation."""

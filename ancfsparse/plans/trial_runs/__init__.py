@@ -1,0 +1,1 @@
+"""Coarse runs, solution methods without time stepping, operation counts."""

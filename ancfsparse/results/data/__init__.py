@@ -1,0 +1,1 @@
+"""The protocol of a solved system, stored tables, HDF5 files and their locks."""

@@ -1,0 +1,1 @@
+"""Output files: CSV tables, VTKHDF, HDF5."""

@@ -1,0 +1,57 @@
+"""The motion of points as a table of text."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ancfsparse.checks import check_choice
+from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
+from ancfsparse.results.data.hdf5_format import file_name
+from ancfsparse.scene import Node, check_point
+
+if TYPE_CHECKING:
+    from ancfsparse.results.solutions.trajectory import Trajectory
+
+UNITS = {
+    "position": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s2",
+    "slope": "-",
+    "reaction": "N",
+}
+"""What a point has over time: names of methods of `Trajectory`, and units."""
+
+
+def write_csv(
+    run: Trajectory, path: str | Path, points: Sequence[Node], quantities: Sequence[str]
+) -> Path:
+    """Write a table; see `Trajectory.to_csv`."""
+    target = file_name("a table", path)
+    for what, given, example in (
+        ("points", points, "[rod.end]"), ("quantities", quantities, "['position']")
+    ):  # fmt: skip
+        if not isinstance(given, (list, tuple)) or not given:
+            raise InputError(f"{what} must be a list such as {example}, got {shown(given)}")
+    names, columns = ["t [s]"], [run.t]
+    for point in points:
+        check_point("a table", point)
+        for quantity in quantities:
+            check_choice("quantity", quantity, UNITS)
+            values = getattr(run, quantity)(point)
+            for letter, column in zip("xyz", values.T, strict=False):
+                names.append(f"{quantity} {letter} of {point!r} [{UNITS[quantity]}]")
+                columns.append(column)
+    try:
+        with target.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(names)
+            writer.writerows(np.column_stack(columns).tolist())
+    except OSError as error:
+        raise InputError(f"the table cannot be written to {target}: {error.strerror}") from error
+    return target

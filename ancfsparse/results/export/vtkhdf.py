@@ -1,0 +1,189 @@
+"""Runs as VTKHDF files: polylines that move, with values at points and lines.
+
+The format is that of the VTK documentation, "VTKHDF file format", version 2.2, type PolyData with
+steps: the topology is stored once, and every step gives the offsets of its points and values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from ancfsparse.checks import check_count, check_flag
+from ancfsparse.errors import InputError
+from ancfsparse.results.data.hdf5_format import file_name
+from ancfsparse.results.data.solved_system import Array
+from ancfsparse.results.fields.energy_balance import BLOCK
+from ancfsparse.results.geometry.deformed_shape import shapes, slopes
+from ancfsparse.results.geometry.scene_outline import Outline
+from ancfsparse.results.geometry.wireframe import edges_of, wire
+
+VERSION = 2, 2
+MOST_PIECES = 1000  # of an element: more show nothing more
+KINDS = "Vertices", "Lines", "Polygons", "Strips"
+
+Forces = Callable[[Array, Array, Array], list[Array]]
+Sizes = NDArray[np.int64]
+
+
+def write_vtk(
+    outline: Outline,
+    t: Array,
+    q: Array,
+    v: Array,
+    path: str | Path,
+    *,
+    per_element: int = 4,
+    forces: Forces | None = None,
+    progress: bool = True,
+) -> Path:
+    """Write a VTKHDF file, as `Trajectory.to_vtk` does.
+
+    Parameters
+    ----------
+    outline : Outline
+        What moves.
+    t : ndarray, shape (k,)
+        Times [s].
+    q, v : table, shape (k, n)
+        Coordinates and their rates.
+    path, per_element, progress
+        As there.
+    forces : callable, optional
+        Gives the axial forces of every body from coordinates, rates and times, each
+        (k, n_elements) [N].
+    """
+    target = file_name("a VTKHDF file", path)
+    if target.suffix.lower() not in (".vtkhdf", ".hdf"):
+        raise InputError(f"a VTKHDF file is a .vtkhdf, got {str(target)!r}")
+    if not target.absolute().parent.is_dir():
+        raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
+    pieces = check_count("per_element", per_element)
+    if pieces > MOST_PIECES:
+        raise InputError(f"per_element must be at most {MOST_PIECES}, got {pieces}")
+    check_flag("progress", progress)
+    sizes = _sizes(outline, pieces)
+    n_cells, n_points = len(sizes), int(sizes.sum())
+    rows = max(1, BLOCK // (8 * n_points))
+    np.asarray(q[0:1])  # refuses a run that kept only some points before the file is made
+    with h5py.File(target, "w", libver=("v108", "v108")) as file:
+        root = _root(file, outline, sizes, len(t), forces is not None)
+        quiet = None if progress else True  # None: shown on a terminal only
+        with tqdm(total=len(t), unit="state", leave=False, disable=quiet) as bar:
+            for i in range(0, len(t), rows):
+                some = slice(i, i + rows)
+                states = np.asarray(q[some]), np.asarray(v[some])
+                _append(root, outline, pieces, i, *states, t[some], forces)
+                bar.update(len(states[0]))
+        _add_steps(root, t, n_points, n_cells)
+    return target
+
+
+def _root(file: Any, outline: Outline, sizes: Sizes, k: int, with_forces: bool) -> Any:
+    """Make the topology, and room for all states."""
+    root = file.create_group("VTKHDF")
+    root.attrs["Version"] = VERSION
+    # VTK takes a text of fixed length only.
+    root.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", 8))
+    n_cells, n_points = len(sizes), int(sizes.sum())
+    root["NumberOfPoints"] = np.array([n_points], np.int64)
+    for kind in KINDS:
+        group, of_kind = root.create_group(kind), sizes if kind == "Lines" else sizes[:0]
+        group["NumberOfCells"] = np.array([len(of_kind)], np.int64)
+        group["NumberOfConnectivityIds"] = np.array([of_kind.sum()], np.int64)
+        group["Connectivity"] = np.arange(of_kind.sum(), dtype=np.int64)
+        group["Offsets"] = np.append(0, np.cumsum(of_kind))
+    at_points, of_cells = root.create_group("PointData"), root.create_group("CellData")
+    _room(root, "Points", k * n_points, 3)
+    _room(at_points, "Velocity", k * n_points, 3)
+    _room(at_points, "Strain", k * n_points)
+    counts = _counts(outline)
+    bodies = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+    radii = np.zeros(len(counts), np.float32)
+    radii[: len(outline.parts)] = [part.radius for part in outline.parts]
+    at_points["Radius"] = np.repeat(radii[bodies], sizes)
+    of_cells["Body"] = bodies
+    if with_forces:
+        _room(of_cells, "AxialForce", k * n_cells)
+    return root
+
+
+def _room(group: Any, name: str, rows: int, columns: int | None = None) -> None:
+    shape = (rows,) if columns is None else (rows, columns)
+    group.create_dataset(name, shape, np.float32)
+
+
+def _counts(outline: Outline) -> list[int]:
+    """Return the number of lines of every body: beams and meshes, then rigid bodies."""
+    edges = [len(wire(solid).edges) for solid in outline.solids]
+    return [len(part.lengths) for part in outline.parts] + edges
+
+
+def _sizes(outline: Outline, pieces: int) -> Sizes:
+    """Return the number of points of every line."""
+    counts, n = _counts(outline), len(outline.parts)
+    return np.repeat(np.array([pieces + 1, 2]), [sum(counts[:n]), sum(counts[n:])])
+
+
+def _append(
+    root: Any,
+    outline: Outline,
+    pieces: int,
+    i: int,
+    q: Array,
+    v: Array,
+    t: Array,
+    forces: Forces | None,
+) -> None:
+    """Write what states from number i on have at points and elements."""
+    points, rates, strains = [], [], []
+    for part in outline.parts:
+        points.append(_in_space(shapes(q, part, pieces)))
+        rates.append(_in_space(shapes(v, part, pieces)))
+        along = np.linalg.norm(slopes(q, part, pieces), axis=-1)
+        strains.append(along.reshape(len(q), -1) - 1.0)
+    for solid in outline.solids:
+        points.append(_in_space(edges_of(q, solid)))
+        rates.append(_in_space(edges_of(v, solid)))
+        strains.append(np.zeros(points[-1].shape[:2]))
+    n_points = sum(each.shape[1] for each in points)
+    there = slice(i * n_points, (i + len(q)) * n_points)
+    root["Points"][there] = np.concatenate(points, axis=1).reshape(-1, 3)
+    root["PointData/Velocity"][there] = np.concatenate(rates, axis=1).reshape(-1, 3)
+    root["PointData/Strain"][there] = np.concatenate(strains, axis=1).ravel()
+    if forces is not None:
+        n_cells = len(root["CellData/Body"])
+        n_elements = sum(len(part.lengths) for part in outline.parts)
+        unknown = np.full((len(q), n_cells - n_elements), np.nan)
+        along = np.concatenate([*forces(q, v, t), unknown], axis=1)
+        root["CellData/AxialForce"][i * n_cells : (i + len(q)) * n_cells] = along.ravel()
+
+
+def _in_space(lines: Array) -> Array:
+    """Give the points (j, e, p, dim) of all elements three components, (j, e p, 3)."""
+    j, *_, dim = lines.shape
+    out = np.zeros((j, lines[0].size // dim, 3))
+    out[..., :dim] = lines.reshape(j, -1, dim)
+    return out
+
+
+def _add_steps(root: Any, t: Array, n_points: int, n_cells: int) -> None:
+    """Return for every time where its points and values begin; what is constant begins at 0."""
+    steps, k = root.create_group("Steps"), len(t)
+    steps.attrs["NSteps"] = k
+    steps["Values"] = t
+    number = np.arange(k, dtype=np.int64)
+    steps["PointOffsets"] = number * n_points
+    steps["PartOffsets"], steps["NumberOfParts"] = 0 * number, np.ones(k, np.int64)
+    for name in ("CellOffsets", "ConnectivityIdOffsets"):
+        steps[name] = np.zeros((k, len(KINDS)), np.int64)
+    for group, size in (("PointData", n_points), ("CellData", n_cells)):
+        offsets = steps.create_group(f"{group}Offsets")
+        for name in root[group]:
+            offsets[name] = number * (size if name not in ("Radius", "Body") else 0)

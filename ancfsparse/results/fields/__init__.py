@@ -1,0 +1,1 @@
+"""Energy balance, section forces, joint forces, rigid-body motion."""

@@ -1,0 +1,76 @@
+"""Force and moment of a joint over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ancfsparse.checks import check_choice
+from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
+from ancfsparse.results.data.solved_system import Array, SolvedSystem
+
+if TYPE_CHECKING:
+    from ancfsparse.system.recovery.joint_forces import States
+
+
+@dataclass(frozen=True, eq=False)
+class JointForce:
+    """What a joint does to its first side; to the second it does the opposite.
+
+    Attributes
+    ----------
+    force : ndarray, shape (k, dim)
+        Force [N].
+    moment : ndarray, shape (k, 3), or (k,) in the plane
+        Moment about the point of the first side [N m].
+    """
+
+    force: Array
+    moment: Array
+
+    def at(self, k: int) -> JointForce:
+        """Return those of one state: ``force`` (dim,) and ``moment`` (3,) or ()."""
+        return JointForce(self.force[k], self.moment[k])
+
+
+def joint_force(system: SolvedSystem, joint: object, states: States, frame: str) -> JointForce:
+    """Return force and moment of a joint, see `Trajectory.joint_force`."""
+    from ancfsparse.scene import Joint
+
+    check_choice("frame of joint_force", frame, ("space", "joint"))
+    if not isinstance(joint, Joint):
+        raise InputError(
+            "joint_force needs a joint that a method of the scene returned, such as "
+            f"scene.revolute(...), got {shown(joint)}"
+        )
+    force, moment, axes = system.joint_force(joint, states)
+    if frame == "space":
+        return JointForce(force, moment)
+    if np.isnan(axes).any():
+        raise InputError(
+            f"the {joint.label} has no axes of its own, because its second side is a cable or a "
+            "thin rod in space: take frame='space', or exchange its sides"
+        )
+    turned = moment if moment.ndim == 1 else np.einsum("kij,kj->ki", axes, moment)
+    return JointForce(np.einsum("kij,kj->ki", axes, force), turned)
+
+
+def tension(system: SolvedSystem, rope: object, states: States) -> Array:
+    """Return the tension of a rope, or of that of a winch, (k,) [N]."""
+    from ancfsparse.scene.force_elements.ropes import Rope
+    from ancfsparse.scene.mechanisms.winch import Winch
+
+    if isinstance(rope, Rope):
+        return system.tension(rope, states)
+    if not isinstance(rope, Winch):
+        raise InputError(
+            "tension needs what scene.rope(...) or scene.winch(...) returned, got "
+            f"{shown(rope)}: of other joints ask for joint_force"
+        )
+    rows = system.rows_of(rope)
+    if not rows:
+        raise InputError("the winch is not of the scene that moved: take one of its handles")
+    return states.lam[:, rows[0]]

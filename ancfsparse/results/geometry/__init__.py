@@ -1,0 +1,1 @@
+"""Drawable geometry of a scene."""

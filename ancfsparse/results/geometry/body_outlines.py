@@ -1,0 +1,108 @@
+"""Rigid bodies in pictures: their shapes, and the points at which they are joined."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.scene import Node
+from ancfsparse.scene.bodies.rigid_body import RigidBody
+from ancfsparse.scene.bodies.rigid_shapes import Cylinder
+
+# Files contain these numbers.
+FORMS = ("inertia", "rod", "box", "sphere", "cylinder x", "cylinder y", "cylinder z")
+PACKED: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """The outline of a rigid body.
+
+    Attributes
+    ----------
+    name : str
+        Of the body.
+    form : str
+        One of `FORMS`.
+    places : ndarray of int, shape (n_vectors + 1, dim)
+        Places of its origin and unit vectors in the coordinates.
+    reach : ndarray, shape (3,)
+        Half its extents along its vectors [m]; of a body given by its inertia those of the box
+        of the same mass and inertia.
+    points : ndarray, shape (n, n_vectors)
+        In the frame of the body, its centre [m]; of a body given by its inertia then the points
+        of its joints, ropes and springs.
+    """
+
+    name: str
+    form: str
+    places: NDArray[np.int32]
+    reach: Array
+    points: Array
+
+
+def solid_of(system: SolvedSystem, body: RigidBody, used: Iterable[Node]) -> Solid:
+    """Return the outline of a rigid body, which is joined or tied at points in `used`."""
+    places = system.rows(body.origin)[0].reshape(body.n_vectors + 1, body.dim).astype(np.int32)
+    centre = body.masses[0, 1:] / body.mass
+    shape = body.shape
+    if shape is None:
+        n = body.n_vectors
+        second = np.diag(body.masses)[1:] / body.mass - centre**2
+        reach = np.zeros(3)
+        reach[:n] = np.sqrt(3.0 * np.maximum(second, 0.0))
+        points = [node.offsets or (0.0,) * n for node in used]
+        return Solid(body.name, FORMS[0], places, reach, np.array([centre, *points]))
+    form = f"cylinder {shape.axis}" if isinstance(shape, Cylinder) else type(shape).__name__.lower()
+    # A rod goes from its origin to its end wherever its centre of mass is.
+    middle = shape.centre[:1] if shape.is_line else centre
+    return Solid(body.name, form, places, shape.reach, middle[None])
+
+
+def write_solids(group: h5py.Group, solids: list[Solid]) -> None:
+    """Put outlines of rigid bodies into a group, as tables that all of them share."""
+    group.attrs["rigid bodies"] = len(solids)
+    if not solids:
+        return
+    tables = {
+        "names": np.array([each.name.encode() for each in solids]),
+        "forms": np.array([FORMS.index(each.form) for each in solids], np.int8),
+        "sizes": np.array([(len(each.places), len(each.points)) for each in solids], np.int32),
+        "reach": np.array([each.reach for each in solids]),
+        "places": np.concatenate([each.places for each in solids]),
+        "points": np.concatenate([each.points.ravel() for each in solids]),
+    }
+    for name, table in tables.items():
+        group.create_dataset(f"rigid {name}", data=table, **PACKED)
+
+
+def read_solids(group: h5py.Group) -> list[Solid]:
+    """Read them back; none from a file of a version that wrote none.
+
+    Raises
+    ------
+    KeyError, ValueError
+        If the tables are damaged.
+    """
+    if not group.attrs.get("rigid bodies", 0):
+        return []
+    names, forms, sizes, reach, places, points = (
+        np.asarray(group[f"rigid {each}"])
+        for each in ("names", "forms", "sizes", "reach", "places", "points")
+    )
+    solids, row, number = [], 0, 0
+    for name, form, (n, k), extents in zip(names, forms, sizes, reach, strict=True):
+        size = k * (n - 1)
+        own = points[number : number + size].reshape(k, n - 1)
+        solid = Solid(name.decode(), FORMS[form], places[row : row + n], extents, own)
+        solids.append(solid)
+        row, number = row + n, number + size
+    if (row, number) != (len(places), len(points)):
+        raise ValueError("tables of rigid bodies do not fit each other")
+    return solids

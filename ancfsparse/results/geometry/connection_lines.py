@@ -1,0 +1,112 @@
+"""Ropes, springs and distances in pictures: straight lines from point to point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.geometry.body_outlines import PACKED
+from ancfsparse.scene import Joint, Node
+from ancfsparse.scene.force_elements.springs import Spring
+from ancfsparse.scene.loads.attachment import Attached
+
+TABLES = ("places", "weights", "fixed", "springs")
+
+
+@dataclass(frozen=True, eq=False)
+class Links:
+    """Lines without mass between points of bodies, or fixed ones.
+
+    Attributes
+    ----------
+    places : ndarray of int, shape (n, 2, dim, p)
+        Places of the coordinates of which the positions of both ends are sums.
+    weights : ndarray, shape (n, 2, p)
+        By which they are made of them; zero for fixed points.
+    fixed : ndarray, shape (n, 2, dim)
+        The positions of fixed points [m]; zero for others.
+    springs : ndarray of bool, shape (n,)
+        Whether it is a spring, and no rope or distance.
+    """
+
+    places: NDArray[np.int32]
+    weights: Array
+    fixed: Array
+    springs: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        """Return the number of lines."""
+        return len(self.springs)
+
+    def ends(self, q: Array) -> Array:
+        """Return the ends of all lines from coordinates (j, n), shape (j, n_lines, 2, dim) [m]."""
+        there = np.asarray(q[..., self.places])
+        return np.asarray(self.fixed + np.einsum("jnedp,nep->jned", there, self.weights))
+
+    def write(self, group: h5py.Group) -> None:
+        """Put them into a group."""
+        for name in TABLES if len(self) else ():
+            group.create_dataset(f"link {name}", data=getattr(self, name), **PACKED)
+
+
+def no_links(dim: int) -> Links:
+    """Return none."""
+    return Links(
+        np.zeros((0, 2, dim, 0), np.int32), np.zeros((0, 2, 0)), np.zeros((0, 2, dim)),
+        np.zeros(0, bool),
+    )  # fmt: skip
+
+
+def read_links(group: h5py.Group, dim: int) -> Links:
+    """Read them back; none from a file of a version that wrote none.
+
+    Raises
+    ------
+    KeyError, ValueError
+        If the tables are damaged.
+    """
+    if "link places" not in group:
+        return no_links(dim)
+    links = Links(*(np.asarray(group[f"link {name}"]) for name in TABLES))
+    n, _, _, p = links.places.shape
+    if links.weights.shape != (n, 2, p) or links.fixed.shape != (n, 2, dim):
+        raise ValueError("tables of lines do not fit each other")
+    return links
+
+
+def links_of(system: SolvedSystem) -> Links:
+    """Return the lines of everything that holds points of a system together along lines."""
+    rows, springs = [], []
+    things: tuple[Joint | Attached, ...] = (*system.joints, *system.attached)
+    for thing in things:
+        for pair in thing.links:
+            rows.append(tuple(_end(system, each) for each in pair))
+            springs.append(isinstance(thing, Spring))
+    if not rows:
+        return no_links(system.scene.dim)
+    most = max(len(weights) for ends in rows for _, weights, _ in ends)
+    links = Links(
+        np.zeros((len(rows), 2, system.scene.dim, most), np.int32),
+        np.zeros((len(rows), 2, most)),
+        np.zeros((len(rows), 2, system.scene.dim)),
+        np.array(springs),
+    )
+    for k, ends in enumerate(rows):
+        for e, (places, weights, fixed) in enumerate(ends):
+            links.places[k, e, :, : len(weights)] = places
+            links.weights[k, e, : len(weights)] = weights
+            links.fixed[k, e] = fixed
+    return links
+
+
+def _end(system: SolvedSystem, point: Node | Array) -> tuple[NDArray[np.int32], Array, Array]:
+    """Return places and weights of a point, and where it is if it is fixed."""
+    dim = system.scene.dim
+    if not isinstance(point, Node):
+        return np.zeros((dim, 0), np.int32), np.zeros(0), point
+    places, weights = system.point(point)
+    return places.astype(np.int32), weights, np.zeros(dim)

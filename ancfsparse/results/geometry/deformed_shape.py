@@ -1,0 +1,67 @@
+"""Deformed shapes as points on every element."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.kernels.hermite import position_weights, slope_weights
+from ancfsparse.results.data.solved_system import Array
+from ancfsparse.results.data.stored_tables import Chosen, Readable
+from ancfsparse.results.geometry.scene_outline import Part
+from ancfsparse.system_memory import check_room
+
+# Pieces of an element in a picture: the most, and how many all elements have together.
+FINEST, PIECES = 12, 2400
+
+
+def rows_of(q: Readable, rows: NDArray[np.intp]) -> Array:
+    """Read some rows of a table of states, all columns that it has."""
+    if isinstance(q, Chosen):  # read like an array, though not one
+        return cast(Array, Chosen(np.asarray(q.values[rows]), q.places, q.n))
+    return np.asarray(q[rows])
+
+
+def shapes(q: Array, part: Part, pieces: int) -> Array:
+    """Trace every element of a body.
+
+    Parameters
+    ----------
+    q : table, shape (j, n)
+        Coordinates.
+    part : Part
+        The body.
+    pieces : int
+        Pieces per element.
+
+    Returns
+    -------
+    ndarray, shape (j, n_elements, pieces + 1, dim)
+        Points [m], from the first end of each element: the cubic through positions and slopes at
+        both ends, of strings a straight line.
+    """
+    return _traced(q, part, pieces, position_weights)
+
+
+def slopes(q: Array, part: Part, pieces: int) -> Array:
+    """Give the slopes at the points of `shapes`, of the same shape [-]."""
+    return _traced(q, part, pieces, slope_weights)
+
+
+def pieces_for(parts: list[Part]) -> int:
+    """Return how many pieces per element make a smooth picture that is quick to draw."""
+    count = sum(len(part.lengths) for part in parts)
+    return int(np.clip(PIECES // max(count, 1), 1, FINEST))
+
+
+def _traced(
+    q: Array, part: Part, pieces: int, weigh: Callable[[Array, Array, bool], Array]
+) -> Array:
+    n_elements, n_vectors, dim = part.places.shape
+    numbers = float(q.shape[0]) * n_elements * (pieces + 1) * dim
+    check_room("a picture of so many points", 8.0 * numbers, "a smaller per_element")
+    weights = weigh(np.linspace(0.0, 1.0, pieces + 1), part.lengths[:, None], n_vectors == 2)
+    return np.asarray(np.einsum("epc,jecd->jepd", weights, np.asarray(q[..., part.places])))

@@ -1,0 +1,223 @@
+"""The data of a scene that pictures need, small enough to be stored in the file of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.results.data.hdf5_format import DAMAGE, damaged
+from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.geometry.body_outlines import (
+    PACKED,
+    Solid,
+    read_solids,
+    solid_of,
+    write_solids,
+)
+from ancfsparse.results.geometry.connection_lines import Links, links_of, no_links, read_links
+from ancfsparse.scene import Body, ElasticBody, Node
+from ancfsparse.scene.bodies.rigid_body import RigidBody
+from ancfsparse.scene.joints.joint import Mark
+
+if TYPE_CHECKING:
+    import h5py
+
+# Files contain these numbers.
+KINDS = ("pin", "clamp", "rod", "joint")
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """The axis of a beam or a mesh.
+
+    Attributes
+    ----------
+    name : str
+        Of the body.
+    lengths : ndarray, shape (n_elements,)
+        Lengths of its elements [m].
+    places : ndarray of int, shape (n_elements, 4, dim), of strings (n_elements, 2, dim)
+        Places of position and slope of both ends of every element in the coordinates; strings have
+        no slopes.
+    radius : float
+        Of the circle that has the area of its section [m].
+    """
+
+    name: str
+    lengths: Array
+    places: NDArray[np.int32]
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class Support:
+    """A joint to the ground, which may move, or the common point of a rigid and another body.
+
+    Attributes
+    ----------
+    kind : str
+        One of `KINDS`.
+    places : ndarray of int, shape (dim, p)
+        Places of the coordinates of which the position of the point it holds is a sum.
+    weights : ndarray, shape (p,)
+        By which it is made of it.
+    other : ndarray, shape (dim,)
+        Of a clamp the direction out of the wall [-], of a rod its anchor [m].
+    """
+
+    kind: str
+    places: NDArray[np.int32]
+    weights: Array
+    other: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """The axes of beams and meshes, the outlines of rigid bodies, supports, and what links them.
+
+    Attributes
+    ----------
+    gravity : ndarray, shape (dim,)
+        Acceleration of gravity [m/s2].
+    parts : list of Part
+        The beams and meshes, in the order of the scene.
+    solids : list of Solid
+        The rigid bodies, in the order of the scene.
+    supports : list of Support
+        Pins, clamps, rods and joints.
+    links : Links
+        Ropes, springs and distances.
+    """
+
+    gravity: Array
+    parts: list[Part]
+    solids: list[Solid]
+    supports: list[Support]
+    links: Links
+
+    @property
+    def dim(self) -> int:
+        """Components of a position, 2 or 3."""
+        return len(self.gravity)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all tables."""
+        beams = sum(each.places.nbytes + each.lengths.nbytes for each in self.parts)
+        links = self.links.places.nbytes + self.links.weights.nbytes + self.links.fixed.nbytes
+        return beams + links + sum(each.places.nbytes + each.points.nbytes for each in self.solids)
+
+    def write(self, file: h5py.File) -> None:
+        """Put it into the file of a run, as the group ``outline``."""
+        group = file.create_group("outline")
+        group.attrs["gravity"], group.attrs["bodies"] = self.gravity, len(self.parts)
+        for k, part in enumerate(self.parts):
+            body = group.create_group(f"body {k}")
+            body.attrs["name"], body.attrs["radius"] = np.bytes_(part.name.encode()), part.radius
+            body.create_dataset("lengths", data=part.lengths, **PACKED)
+            body.create_dataset("places", data=part.places, **PACKED)
+        write_solids(group, self.solids)
+        self.links.write(group)
+        if self.supports:
+            kinds = [KINDS.index(each.kind) for each in self.supports]
+            group.create_dataset("support kinds", data=np.array(kinds, np.int8), **PACKED)
+            most = max(len(each.weights) for each in self.supports)
+            places = np.zeros((len(kinds), self.dim, most), np.int32)
+            weights = np.zeros((len(kinds), most))
+            for k, each in enumerate(self.supports):
+                places[k, :, : len(each.weights)] = each.places
+                weights[k, : len(each.weights)] = each.weights
+            group.create_dataset("support places", data=places, **PACKED)
+            group.create_dataset("support weights", data=weights, **PACKED)
+            others = np.stack([each.other for each in self.supports])
+            group.create_dataset("support others", data=others, **PACKED)
+
+    @staticmethod
+    def read(path: Path, file: h5py.File) -> Outline | None:
+        """Read it back; None from a file of a version that wrote none, or kept few coordinates.
+
+        Raises
+        ------
+        InputError
+            If the file is damaged.
+        """
+        if "outline" not in file:
+            return None
+        group, n = file["outline"], int(file.attrs["coordinates"])
+        try:
+            parts = []
+            for k in range(sum(name.startswith("body ") for name in group)):
+                body = group[f"body {k}"]
+                name = bytes(body.attrs["name"]).decode()
+                lengths, places = np.asarray(body["lengths"]), np.asarray(body["places"])
+                parts.append(Part(name, lengths, places, float(body.attrs["radius"])))
+            solids = read_solids(group)
+            supports = _read_supports(group) if "support kinds" in group else []
+            gravity = np.asarray(group.attrs["gravity"])
+            links = read_links(group, len(gravity))
+            # Files of earlier versions have no such number, and at least one body.
+            lost = len(parts) != group.attrs.get("bodies", max(len(parts), 1))
+        except DAMAGE as error:
+            raise InputError(damaged(path, ": its outline is lost")) from error
+        if not (lost or parts or solids):
+            return None
+        every = [each.places for some in (parts, solids, supports, [links]) for each in some]
+        if lost or any(((each < 0) | (each >= n)).any() for each in every):
+            raise InputError(damaged(path, ": its outline is lost"))
+        return Outline(gravity, parts, solids, supports, links)
+
+
+def _read_supports(group: h5py.Group) -> list[Support]:
+    """Read the supports, which in files of earlier versions are at nodes and have no weights."""
+    kinds, places, others = (
+        np.asarray(group[f"support {each}"]) for each in ("kinds", "places", "others")
+    )
+    if "support weights" in group:
+        weights = np.asarray(group["support weights"])
+    else:
+        places, weights = places[..., None], np.ones((len(kinds), 1))
+    rows = zip(kinds, places, weights, others, strict=True)
+    return [Support(KINDS[kind], *rest) for kind, *rest in rows]
+
+
+def part_of(system: SolvedSystem, body: ElasticBody) -> Part:
+    """Return the axis of one body of a system."""
+    ends, kind = system.elements(body).reshape(body.n_elements, 2, -1), body.kind
+    each = [ends[:, end, kind.columns(name)] for end in (0, 1) for name in kind.axis]
+    places = np.stack(each, axis=1)
+    return Part(body.name, body.lengths, places, float(np.sqrt(body.section.area / np.pi)))
+
+
+def outline_of(system: SolvedSystem, of: Body | None = None) -> Outline:
+    """Return the outline of a system, or of one of its bodies."""
+    bodies = system.bodies if of is None else (of,)
+    supports = []
+    used: dict[str, list[Node]] = {}
+    for joint in system.joints:
+        for node in joint.nodes:
+            used.setdefault(node.beam.name, []).append(node)
+        node, mark = joint.nodes[0], joint.mark
+        if joint.joins and any(isinstance(each.beam, RigidBody) for each in joint.nodes):
+            mark = Mark("joint")
+        if mark is None or of not in (None, node.beam):
+            continue
+        other = np.zeros(system.scene.dim) if mark.other is None else mark.other
+        places, weights = system.point(node)
+        supports.append(Support(mark.kind, places.astype(np.int32), weights, other))
+    tied = [end for thing in system.attached for pair in thing.links for end in pair]
+    for end in tied:
+        if isinstance(end, Node):
+            used.setdefault(end.beam.name, []).append(end)
+    parts = [part_of(system, body) for body in bodies if isinstance(body, ElasticBody)]
+    solids = [
+        solid_of(system, body, used.get(body.name, []))
+        for body in bodies
+        if isinstance(body, RigidBody)
+    ]
+    links = links_of(system) if of is None else no_links(system.scene.dim)
+    return Outline(system.scene.gravity, parts, solids, supports, links)

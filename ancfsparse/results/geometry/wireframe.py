@@ -1,0 +1,156 @@
+"""Rigid bodies as points that move with them, edges between them, and facets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise, product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.results.data.solved_system import Array
+from ancfsparse.results.geometry.body_outlines import Solid
+
+Links = NDArray[np.int64]
+Shape = tuple[Array, Sequence[tuple[int, ...]], Sequence[tuple[int, ...]]]
+
+# Points on a circle, a multiple of 4, and pieces of a meridian, an even number.
+AROUND, ALONG = 32, 16
+# Arms of a body given by its inertia beside the distance of its farthest joint.
+ARM = 0.25
+
+
+class Wire(NamedTuple):
+    """A rigid body as it is drawn.
+
+    Attributes
+    ----------
+    weights : ndarray, shape (p, n_vectors + 1)
+        Of its origin [-] and its vectors [m] in every point.
+    edges : ndarray of int, shape (e, 2)
+        Points between which there is a line.
+    facets : ndarray of int, shape (f, 3)
+        Points of triangles; none of a body without surface.
+    """
+
+    weights: Array
+    edges: Links
+    facets: Links
+
+
+def wire(solid: Solid) -> Wire:
+    """Return how a rigid body is drawn."""
+    points, edges, facets = _shape(solid)
+    weights = np.column_stack([np.ones(len(points)), points])
+    return Wire(weights, np.array(edges).reshape(-1, 2), np.array(facets, int).reshape(-1, 3))
+
+
+def traced(q: Array, solid: Solid, drawn: Wire) -> Array:
+    """Return the points of a wire (j, p, dim) [m] from coordinates (j, n), or their velocities."""
+    vectors = np.asarray(q[..., solid.places])
+    return np.asarray(np.einsum("pk,jkd->jpd", drawn.weights, vectors))
+
+
+def edges_of(q: Array, solid: Solid) -> Array:
+    """Return the ends of the edges of a rigid body, (j, e, 2, dim), as `traced` does."""
+    drawn = wire(solid)
+    return np.asarray(traced(q, solid, drawn)[:, drawn.edges])
+
+
+def _shape(solid: Solid) -> Shape:
+    """Return points in the frame of the body, edges and facets."""
+    reach, form, n = solid.reach, solid.form, solid.points.shape[1]
+    if form == "inertia":
+        return _star(solid)
+    if n == 3 and form.startswith("cylinder"):
+        made = _cylinder(reach, "xyz".index(form[-1]))
+    elif n == 3 and form == "sphere":
+        made = _sphere(reach[0])
+    elif form in ("sphere", "cylinder z"):
+        made = _disc(reach[0])
+    elif form == "rod":
+        made = np.outer([-reach[0], reach[0]], np.eye(n)[0]), [(0, 1)], []
+    else:
+        made = _box(reach[:n])
+    points, edges, facets = made
+    return points + solid.points[0], edges, facets
+
+
+def _star(solid: Solid) -> Shape:
+    """Lines from the centre to the points that are joined, and along the axes both ways.
+
+    Light bodies of large inertia would cover a mechanism, so arms are no longer than a quarter of
+    the way to the farthest of these points.
+    """
+    centre = solid.points[0]
+    farthest = float(np.max(np.linalg.norm(solid.points - centre, axis=1)))
+    reach = solid.reach[: len(centre)]
+    arms = np.diag(np.minimum(reach, ARM * farthest) if farthest else reach)
+    points = np.concatenate([solid.points, centre + arms, centre - arms])
+    return points, [(0, k) for k in range(1, len(points))], []
+
+
+def _box(reach: Array) -> Shape:
+    """Make a box, or in the plane a rectangle."""
+    corners = np.array(list(product((-1.0, 1.0), repeat=len(reach))))
+    pairs = [(i, j) for j in range(len(corners)) for i in range(j)]
+    edges = [(i, j) for i, j in pairs if (corners[i] != corners[j]).sum() == 1]
+    if len(reach) == 2:
+        return corners * reach, edges, [(0, 2, 3), (0, 3, 1)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return corners * reach, edges, [(a, *two) for a, *b in quads for two in pairwise(b)]
+
+
+def _circle() -> Array:
+    """Return points of the unit circle, (n, 2)."""
+    angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
+    return np.stack([np.cos(angles), np.sin(angles)], axis=1)
+
+
+def _ring(first: int) -> list[tuple[int, int]]:
+    """Link points around a circle."""
+    return [(first + k, first + (k + 1) % AROUND) for k in range(AROUND)]
+
+
+def _disc(radius: float) -> Shape:
+    """Make a disc in the plane, with a radius that shows how it is turned."""
+    points = np.concatenate([radius * _circle(), np.zeros((1, 2))])
+    return points, [*_ring(0), (AROUND, 0)], [(AROUND, *pair) for pair in _ring(0)]
+
+
+def _cylinder(reach: Array, axis: int) -> Shape:
+    """Make a cylinder: two circles, four lines along it, and a radius on each end."""
+    aside, up = (axis + 1) % 3, (axis + 2) % 3
+    one = np.zeros((AROUND + 1, 3))
+    one[:AROUND, [aside, up]] = reach[aside] * _circle()
+    along = reach[axis] * np.eye(3)[axis]
+    # The points of one end and its centre, then those of the other.
+    n = AROUND + 1
+    low, high = _ring(0), _ring(n)
+    edges = [*low, *high, (AROUND, 0), (n + AROUND, n)]
+    edges += [(k, n + k) for k in range(0, AROUND, AROUND // 4)]
+    facets = [(AROUND, b, a) for a, b in low] + [(n + AROUND, a, b) for a, b in high]
+    for (a, b), (c, d) in zip(low, high, strict=True):
+        facets += [(a, b, d), (a, d, c)]
+    return np.concatenate([one - along, one + along]), edges, facets
+
+
+def _sphere(radius: float) -> Shape:
+    """Make a sphere: its equator and two full meridians, on a grid of parallels."""
+    heights = np.linspace(-0.5 * np.pi, 0.5 * np.pi, ALONG + 1)[1:-1]
+    rings = [
+        np.column_stack([np.cos(height) * _circle(), np.full(AROUND, np.sin(height))])
+        for height in heights
+    ]
+    points = np.concatenate([*rings, [(0.0, 0.0, -1.0), (0.0, 0.0, 1.0)]])
+    south, north = len(points) - 2, len(points) - 1
+    starts = [AROUND * k for k in range(len(rings))]
+    edges = _ring(starts[len(rings) // 2])
+    for k in range(0, AROUND, AROUND // 4):
+        edges += pairwise([south, *(start + k for start in starts), north])
+    facets = [(south, b, a) for a, b in _ring(0)] + [(north, *pair) for pair in _ring(starts[-1])]
+    for one, other in pairwise(starts):
+        for (a, b), (c, d) in zip(_ring(one), _ring(other), strict=True):
+            facets += [(a, b, d), (a, d, c)]
+    return radius * points, edges, facets

@@ -1,0 +1,258 @@
+"""Runs in HDF5 files, read without taking up memory."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.results.data.hdf5_format import damaged, file_name, opened, text_of
+from ancfsparse.results.data.run_statistics import RunStats
+from ancfsparse.results.data.solved_system import Array
+from ancfsparse.results.data.stored_tables import (
+    LAST,
+    RECORDS,
+    REFERENCE,
+    Chosen,
+    Stored,
+    StoredState,
+    whole,
+)
+from ancfsparse.results.solutions.trajectory import Trajectory
+from ancfsparse.scene import Scene, check_scene
+from ancfsparse.scene.storage.digest import difference
+from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    import h5py
+
+    from ancfsparse.results.geometry.scene_outline import Outline
+
+# Share of the largest coordinate by which two equal scenes may differ: rounding.
+SAME = 1e-9
+
+
+def load(
+    path: str | Path, scene: Scene | None = None, *, own: Mapping[str, Any] | None = None
+) -> Trajectory:
+    """Open the file that ``simulate(..., output=path)`` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    scene : Scene, optional
+        The scene of the run, or one made by the same calls: its handles select what the
+        trajectory returns.  By default it is rebuilt from the file;
+        ``run.system.scene.body(name)`` gives its handles.
+    own : dict of str to object, optional
+        For a scene that is rebuilt from the file, functions and elements of your own, as in
+        `Scene.load`.
+
+    Returns
+    -------
+    Trajectory
+        Its states stay in the file and are read on demand.  That of a run that was
+        interrupted is marked as such and ends early.
+
+    Raises
+    ------
+    InputError
+        If this is no such file, or of another scene.  Loads that are functions of time are not
+        compared, but for their places.
+    """
+    path = file_name("the file of a run", path)
+    if scene is None:
+        scene = _scene(path, {} if own is None else own)
+    check_scene(scene)
+    system = System(scene)
+    run = read(path, system)
+    with opened(path) as file:
+        there = dict(json.loads(text_of(file, "scene")))
+        reference = np.asarray(file[REFERENCE]) if REFERENCE in file else None
+    other = difference(there, scene.digest())
+    if other is None and (
+        run.q.shape[1] != system.n_all or run.lam.shape[1] != system.n_multipliers
+    ):
+        other = f"coordinates there: {run.q.shape[1]}; here: {system.n_all}"
+    if other is None and reference is not None:
+        if not _agree(reference, system.q_ref):
+            other = "the stress-free shape"
+    elif other is None:
+        still = system.n_all - system.prescribed.n  # drives begin at the values of their functions
+        for name, table, start in (("shape", run.q, system.q0), ("velocity", run.v, system.v0)):
+            if other is None and not _begins(table, start, still):
+                other = f"the {name} at t = 0"
+    if other is not None:
+        raise InputError(f"{path} was written for another scene. What differs is {other}")
+    return run
+
+
+def _scene(path: Path, own: Mapping[str, Any]) -> Scene:
+    """Rebuild the scene of a file."""
+    from ancfsparse.scene.storage.json_file import built
+
+    with opened(path) as file:
+        text = text_of(file, RECORDS, "")
+    if not text:
+        raise InputError(
+            f"{path} does not hold its scene, because functions of it have one name or because an "
+            "earlier version wrote it: give the scene, as in load(path, scene)"
+        )
+    return built(Scene, text, path, own)
+
+
+def _begins(table: Any, start: Array, n: int) -> bool:
+    """Return whether the first row of a table is a state, in its first n coordinates."""
+    if isinstance(table, Chosen):
+        mine = table.places < n
+        return _agree(table.values[0][mine], start[table.places[mine]])
+    return _agree(table[0][:n], start[:n])
+
+
+def _agree(there: Array, here: Array) -> bool:
+    """Return whether two states are equal but for rounding."""
+    if there.shape != here.shape:
+        return False
+    with np.errstate(over="ignore"):  # a file without checksums may hold anything
+        apart = np.max(np.abs(there - here), initial=0.0)
+    return bool(apart <= SAME * np.max(np.abs(here), initial=0.0))
+
+
+def read(path: str | Path, system: System) -> Trajectory:
+    """Open a file for a system it is known to belong to."""
+    path = Path(path)
+    with opened(path) as file:
+        return _trajectory(path.absolute(), file, system)
+
+
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """The metadata of a run in a file.
+
+    Attributes
+    ----------
+    t : ndarray, shape (k,)
+        Times of the saved states [s].
+    n_all, n_multipliers : int
+        Coordinates and multipliers of the system.
+    places : ndarray of int or None
+        The coordinates that were kept; None if all were.
+    settings, scene : dict
+        What the run was started with, and what moves, as `Scene.digest` describes it.
+    stats : RunStats
+        What the run cost.
+    """
+
+    t: Array
+    n_all: int
+    n_multipliers: int
+    places: NDArray[np.integer[Any]] | None
+    settings: dict[str, Any]
+    scene: dict[str, str]
+    stats: RunStats
+
+
+def contents(path: str | Path) -> Contents:
+    """Read the metadata of a run from a file, without its states.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If this is no file of a run.
+    """
+    path = file_name("the file of a run", path)
+    with opened(path) as file:
+        t, q, _, _, lam, stats, settings = _states(path.absolute(), file)
+        scene = dict(json.loads(text_of(file, "scene")))
+    places = q.places if isinstance(q, Chosen) else None
+    return Contents(t, q.shape[1], lam.shape[1], places, settings, scene, stats)
+
+
+def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
+    """Read what a file contains of its run without its scene.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    outline : Outline
+        Axes of the bodies, and supports.
+    t : ndarray, shape (k,)
+        Times [s].
+    q, v : table, shape (k, n)
+        Coordinates and their rates, which stay in the file.
+
+    Raises
+    ------
+    InputError
+        If this is no such file, or has only some points of the scene.
+    """
+    from ancfsparse.results.geometry.scene_outline import Outline
+
+    path = file_name("the file of a run", path)
+    with opened(path) as file:
+        outline = Outline.read(path, file)
+        t, q, v, *_ = _states(path.absolute(), file)
+    if outline is None:
+        raise InputError(
+            f"{path} does not hold the outline of its scene: it is of a run with save_nodes or of "
+            "an earlier version; open it in Python with ancfsparse.load(path, scene)"
+        )
+    return outline, t, q, v
+
+
+def _trajectory(path: Path, file: h5py.File, system: System) -> Trajectory:
+    ending = StoredState(path, text_of(file, "run")) if LAST in file else None
+    return Trajectory(system, *_states(path, file), ending)
+
+
+def _states(
+    path: Path, file: h5py.File
+) -> tuple[Array, Array, Array, Array, Array, RunStats, dict[str, Any]]:
+    """Read times, tables of states, counts and settings."""
+    t = np.asarray(file["t"])
+    settings = dict(json.loads(text_of(file, "settings")))
+    # Counts that a later version may have added are passed over.
+    known = {each.name for each in fields(RunStats)}
+    counts = json.loads(text_of(file, "stats", "{}"))
+    stats = RunStats(**{name: value for name, value in counts.items() if name in known})
+    n = int(file.attrs["coordinates"])
+    places = np.asarray(file["places"]) if "places" in file else None
+    if not len(t):
+        raise InputError(f"{path} holds no states: its run was ended before the first one")
+    begin = settings.get("t_start") or 0.0
+    if t[0] != begin or not (np.diff(t) > 0.0).all():  # NaN is no time either
+        first = "zero" if begin == 0.0 else f"{begin:.6g} s"
+        raise InputError(damaged(path, f": its times do not increase from {first}"))
+    shape = len(t), n if places is None else len(places)
+    for name in "qva":
+        if len(file[name]) < shape[0] or file[name].shape[1:] != shape[1:]:
+            raise InputError(
+                damaged(path, f": {name} has shape {file[name].shape} where {shape} is needed")
+            )
+    lam = np.empty((len(t), 0))
+    if "lam" in file:
+        lam = whole(path, "lam", np.asarray(file["lam"])[: len(t)])
+        if len(lam) != len(t):
+            raise InputError(damaged(path, f": lam has {len(lam)} rows where {len(t)} are needed"))
+    mark = text_of(file, "run")
+    tables: list[Any] = [Stored(path, name, mark, shape) for name in "qva"]
+    if places is not None:
+        tables = [Chosen(table, places, n) for table in tables]
+    q, v, a = (cast(Array, table) for table in tables)  # read like arrays, see `tables`
+    return t, q, v, a, lam, stats, settings

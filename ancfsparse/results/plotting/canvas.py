@@ -1,0 +1,315 @@
+"""Scenes drawn into axes of matplotlib, planar or in perspective, in equal scales."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.markers import MarkerStyle
+from matplotlib.path import Path
+from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Affine2D
+from mpl_toolkits.mplot3d import Axes3D, proj3d
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
+from ancfsparse.results.data.solved_system import Array, combine
+from ancfsparse.results.geometry.deformed_shape import pieces_for, shapes
+from ancfsparse.results.geometry.scene_outline import Outline
+from ancfsparse.results.geometry.wireframe import edges_of
+
+# Share of the scene below which its extent in one direction counts as none, and room around it.
+FLAT, MARGIN = 1e-6, 0.06
+# Share of the largest extent that every other axis has at least.
+NARROWEST = 0.2
+# Sizes of planar axes, at most, and of what is around them [inch].
+WIDEST, HIGHEST, LEFT, BOTTOM, TOP, RIGHT, LEGEND = 5.2, 5.2, 0.8, 0.55, 0.35, 0.2, 1.15
+# Elements and rigid bodies from which lines become thinner.
+MANY = 200
+# Elevation and azimuth of the eye [degrees].
+EYE = 22.0, -60.0
+# Room of numbers and labels around a picture in perspective [inch], and between both [pt].
+AROUND = {"left": 0.65, "bottom": 0.65, "right": 0.85, "top": 0.4}
+PAD = 10.0
+# In perspective the size of a box is not quite linear in its zoom.
+FITS = 3
+SUPPORT = "0.25"
+# Width of ropes and springs beside that of beams.
+LINK = 0.5
+
+_TRIANGLE = Path(
+    [(0, 0), (-0.7, -1.1), (0.7, -1.1), (0, 0), (-1.0, -1.1), (1.0, -1.1)],
+    [Path.MOVETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY, Path.MOVETO, Path.LINETO],
+)
+_WALL = Path(
+    [(0, -1.2), (0, 1.2), *(p for y in (-1.2, -0.4, 0.4, 1.2) for p in ((0, y), (-0.6, y - 0.5)))],
+    [Path.MOVETO, Path.LINETO] * 5,
+)
+
+
+@dataclass(frozen=True)
+class Film:
+    """The shapes of bodies in some states, and where their supports are.
+
+    Attributes
+    ----------
+    outline : Outline
+        What is drawn.
+    lines : list of ndarray, each of shape (j, n, pieces + 1, dim)
+        Points on every element of every beam and mesh, then the ends of every edge of every rigid
+        body [m].
+    held : list of ndarray, each of shape (j, dim)
+        The point that every support holds [m].
+    links : ndarray, shape (j, n, 2, dim)
+        The ends of ropes, springs and distances [m].
+    """
+
+    outline: Outline
+    lines: list[Array]
+    held: list[Array]
+    links: Array
+
+    @property
+    def supports(self) -> list[tuple[str, Array, Array]]:
+        """Kind of every support, the point it holds, and its other vector."""
+        pairs = zip(self.outline.supports, self.held, strict=True)
+        return [(support.kind, places, support.other) for support, places in pairs]
+
+    @property
+    def box(self) -> Array:
+        """Smallest and largest coordinates of all that is drawn, shape (2, dim) [m]."""
+        points = [each.reshape(-1, self.outline.dim) for each in (*self.lines, self.links)]
+        points += [other[None, :] for kind, _, other in self.supports if kind == "rod"]
+        together = np.concatenate(points)
+        return np.stack([together.min(axis=0), together.max(axis=0)])
+
+    @property
+    def width(self) -> float:
+        """Width of lines [pt]."""
+        n = sum(len(part.lengths) for part in self.outline.parts) + len(self.outline.solids)
+        return float(np.clip(1.8 * np.sqrt(MANY / max(n, MANY)), 0.5, 1.8))
+
+
+def film(outline: Outline, q: Array) -> Film:
+    """Trace bodies in some states, whose coordinates are q, shape (j, n)."""
+    pieces = pieces_for(outline.parts)
+    lines = [shapes(q, part, pieces) for part in outline.parts]
+    lines += [edges_of(q, solid) for solid in outline.solids]
+    held = [combine((each.places, each.weights), q) for each in outline.supports]
+    return Film(outline, lines, held, outline.links.ends(q))
+
+
+class Canvas:
+    """Axes with equal scales that show all of a film.
+
+    Parameters
+    ----------
+    of : Film
+        What will be drawn.
+    ax : Axes, optional
+        Where; a new figure if not given.
+    view : str or (float, float), optional
+        Two of ``"xyz"`` for a planar picture, or elevation and azimuth of the eye [degrees].  By
+        default the plane that all motion stays in, else perspective.
+    legend : bool, optional
+        Whether a new figure has room for a legend.
+
+    Raises
+    ------
+    InputError
+        If an argument is invalid.
+    """
+
+    def __init__(
+        self, of: Film, ax: object = None, view: object = None, *, legend: bool = True
+    ) -> None:
+        self.film = of
+        self.axes = _components(of, view, of.box)
+        limits = _limits(of.box[:, self.axes])
+        self._new = ax is None
+        if ax is None:
+            self.ax = _new(limits, LEGEND if legend else RIGHT)
+        elif isinstance(ax, Axes):
+            self.ax = ax
+        else:
+            raise InputError(f"ax must be axes of matplotlib, got {shown(ax)}")
+        if (len(self.axes) == 3) != isinstance(self.ax, Axes3D):
+            needed = "projection='3d'" if len(self.axes) == 3 else "two dimensions"
+            raise InputError(f"ax must have {needed} for this picture: leave it out, or give view")
+        self.figure: Any = self.ax.get_figure(root=True)
+        self._set_limits(limits)
+        if isinstance(self.ax, Axes3D):
+            elevation, azimuth = view if isinstance(view, tuple) else EYE
+            self.ax.view_init(elev=elevation, azim=azimuth)
+            if self._new:
+                _fit(self.ax, self.figure, limits)
+
+    def draw(self, state: int, colour: Any, *, alpha: float = 1.0, label: str = "") -> list[Any]:
+        """Draw all bodies in one state; every body is one artist, ropes and springs are others."""
+        artists = []
+        several = Line3DCollection if len(self.axes) == 3 else LineCollection
+        for lines in self.film.lines:
+            artist = several(
+                lines[state][..., self.axes], colors=[colour], alpha=alpha, capstyle="round",
+                linewidths=self.film.width, label=label or None,
+            )  # fmt: skip
+            self.ax.add_collection(artist, autolim=False)
+            artists.append(artist)
+            label = ""
+        links, springs = self.film.links[state][..., self.axes], self.film.outline.links.springs
+        for some, style in ((links[~springs], "solid"), (links[springs], "dashed")):
+            if len(some):
+                artist = several(
+                    some, colors=[colour], alpha=alpha, linestyles=style,
+                    linewidths=LINK * self.film.width,
+                )  # fmt: skip
+                self.ax.add_collection(artist, autolim=False)
+                artists.append(artist)
+        return artists
+
+    def add_legend(self, title: str | None = None) -> None:
+        """Add the legend of what was drawn, beside the picture if the figure is a new one."""
+        if self._new and len(self.axes) == 2:
+            self.ax.legend(
+                title=title, fontsize="small", frameon=False, loc="upper left",
+                bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0,
+            )  # fmt: skip
+        elif len(self.axes) == 3:  # upright axes stand on the right
+            self.ax.legend(title=title, fontsize="small", loc="upper left")
+        else:
+            self.ax.legend(title=title, fontsize="small")
+
+    def draw_supports(self, state: int) -> list[Any]:
+        """Mark pins, clamps, rods and joints where they are in one state."""
+        artists: list[Any] = []
+        style: dict[str, Any] = {"color": SUPPORT, "mfc": "w", "zorder": 3, "linestyle": "none"}
+
+        def mark(places: Array, marker: Any, size: float) -> None:
+            columns = np.atleast_2d(places)[:, self.axes].T
+            artists.extend(self.ax.plot(*columns, marker=marker, markersize=size, **style))
+
+        supports = self.film.supports
+        joints = [places[state] for kind, places, _ in supports if kind == "joint"]
+        pins = [places[state] for kind, places, _ in supports if kind == "pin"]
+        pins += [anchor for kind, _, anchor in supports if kind == "rod"]
+        for kind, places, other in supports:
+            if kind == "rod":
+                ends = np.stack([places[state], other])[:, self.axes].T
+                artists += self.ax.plot(*ends, "-", color=SUPPORT, linewidth=1.0, zorder=3)
+                mark(places[state], "o", 3.5)
+            elif kind == "clamp" and len(self.axes) == 2:
+                across, up = other[self.axes]
+                turn = Affine2D().rotate(float(np.arctan2(up, across)))
+                mark(places[state], MarkerStyle(_WALL, transform=turn), 22.0)
+            elif kind == "clamp":
+                mark(places[state], "s", 7.0)
+        if joints:
+            mark(np.array(joints), "o", 2.0 * self.film.width)
+        if pins:
+            flat = len(self.axes) == 2
+            mark(np.array(pins), MarkerStyle(_TRIANGLE) if flat else "^", 14.0 if flat else 8.0)
+        return artists
+
+    def draw_path(self, points: Array) -> list[Any]:
+        """Draw the way of a point, (j, dim) [m]."""
+        return list(self.ax.plot(*points[:, self.axes].T, "-", color="C1", linewidth=1.0, zorder=1))
+
+    def _set_limits(self, limits: Array) -> None:
+        ax, size = self.ax, limits[1] - limits[0]
+        for name, axis, (low, high) in zip("xyz", self.axes, limits.T, strict=False):
+            ax.set(**{f"{name}lim": (low, high), f"{name}label": f"{'xyz'[axis]} [m]"})
+        if isinstance(ax, Axes3D):
+            ax.set_box_aspect(size, zoom=0.95)
+            for axis, share in zip((ax.xaxis, ax.yaxis, ax.zaxis), size / size.max(), strict=True):
+                axis.set_major_locator(MaxNLocator(int(np.clip(1 + 4 * share, 2, 5))))
+            ax.zaxis.labelpad = PAD
+        else:
+            ax.set_aspect("equal")
+            ax.grid(alpha=0.3)
+
+
+def _components(of: Film, view: object, box: Array) -> list[int]:
+    """Return the components that are drawn: two, or three in perspective."""
+    if isinstance(view, str):
+        axes = ["xyz".find(letter) for letter in view]
+        if (
+            len(axes) != 2
+            or axes[0] == axes[1]
+            or not all(0 <= each < of.outline.dim for each in axes)
+        ):
+            raise InputError(
+                f"view must name two of {'xyz'[: of.outline.dim]!r}, got {shown(view)}"
+            )
+        return axes
+    if view is not None:
+        numbers = isinstance(view, tuple) and len(view) == 2
+        if not numbers or not all(isinstance(each, (int, float)) for each in view):  # type: ignore[attr-defined]
+            raise InputError(
+                "view must be a plane such as 'xz', or elevation and azimuth in degrees such as "
+                f"(20, -60), got {shown(view)}"
+            )
+        if of.outline.dim == 2:
+            raise InputError("the scene is planar and has no view from aside: leave view out")
+        return upright(of.outline.gravity)
+    extent = box[1] - box[0]
+    wide = [k for k in range(of.outline.dim) if extent[k] > FLAT * extent.max()]
+    if of.outline.dim == 2:
+        return [0, 1]
+    ahead, aside, up = upright(of.outline.gravity)
+    if len(wide) == 3:
+        return [ahead, aside, up]
+    if up not in wide and len(wide) == 2:
+        return sorted(wide)
+    return [ahead if aside not in wide else aside, up]
+
+
+def upright(gravity: Array) -> list[int]:
+    """Return the three components in cyclic order, that along gravity last, else z."""
+    up = int(np.argmax(np.abs(gravity))) if gravity.any() else 2
+    return [(up + 1) % 3, (up + 2) % 3, up]
+
+
+def _limits(box: Array) -> Array:
+    """Return the ends of all axes, shape (2, c) [m]: with room around, and nothing too narrow."""
+    extent = box[1] - box[0]
+    size = float(extent.max()) or 1.0
+    half = 0.5 * np.maximum(extent, NARROWEST * size) + MARGIN * size
+    middle = box.mean(axis=0)
+    return np.stack([middle - half, middle + half])
+
+
+def _new(limits: Array, right: float) -> Axes:
+    """Return the axes of a new figure that they fill, but for `right` [inch] beside them."""
+    size = limits[1] - limits[0]
+    if len(size) == 3:
+        figure = plt.figure(figsize=(6.4, 3.4 + 2.2 * float(size[2] / size.max())))
+        axes: Axes = figure.add_axes((0.02, 0.01, 0.92, 0.92), projection="3d")
+        return axes
+    width, height = size * min(WIDEST / size[0], HIGHEST / size[1])
+    across, up = LEFT + width + right, BOTTOM + height + TOP
+    figure = plt.figure(figsize=(across, up))
+    return figure.add_axes((LEFT / across, BOTTOM / up, width / across, height / up))
+
+
+def _fit(ax: Any, figure: Any, limits: Array) -> None:
+    """Let a box in perspective, its labels and a title fill the figure."""
+    size = limits[1] - limits[0]
+    whole = figure.get_size_inches()
+    low = np.array([AROUND["left"], AROUND["bottom"]])
+    room = whole - (AROUND["right"], AROUND["top"]) - low
+    ax.set_position((*(low / whole), *(room / whole)))
+    zoom, corners = 1.0, np.array(list(product(*limits.T)))
+    for _ in range(FITS):
+        ax.set_box_aspect(size, zoom=zoom)
+        x, y, _ = proj3d.proj_transform(*corners.T, ax.get_proj())
+        there = ax.transData.transform(np.column_stack([x, y])) / figure.dpi
+        extent = np.ptp(there, axis=0)
+        zoom *= float(np.min(room / extent))
+    shift = low + 0.5 * room - 0.5 * (there.min(axis=0) + there.max(axis=0))
+    ax.set_position(ax.get_position().translated(*(shift / whole)))

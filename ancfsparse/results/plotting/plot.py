@@ -1,0 +1,291 @@
+"""Pictures of runs and equilibria: shapes, and quantities over time or along a beam."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import check_choice, check_reals
+from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
+from ancfsparse.results.data.index_checks import check_index
+from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.data.stored_tables import Readable
+from ancfsparse.results.export.csv_table import UNITS
+from ancfsparse.results.fields.section_forces import curvature, section_force, strain
+from ancfsparse.results.geometry.deformed_shape import rows_of
+from ancfsparse.results.geometry.scene_outline import Outline, outline_of
+from ancfsparse.results.plotting.canvas import Canvas, film
+from ancfsparse.results.plotting.line_plots import nearest
+from ancfsparse.results.solutions.load_path import LoadPath
+from ancfsparse.results.solutions.trajectory import Trajectory
+from ancfsparse.scene import Beam, Body, ElasticBody, Node
+from ancfsparse.scene.bodies.rigid_body import RigidBody
+
+SECTIONS = {
+    "N": ("axial force", "N"),
+    "Q": ("shear force", "N"),
+    "M": ("bending moment", "N m"),
+    "T": ("torsion", "N m"),
+    "strain": ("strain", "-"),
+    "curvature": ("curvature", "1/m"),
+}
+"""What sections have, over time or along a beam, and units."""
+ENERGIES = ("kinetic", "elastic", "potential", "work", "dissipated", "total")
+INSTANTS = 6
+# Amplitude of a mode as a share of the size of the scene.
+MODE_SHARE = 0.1
+
+
+def plot(
+    run: Trajectory,
+    what: str = "shape",
+    of: Body | Node | None = None,
+    *,
+    times: ArrayLike | None = None,
+    ax: Axes | None = None,
+    view: str | tuple[float, float] | None = None,
+) -> Axes:
+    """Draw shapes at instants, or a quantity; see `Trajectory.plot`."""
+    check_choice("what to plot", what, ("shape", "energy", *UNITS, *SECTIONS))
+    if what == "shape":
+        return draw_shapes(outline_for(run.system, of), run.t, run.q, times, ax, view)
+    if view is not None:
+        raise InputError(f"view is for shapes and does not apply to {what!r}: leave it out")
+    if what == "energy":
+        return _energies(run, of, times, ax)
+    if isinstance(of, Node):
+        if times is not None:
+            raise InputError(f"{what} of {of!r} is drawn over all times: leave times out")
+        return _over_time(run, what, of, ax)
+    if what in UNITS:
+        raise InputError(f"{what} is that of a point, such as rod.end, got {shown(of)}")
+    rows = rows_near(run.t, times)
+    colours, labels = _colours(len(rows)), [f"{run.t[row]:.3g} s" for row in rows]
+    q, v = rows_of(run.q, rows), rows_of(run.v, rows)
+    ax = _along(run.system, q, v, run.t[rows], what, of, ax, colours, labels)
+    ax.legend(title="time", fontsize="small")
+    return ax
+
+
+def draw_shapes(
+    outline: Outline,
+    t: Array,
+    q: Array,
+    times: ArrayLike | None = None,
+    ax: Axes | None = None,
+    view: str | tuple[float, float] | None = None,
+) -> Axes:
+    """Draw shapes at instants; parameters as in `Trajectory.plot`, for states (k, n) at times t."""
+    rows = rows_near(t, times)
+    canvas = Canvas(film(outline, rows_of(q, rows)), ax, view)
+    for k, (row, colour) in enumerate(zip(rows, _colours(len(rows)), strict=True)):
+        canvas.draw(k, colour, label=f"{t[row]:.3g} s")
+    canvas.draw_supports(len(rows) - 1)
+    canvas.add_legend("time")
+    return canvas.ax
+
+
+def plot_at_rest(
+    system: SolvedSystem,
+    q: Array,
+    t: float,
+    what: str = "shape",
+    of: Body | None = None,
+    *,
+    ax: Axes | None = None,
+    view: str | tuple[float, float] | None = None,
+) -> Axes:
+    """Draw an equilibrium beside its reference shape, or a quantity; see `Equilibrium.plot`."""
+    check_choice("what to plot", what, ("shape", *SECTIONS))
+    if what != "shape":
+        if view is not None:
+            raise InputError(f"view is for shapes and does not apply to {what!r}: leave it out")
+        still = np.zeros((1, len(q)))
+        return _along(system, q[None, :], still, np.array([t]), what, of, ax, ["C0"], [""])
+    outline = outline_for(system, of)
+    canvas = Canvas(film(outline, np.stack([system.q_ref, q])), ax, view)
+    canvas.draw(0, "0.7", label="reference")
+    canvas.draw(1, "C0", label="equilibrium")
+    canvas.draw_supports(1)
+    canvas.add_legend()
+    return canvas.ax
+
+
+def plot_mode(
+    system: SolvedSystem,
+    q: Array,
+    unit: Array,
+    amplitude: float | None,
+    name: str,
+    *,
+    ax: Axes | None = None,
+    view: str | tuple[float, float] | None = None,
+) -> Axes:
+    """Draw both ends of a vibration about q, by `unit` times an amplitude; see `Modes.plot`."""
+    outline = outline_for(system, None)
+    if amplitude is None:
+        amplitude = MODE_SHARE * float(np.max(np.ptp(film(outline, q[None]).box, axis=0)))
+    moved = amplitude * unit
+    canvas = Canvas(film(outline, np.stack([q, q + moved, q - moved])), ax, view)
+    canvas.draw(0, "0.7", label="at rest")
+    canvas.draw(1, "C0", label=name)
+    canvas.draw(2, "C0", alpha=0.35)
+    canvas.draw_supports(0)
+    canvas.add_legend()
+    return canvas.ax
+
+
+def plot_path(path: LoadPath, node: Node, axis: int, ax: Axes | None) -> Axes:
+    """Draw loads over the displacement of a point; see `LoadPath.plot`."""
+    ax = _empty(ax)
+    moved = path.displacement(node)
+    axis = check_index("axis", axis, moved.shape[1])
+    x, stable = moved[:, axis], path.stable
+    ax.plot(x, path.factors, "C0--", linewidth=1.0)
+    ax.plot(x, np.where(stable, path.factors, np.nan), "C0-", linewidth=1.8)
+    ax.plot(x[path.turns], path.limits, "ko", markersize=4)
+    ax.set_xlabel(f"displacement along {'xyz'[axis]} [m]")
+    ax.set_ylabel("times the loads")
+    return ax
+
+
+def _energies(run: Trajectory, of: object, times: ArrayLike | None, ax: Axes | None) -> Axes:
+    if of is not None or times is not None:
+        raise InputError("energies are those of the whole scene over all times: leave the rest out")
+    ax = _empty(ax)
+    for name in ENERGIES:
+        values = getattr(run.energy, name)
+        if values.any():
+            style = "k--" if name == "total" else "-"
+            ax.plot(run.t, values, style, label=name, linewidth=1.4)
+    ax.set_xlabel("time [s]")
+    ax.set_ylabel("energy [J]")
+    ax.legend(fontsize="small")
+    return ax
+
+
+def _over_time(run: Trajectory, what: str, point: Node, ax: Axes | None) -> Axes:
+    if what in UNITS:
+        values, label = getattr(run, what)(point), f"{what} [{UNITS[what]}]"
+    else:
+        if not isinstance(point.beam, ElasticBody):
+            raise InputError(f"{what} needs a point of a beam or a mesh, got {point!r}")
+        values = _section(run.system, run.q, run.v, run.t, what, point.beam, [point])[:, 0]
+        label = "{} [{}]".format(*SECTIONS[what])
+    ax = _empty(ax)
+    for values_of, name in _components(values, what, point.beam):
+        ax.plot(run.t, values_of, linewidth=1.4, label=name or None)
+    ax.set_title(repr(point), fontsize="medium")
+    ax.set_xlabel("time [s]")
+    ax.set_ylabel(label)
+    if values.ndim > 1:
+        ax.legend(fontsize="small")
+    return ax
+
+
+def _along(
+    system: SolvedSystem,
+    q: Readable,
+    v: Readable,
+    t: Readable,
+    what: str,
+    of: object,
+    ax: Axes | None,
+    colours: Sequence[object],
+    labels: Sequence[str],
+) -> Axes:
+    """Draw a quantity of sections along a beam, one curve for every state."""
+    if not isinstance(of, Beam):
+        raise InputError(
+            f"{what} is drawn along a beam of the run or, over time, at a point of it such as "
+            f"rod.at(0.5), got {shown(of)}"
+        )
+    middles = np.cumsum(of.lengths) - 0.5 * of.lengths
+    values = _section(system, q, v, t, what, of, None)
+    ax = _empty(ax)
+    styles = ("-", "--", ":")
+    for state, colour, label in zip(values, colours, labels, strict=True):
+        for (each, name), style in zip(_components(state, what, of), styles, strict=False):
+            text = ", ".join(part for part in (label, name) if part)
+            ax.plot(middles, each, style, marker=".", color=colour, linewidth=1.4, label=text)
+    ax.set_title(of.name, fontsize="medium")
+    ax.set_xlabel("arc coordinate s [m]")
+    ax.set_ylabel("{} [{}]".format(*SECTIONS[what]))
+    if values.ndim > 2:
+        ax.legend(fontsize="small")
+    return ax
+
+
+def _section(
+    system: SolvedSystem,
+    q: Readable,
+    v: Readable,
+    t: Readable,
+    what: str,
+    body: ElasticBody,
+    s: list[Node] | None,
+) -> Array:
+    """Evaluate a quantity of sections, (k, p) or (k, p, components)."""
+    if what == "strain":
+        return strain(system, q, body, s)
+    if what == "curvature":
+        return curvature(system, q, body, s)
+    values: Array | None = getattr(section_force(system, q, v, t, body, s), what)
+    if values is None:
+        raise InputError(
+            f"{body.name} has no torsion: it is "
+            + ("planar" if body.dim == 2 else f"made of {body.element!r}; take 'thick'")
+        )
+    return values
+
+
+def _components(values: Array, what: str, body: Body) -> list[tuple[Array, str]]:
+    """Return the components of values (n, c) with their names; one without a name if there is one.
+
+    Those of sections of thick beams are in the axes of the section, all others in space.
+    """
+    if values.ndim == 1:
+        return [(values, "")]
+    names = ["x", "y", "z"][: values.shape[1]]
+    if what in SECTIONS and not body.kind.is_cable:
+        names = ["twist", "about y", "about z"] if what == "curvature" else ["y", "z"]
+    return list(zip(values.T, names, strict=True))
+
+
+def rows_near(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
+    """Return the numbers of the saved states nearest to some times, each once."""
+    if times is None:
+        instants = np.linspace(t[0], t[-1], INSTANTS)
+    else:
+        instants = np.atleast_1d(check_reals("times", times, "a list of times in s"))
+        if instants.ndim != 1 or not instants.size:
+            raise InputError(f"times must be a list such as [0.0, 0.5], got {shown(times)}")
+    return np.unique([nearest(t, float(time)) for time in instants])
+
+
+def outline_for(system: SolvedSystem, of: object) -> Outline:
+    """Return what is drawn of a system: one body, or all where none is given."""
+    if isinstance(of, Node):
+        raise InputError(f"a point has no shape: give {of.beam.name}, or nothing for all bodies")
+    if of is not None and not isinstance(of, ElasticBody | RigidBody):
+        raise InputError(f"a beam, a mesh or a rigid body of the run is needed, got {shown(of)}")
+    return outline_of(system, of)
+
+
+def _colours(n: int) -> list[object]:
+    """Return colours for instants, early ones light and late ones dark."""
+    return list(plt.get_cmap("viridis_r")(np.linspace(0.2, 0.95, n) if n > 1 else [0.7]))
+
+
+def _empty(ax: object) -> Axes:
+    if ax is None:
+        ax = plt.subplots(figsize=(6.4, 4.0), layout="constrained")[1]
+    if not isinstance(ax, Axes):
+        raise InputError(f"ax must be axes of matplotlib, got {shown(ax)}")
+    ax.grid(alpha=0.3)
+    return ax

@@ -1,0 +1,132 @@
+"""Pictures with sections in their true size, by PyVista, without a display."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.checks import check_finite, check_flag
+from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
+from ancfsparse.results.data.hdf5_format import file_name
+from ancfsparse.results.data.solved_system import Array
+from ancfsparse.results.geometry.body_outlines import Solid
+from ancfsparse.results.geometry.deformed_shape import pieces_for, shapes, slopes
+from ancfsparse.results.geometry.scene_outline import Outline, Part
+from ancfsparse.results.geometry.wireframe import traced, wire
+from ancfsparse.results.plotting.canvas import EYE, upright
+
+try:
+    import pyvista as pv
+except ImportError as missing:
+    raise InputError(
+        "a picture with sections needs PyVista, which is not installed: "
+        "pip install 'ancfsparse[view]', or take run.plot()"
+    ) from missing
+
+SIDES = 24
+RIGID, ROPE = "#ff9d3c", "#404040"
+# Radius of the lines of rigid bodies as a share of the extent of the body, and that of ropes and
+# springs, which have no section, as one of the scene.
+THIN, THINNER = 0.01, 0.002
+SIZES = range(16, 10_000)
+
+
+def render(
+    outline: Outline,
+    q: Array,
+    path: str | Path,
+    *,
+    view: tuple[float, float] = EYE,
+    size: tuple[int, int] = (1000, 750),
+    strain: bool = False,
+) -> Path:
+    """Draw one state, as `Trajectory.render` does.
+
+    Parameters
+    ----------
+    outline : Outline
+        What is drawn.
+    q : ndarray, shape (n,)
+        Coordinates.
+    path, view, size, strain
+        As there.
+    """
+    target = file_name("a picture", path)
+    if target.suffix.lower() not in (".png", ".jpg"):
+        raise InputError(f"a picture must end in .png or .jpg, got {str(target)!r}")
+    if not target.absolute().parent.is_dir():
+        raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
+    if not (isinstance(view, tuple) and len(view) == 2):
+        raise InputError(f"view must be elevation and azimuth in degrees, got {shown(view)}")
+    tilt, turn = (np.radians(check_finite("view", each, "degrees")) for each in view)
+    if not (isinstance(size, tuple) and len(size) == 2 and all(each in SIZES for each in size)):
+        raise InputError(
+            f"size must be two numbers of pixels such as (1000, 750), got {shown(size)}"
+        )
+    check_flag("strain", strain)
+    axes = upright(outline.gravity) if outline.dim == 3 else [0, 1, 2]
+    if outline.dim == 2:  # seen from the front
+        tilt, turn, axes = 0.0, 0.5 * np.pi, [0, 2, 1]
+    eye, up = np.zeros(3), np.zeros(3)
+    eye[axes] = np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)
+    up[axes[2]] = 1.0
+    plotter: Any = pv.Plotter(off_screen=True, window_size=list(size))
+    try:
+        pieces = pieces_for(outline.parts)
+        for part in outline.parts:
+            tube = _tube(q[None, :], part, pieces)
+            bar = {"title": "strain [-]\n", "color": "black", "fmt": "%.2g"}
+            look = {"scalars": "strain", "scalar_bar_args": bar} if strain else {"color": "#1f77b4"}
+            plotter.add_mesh(tube, smooth_shading=True, specular=0.3, **look)
+        for solid in outline.solids:
+            for mesh in _meshes(q[None, :], solid):
+                plotter.add_mesh(mesh, color=RIGID, specular=0.3)
+        for rope in _ropes(outline, q, np.ptp(np.reshape(plotter.bounds, (3, 2)), axis=1).max()):
+            plotter.add_mesh(rope, color=ROPE)
+        plotter.set_background("white")
+        centre = np.array(plotter.center)
+        plotter.camera_position = [tuple(centre + eye), tuple(centre), tuple(up)]
+        plotter.reset_camera()
+        plotter.screenshot(str(target))
+    finally:
+        plotter.close()
+    return target
+
+
+def _tube(q: Array, part: Part, pieces: int) -> Any:
+    """Return the surface of a body, round with the area of its section."""
+    lines, stretch = shapes(q, part, pieces)[0], slopes(q, part, pieces)[0]
+    n_elements, n_points, dim = lines.shape
+    points = np.zeros((n_elements * n_points, 3))
+    points[:, :dim] = lines.reshape(-1, dim)
+    links = np.arange(n_elements * n_points).reshape(n_elements, n_points)
+    cells = np.column_stack([np.full(n_elements, n_points), links])
+    mesh = pv.PolyData(points, lines=cells.ravel())
+    mesh["strain"] = np.linalg.norm(stretch, axis=-1).ravel() - 1.0
+    return mesh.tube(radius=part.radius, n_sides=SIDES, capping=True)
+
+
+def _meshes(q: Array, solid: Solid) -> list[Any]:
+    """Return the surface of a rigid body, or thin tubes where it has none."""
+    drawn = wire(solid)
+    there = traced(q, solid, drawn)[0]
+    points = np.zeros((len(there), 3))
+    points[:, : there.shape[1]] = there
+    if len(drawn.facets):
+        cells = np.column_stack([np.full(len(drawn.facets), 3), drawn.facets])
+        return [pv.PolyData(points, faces=cells.ravel())]
+    radius = THIN * float(np.ptp(points, axis=0).max())
+    ends = points[drawn.edges]
+    apart = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > radius]
+    return [pv.Line(*pair).tube(radius=radius, n_sides=SIDES) for pair in apart]
+
+
+def _ropes(outline: Outline, q: Array, extent: float) -> list[Any]:
+    """Return ropes, springs and distances as thin tubes."""
+    ends = np.zeros((len(outline.links), 2, 3))
+    ends[..., : outline.dim] = outline.links.ends(q[None])[0]
+    apart = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > THINNER * extent]
+    return [pv.Line(*pair).tube(radius=THINNER * extent, n_sides=SIDES) for pair in apart]

@@ -1,0 +1,1 @@
+"""Solutions as returned to the user: trajectory, equilibrium, modes and their like."""

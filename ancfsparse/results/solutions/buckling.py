@@ -1,0 +1,43 @@
+"""Buckling loads and shapes, addressed by the handles of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.solutions.mode_shapes import ModeShapes
+from ancfsparse.system.coordinates.state import State
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Buckling(ModeShapes):
+    """Multiples of the loads under which a scene buckles, in ascending order.
+
+    Parameters
+    ----------
+    system : SolvedSystem
+        The system that buckles.
+    about : State
+        The state about which its stiffness was taken.
+    factors : ndarray, shape (k,)
+        Multiples of all loads of the scene, gravity included [-].
+    shapes : ndarray, shape (k, n_all)
+        Motions of the coordinates, m for positions and dimensionless for slopes, with the modal
+        mass ``x.M x`` of 1 kg m2.
+    """
+
+    system: SolvedSystem
+    about: State
+    factors: Array
+    shapes: Array
+
+    def __repr__(self) -> str:
+        """Summarise the loads in one line."""
+        if not len(self):
+            return "Buckling: none under these loads"
+        first = ", ".join(f"{each:.6g}" for each in self.factors[:6])
+        return f"Buckling: at {first}{', ...' * (len(self) > 6)} times the loads"
+
+    def _name(self, mode: int) -> str:
+        """Return its number and the multiple of the loads."""
+        return f"buckling {mode % len(self)}, {self.factors[mode]:.4g} times the loads"

@@ -1,0 +1,102 @@
+"""Damped and growing motions of a scene about a state, addressed by its handles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.solutions.mode_shapes import ModeShapes, check_amplitude
+from ancfsparse.system.coordinates.state import State
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ComplexModes(ModeShapes):
+    """Small motions ``x exp(w t)`` about a state, by the size of w.
+
+    Parameters
+    ----------
+    system : SolvedSystem
+        The system that moves.
+    about : State
+        The state.
+    eigenvalues : ndarray of complex, shape (n,)
+        The w [1/s]; of each conjugate pair the one with positive imaginary part.
+    shapes : ndarray of complex, shape (n, n_all)
+        Motions of the coordinates, m for positions and dimensionless for slopes, with ``x^H M x``
+        of 1 kg m2, turned so that ``x.M x`` is real and positive.
+    rounding : ndarray, shape (n,)
+        Bound of the error of each eigenvalue from rounding of the matrices [1/s].  Where two
+        eigenvalues are about to meet, as at the onset of flutter, errors are larger.
+    """
+
+    system: SolvedSystem
+    about: State
+    eigenvalues: NDArray[np.complex128]
+    shapes: NDArray[np.complex128]
+    rounding: Array
+
+    def __repr__(self) -> str:
+        """Summarise the modes in one line."""
+        first = ", ".join(f"{each:.6g}" for each in self.frequencies[:6])
+        unstable = int(np.count_nonzero(self._growing))
+        return (
+            f"ComplexModes: {len(self)} modes, {first}{', ...' * (len(self) > 6)} Hz"
+            + f", unstable ({unstable} growing)" * (unstable > 0)
+        )
+
+    @property
+    def frequencies(self) -> Array:
+        """Frequencies of the damped vibrations, (n,) [Hz]; 0 where nothing oscillates."""
+        return np.asarray(self.eigenvalues.imag / (2.0 * np.pi))
+
+    @property
+    def growth(self) -> Array:
+        """Rates of growth, (n,) [1/s], negative where a motion decays."""
+        return np.asarray(self.eigenvalues.real)
+
+    @property
+    def damping(self) -> Array:
+        """Damping ratios ``-Re w / |w|``, (n,) [-]: 1 without oscillation; NaN where w is 0."""
+        size = np.abs(self.eigenvalues)
+        ratio = np.full(len(size), np.nan)
+        np.divide(-self.eigenvalues.real, size, out=ratio, where=size > 0.0)
+        return ratio
+
+    @property
+    def stable(self) -> bool:
+        """Whether none of these motions grows, beyond rounding."""
+        return not self._growing.any()
+
+    @property
+    def _growing(self) -> NDArray[np.bool_]:
+        return np.asarray(self.eigenvalues.real > self.rounding)
+
+    def moving(self, mode: int, amplitude: float) -> State:
+        """Return a state of the motion in one mode, with its velocities.
+
+        ``simulate(scene, ..., start=modes.moving(0, 1e-3))`` continues it.
+
+        Parameters
+        ----------
+        mode : int
+            Which, from 0; from the last one if negative.
+        amplitude : float
+            Displacement of the node that moves farthest [m]; small compared with the scene.
+
+        Returns
+        -------
+        State
+            At the time of `about`.
+        """
+        unit = check_amplitude(amplitude) * self._unit(mode)
+        rate = self.eigenvalues[mode]
+        moved = replace(self.about, q=self.about.q + unit.real, v=(rate * unit).real)
+        return replace(moved, a=(rate**2 * unit).real, b=None, memory={})
+
+    def _name(self, mode: int) -> str:
+        """Return the number, the frequency and the damping ratio."""
+        frequency, ratio = self.frequencies[mode], self.damping[mode]
+        return f"mode {mode % len(self)}, {frequency:.4g} Hz, damping {ratio:.3g}"

@@ -1,0 +1,84 @@
+"""Natural frequencies and mode shapes, addressed by the handles of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.solutions.mode_shapes import ModeShapes
+from ancfsparse.system.coordinates.state import State
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Modes(ModeShapes):
+    """Small vibrations of a scene about a state, in ascending order of their eigenvalues.
+
+    Parameters
+    ----------
+    system : SolvedSystem
+        The system that vibrates.
+    about : State
+        The state.
+    eigenvalues : ndarray, shape (n,)
+        Squares of the angular frequencies [1/s2]: negative where the state is unstable, and 0
+        within rounding, as for free rigid motions.
+    shapes : ndarray, shape (n, n_all)
+        Motions of the coordinates, m for positions and dimensionless for slopes, with the modal
+        mass ``x.M x`` of 1 kg m2.
+    damping_rates : ndarray, shape (n,)
+        ``x.C x`` with the damping matrix C [1/s].
+    rounding : ndarray, shape (n,)
+        Bound of the rounding error of each eigenvalue [1/s2].
+    effective_masses : ndarray, shape (n, dim)
+        Effective mass of each mode along each axis [kg]; the sum over all modes is at most the
+        mass of the scene.
+    """
+
+    system: SolvedSystem
+    about: State
+    eigenvalues: Array
+    shapes: Array
+    damping_rates: Array
+    rounding: Array
+    effective_masses: Array
+
+    def __repr__(self) -> str:
+        """Summarise the modes in one line."""
+        first = ", ".join(f"{each:.6g}" for each in self.frequencies[:6])
+        unstable = int(np.count_nonzero(self.eigenvalues < 0.0))
+        return (
+            f"Modes: {len(self)} modes, {first}{', ...' * (len(self) > 6)} Hz"
+            + f", unstable ({unstable} growing)" * (unstable > 0)
+        )
+
+    @property
+    def frequencies(self) -> Array:
+        """Natural frequencies without damping, (n,) [Hz]; 0 for rigid and for growing motions."""
+        return np.asarray(np.sqrt(np.maximum(self.eigenvalues, 0.0)) / (2.0 * np.pi))
+
+    @property
+    def growth(self) -> Array:
+        """Growth rates of motions from an unstable state, (n,) [1/s], without damping."""
+        return np.asarray(np.sqrt(np.maximum(-self.eigenvalues, 0.0)))
+
+    @property
+    def stable(self) -> bool:
+        """Whether no small motion grows."""
+        return not (self.eigenvalues < 0.0).any()
+
+    @property
+    def damping(self) -> Array:
+        """Damping ratios, (n,) [-], to first order in the damping; NaN without a frequency.
+
+        Exact where damping is a combination of mass and stiffness matrix, as Rayleigh's is about
+        the stress-free shape.
+        """
+        omega = 2.0 * np.pi * self.frequencies
+        ratio = np.full(len(omega), np.nan)
+        np.divide(self.damping_rates, 2.0 * omega, out=ratio, where=omega > 0.0)
+        return ratio
+
+    def _name(self, mode: int) -> str:
+        return f"mode {mode % len(self)}, {self.frequencies[mode]:.4g} Hz"

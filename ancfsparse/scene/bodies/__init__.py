@@ -1,0 +1,1 @@
+"""Handles with coordinates: beams, meshes, rigid bodies, points."""

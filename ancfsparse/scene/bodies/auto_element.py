@@ -1,0 +1,74 @@
+"""Beams whose element or mesh a plan chooses: the handle until then, and the beam that it becomes.
+
+Such a handle is a beam of many elements, at whose ends joints and loads may be, as at nodes.  It
+refers to points by arc length, so they mean the same point on every mesh.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, overload
+
+from ancfsparse.errors import InputError
+
+if TYPE_CHECKING:
+    from ancfsparse.kernels.catalog import ElementKind
+    from ancfsparse.scene.bodies.body import Body, Node
+
+AUTO = "auto"
+# Places of nodes on an undecided mesh: halves to sixths, eighths, tenths and half percent.
+PLACES = 600
+
+
+def undecided(
+    element: str | ElementKind, n_elements: int | str | None, dim: int
+) -> tuple[str | ElementKind, int | str | None, tuple[str, ...]]:
+    """Return element and number of elements of the handle, and which of both are open.
+
+    The handle has the richest element, so that everything a chosen one takes can be attached.
+    """
+    choices: list[str] = []
+    if isinstance(element, str) and element == AUTO:
+        choices.append("element")
+        element = "thin" if dim == 2 else "thick"
+    if isinstance(n_elements, str) and n_elements == AUTO:
+        choices.append("n_elements")
+        n_elements = PLACES
+    return element, n_elements, tuple(choices)
+
+
+def check_decided(bodies: list[Body]) -> None:
+    """Refuse a scene that only a plan can build."""
+    for body in bodies:
+        if body.automatic:
+            raise InputError(
+                f"{body.name} has {' and '.join(f'{each}={AUTO!r}' for each in body.automatic)}, "
+                "which a plan decides: give simulate a quantity and its error, ask for "
+                "ancf.plan(scene, t_end, quantity=..., error=...), or give a value"
+            )
+
+
+def on(beam: Body, node: Node) -> Node:
+    """Return the point of a beam at the arc coordinate of a point on its undecided handle.
+
+    Of a rigid rod in its place it is the point at this distance along it.
+    """
+    from ancfsparse.scene.bodies.beam import Beam
+    from ancfsparse.scene.bodies.rigid_body import RigidBody
+
+    if isinstance(beam, RigidBody):
+        return beam.at(node.s)
+    if not isinstance(beam, Beam):  # a mesh keeps the nodes that were given
+        return beam.point(node.beam.among(beam.n_each, node))
+    last = node.index == node.beam.n_elements
+    return beam.end if last else beam.at(node.s * (beam.length / node.beam.size))
+
+
+@overload
+def decided(body: Body, handle: Node) -> Node: ...
+@overload
+def decided(body: Body, handle: Body) -> Body: ...
+def decided(body: Body, handle: Body | Node) -> Body | Node:
+    """Return the handle on a body that was chosen for an undecided one of its name."""
+    from ancfsparse.scene.bodies.body import Node
+
+    return on(body, handle) if isinstance(handle, Node) else body

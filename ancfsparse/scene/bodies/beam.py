@@ -1,0 +1,362 @@
+"""Beams, as handles that joints, loads and results are asked with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.checks import check_finite
+from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.hermite import position_weights
+from ancfsparse.messages import numbers
+from ancfsparse.scene.bodies.body import ElasticBody, Node, Numbers, Vector, VelocityField
+from ancfsparse.scene.records.record import Point, Spec
+from ancfsparse.scene.sections.material import Material
+from ancfsparse.scene.sections.sections import AnySection, Taper
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.geometry.curves import Angle, Direction
+    from ancfsparse.scene.geometry.splines import AnyCurve
+    from ancfsparse.scene.records.signal import Signal
+
+# A point closer to a node than this share of an element is that node: rounding, not a place.
+NODE_SNAP = 1e-9
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class BeamSpec(Spec):
+    """The record of `Scene.add_beam`."""
+
+    element: str | ElementKind
+    start: tuple[float, ...] | None = None
+    end: tuple[float, ...] | None = None
+    n_elements: int | str
+    section: AnySection
+    material: Material
+    strain: str = "green"
+    curvature: str = "axis"
+    section_strain: str = "consistent"
+    curve: AnyCurve | None = None
+    rest: str = "curved"
+    nodes: tuple[float, ...] | None = None
+    length: float | None = None
+    tension: float | None = None
+    slack: float | None = None
+    up: Direction = None
+    twist: Angle = None
+    offset: Any = None
+    eigenstrain: Any = None
+    eigencurvature: Any = None
+    velocity: tuple[float, ...] | VelocityField | None = None
+    name: str | None = None
+    method = "add_beam"
+    units: ClassVar = {
+        "start": "m",
+        "end": "m",
+        "velocity": "m/s",
+        "length": "m",
+        "tension": "N",
+        "twist": "rad",
+        "offset": "m",
+        "eigencurvature": "1/m",
+    }
+
+
+def resettled(index: int, xi: float, n: int, to: int) -> tuple[int, float]:
+    """Return the element that a point is in, and where in it, when n elements become others.
+
+    Parameters
+    ----------
+    index : int
+        Number of its element, or of its node if `xi` is 0.
+    xi : float
+        Share of the element's length.
+    n, to : int
+        Numbers of elements on one length, before and after.
+
+    Returns
+    -------
+    index : int
+        As before, among the new elements.
+    xi : float
+        Likewise; exact where every element is divided.
+    """
+    common = math.gcd(n, to)
+    n, to = n // common, to // common
+    whole, left = divmod(index * to, n)
+    share = (left + xi * to) / n
+    nearest = round(share)
+    if abs(share - nearest) <= NODE_SNAP:
+        return whole + nearest, 0.0
+    return whole + int(share), share - int(share)
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Beam(ElasticBody):
+    """A beam in a scene, as `Scene.add_beam` returns it.
+
+    Attributes
+    ----------
+    name, element, options, kind, section, material, positions, lengths, velocity
+        As in `ElasticBody`.
+    arcs : ndarray, shape (n_nodes,)
+        Arc coordinates of the nodes: lengths from the start without stress [m], read-only.
+    frames : ndarray, shape (n_nodes or 1, dim, dim)
+        Rows are the unit vectors e_x (along the beam), e_y and, in a spatial scene, e_z of the
+        section at every node in the reference shape, or one for all, read-only.
+    nodes : tuple of float, or None
+        Shares of the length at which its nodes stand, if they were given.
+    offset : tuple of float
+        Where the centroid is beside the line that it was given by, along the vectors of its
+        sections [m]; empty if it is on the line.
+    eigen : ndarray, shape (n_elements, 2 or 3), or None
+        Eigenstrain [-] and eigencurvature [1/m] of every element, read-only.
+    changing : tuple of (Signal or None, Signal or None), or None
+        What is added to both over time, the same in all elements.
+    """
+
+    arcs: Vector
+    frames: Vector
+    nodes: tuple[float, ...] | None = None
+    offset: tuple[float, ...] = ()
+    eigen: Vector | None = None
+    changing: tuple[Signal | None, Signal | None] | None = None
+
+    def __repr__(self) -> str:
+        """Identify the beam."""
+        count = "auto" if "n_elements" in self.automatic else str(self.n_elements)
+        element = "auto" if "element" in self.automatic else self.element
+        return (
+            f"{self.name}: {count} {element} elements, {self.length:.6g} m, "
+            f"{'planar' if self.dim == 2 else 'spatial'}"
+        )
+
+    @property
+    def length(self) -> float:
+        """Length without stress [m]."""
+        return float(self.arcs[-1])
+
+    @property
+    def _is_even(self) -> bool:
+        """Whether it is straight, with elements of one length."""
+        return len(self.frames) == 1
+
+    @property
+    def axes(self) -> Vector:
+        """Unit vectors of the section at the start, shape (dim, dim)."""
+        return np.asarray(self.frames[0])
+
+    def describe(self) -> dict[str, str]:
+        """Describe element, section, material and mesh, and what shapes do not show."""
+        parts = super().describe()
+        if self.kind.is_curved and not self.kind.package:
+            parts["element"] += " curved"
+        if not self._is_even:
+            parts["mesh"] += f", {self.length:.9g} m"
+        if self.eigen is not None:
+            parts["eigenstrain"] = numbers(self.eigen.ravel())
+        if self.changing is not None:
+            each = ("none" if x is None else x.describe() for x in self.changing)
+            parts["eigenstrain"] += f" + {', '.join(each)}"
+        return parts
+
+    def free_of_stress(self, ends: Vector) -> Vector:
+        """Return the coordinates of both nodes of every element without stress, (n, 2, n_c)."""
+        if self.eigen is None:
+            return ends
+        from ancfsparse.scene.meshing.eigenstrain import strained_ends
+
+        return strained_ends(self.kind, ends, self.lengths, self.eigen)
+
+    def free_of_stress_at(self, ends: Vector, elements: NDArray[np.intp], times: Vector) -> Vector:
+        """Return the same of some elements at many times of a changing eigenstrain."""
+        assert self.eigen is not None
+        from ancfsparse.scene.meshing.eigenstrain import strained_ends
+
+        eigen = self.eigen[elements] + self.eigen_changes(times)[:, None]
+        all_ends = np.tile(ends[elements], (len(times), 1, 1))
+        lengths = np.tile(self.lengths[elements], len(times))
+        return strained_ends(self.kind, all_ends, lengths, eigen.reshape(len(lengths), -1))
+
+    @property
+    def strains_change(self) -> bool:
+        """Whether its shape without stress changes with time."""
+        return self.changing is not None
+
+    def eigen_changes(self, times: Vector) -> Vector:
+        """Return eigenstrain and eigencurvature that follow signals, (k, width) [-, 1/m]."""
+        assert self.changing is not None
+        out = np.zeros((len(times), 2 if self.dim == 2 else 3))
+        strain, curvature = self.changing
+        if strain is not None:
+            out[:, 0] = strain(times)
+        if curvature is not None:
+            out[:, 1:] = curvature(times).reshape(len(times), -1)
+        return out
+
+    @property
+    def size(self) -> float:
+        """Its length [m]."""
+        return self.length
+
+    @property
+    def parts(self) -> Numbers:
+        """Zero for every row: a beam is one piece."""
+        return np.zeros(self.n_nodes, dtype=np.int32)
+
+    def among(self, n_each: int, point: Node) -> Point:
+        """Return a point as data of a beam with another number of elements."""
+        if n_each % self.n_elements and np.ptp(self.lengths) > NODE_SNAP * self.shortest:
+            raise InputError(
+                f"{point!r} cannot be moved to {n_each} elements, since {self.name} has nodes of "
+                f"its own: take a multiple of {self.n_elements}"
+            )
+        place = resettled(point.index, point.xi, self.n_elements, n_each)
+        return Point(self.name, *place, point.offsets)
+
+    def finer(self, times: int) -> dict[str, Any]:
+        """Return what changes in its record if every element is divided."""
+        changes = super().finer(times)
+        if self.nodes is not None:
+            inner = np.arange(times * self.n_elements + 1) / times
+            nodes = np.interp(inner, np.arange(len(self.nodes)), self.nodes)
+            changes["nodes"] = tuple(nodes.tolist())
+        return changes
+
+    @property
+    def profile(self) -> Any:
+        """Its section; where that changes, its means over elements."""
+        if isinstance(self.section, Taper):
+            return self.section.over(self.arcs / self.length)
+        return self.section
+
+    def arc(self, point: Node) -> float:
+        """Return the distance of a point from the start along the undeformed axis [m]."""
+        if self._is_even:
+            return (point.index + point.xi) / self.n_elements * self.length
+        beyond = point.xi * self.lengths[point.index] if point.xi else 0.0
+        return float(self.arcs[point.index] + beyond)
+
+    def inside(self, element: int, xi: float) -> Vector:
+        """Return the position of a point inside an element in the reference shape, (dim,) [m]."""
+        if len(self.vectors) == 1 or self.kind.is_string:
+            return super().inside(element, xi)
+        tail, head = self.ends[element]
+        r, slopes = self.positions, self.vectors[:, 0]
+        weights = position_weights(xi, self.lengths[element])
+        return np.asarray(weights @ [r[tail], slopes[tail], r[head], slopes[head]])
+
+    def axes_of(self, row: int) -> Vector:
+        """Return the unit vectors of the section at a node, shape (dim, dim)."""
+        return np.asarray(self.frames[min(row, len(self.frames) - 1)])
+
+    def say(self, point: Node) -> str:
+        """Describe where a point is."""
+        pairs = zip("yz", point.offsets[1:], strict=False)
+        beside = "".join(f", {name} = {each:.6g} m" for name, each in pairs)
+        return f"{self.name} at s = {self.arc(point):.6g} m{beside}"
+
+    def hint(self, point: Node) -> str:
+        """Describe which node to take instead of a point inside an element."""
+        return (
+            f"the nodes are {self.length / self.n_elements:.6g} m apart, take "
+            f"rod.node({round(point.index + point.xi)}) or choose n_elements so that a node falls "
+            "there"
+        )
+
+    @property
+    def start(self) -> Node:
+        """The first node."""
+        return self.node(0)
+
+    @property
+    def end(self) -> Node:
+        """The last node."""
+        return self.node(self.n_elements)
+
+    def node(self, i: int) -> Node:
+        """Return one of the nodes; of a beam with an `offset` the point of its line there.
+
+        Parameters
+        ----------
+        i : int
+            Number of the node, from 0.
+
+        Returns
+        -------
+        Node
+            Its handle.
+        """
+        return replace(super().node(i), offsets=self.line)
+
+    @property
+    def line(self) -> tuple[float, ...]:
+        """Where the line that it was given by is, along the vectors of its sections [m]."""
+        return tuple(0.0 - each for each in self.offset)
+
+    def at(self, s: float, *, y: float | None = None, z: float | None = None) -> Node:
+        """Return the point at an arc coordinate of the reference shape, on the axis or beside it.
+
+        Parameters
+        ----------
+        s : float
+            Distance from the start along the undeformed axis [m], 0 to ``length``.
+        y, z : float, optional
+            Place in the section, from its centroid along its height and width [m]; by default the
+            point is on the axis, and of a beam with an `offset` on the line it was given by.  A
+            force there acts on the section together with its moment about the centroid.  It needs
+            ``"thick"`` with ``curvature="section"``.
+
+        Returns
+        -------
+        Node
+            A node where `s` falls on one (to rounding), else a point inside an element.
+        """
+        point = self._at(s)
+        if y is None and z is None:
+            return point
+        from ancfsparse.scene.bodies.section_offsets import offsets_of  # few beams have such points
+
+        return replace(
+            point, offsets=offsets_of(self, 0.0 if y is None else y, 0.0 if z is None else z)
+        )
+
+    def point(self, place: Point) -> Node:
+        """Return the handle of a point that is data."""
+        point = super().point(replace(place, offsets=()))
+        if not place.offsets:
+            return replace(point, offsets=())
+        from ancfsparse.scene.bodies.section_offsets import checked_offsets
+
+        return replace(point, offsets=checked_offsets(self, place.offsets))
+
+    def _at(self, s: float) -> Node:
+        distance = check_finite(f"arc coordinate s on {self.name}", s, "m")
+        share = distance / self.length * self.n_elements
+        if not self._is_even:
+            i = int(np.clip(np.searchsorted(self.arcs, distance) - 1, 0, self.n_elements - 1))
+            share = i + (distance - float(self.arcs[i])) / float(self.lengths[i])
+        if not -NODE_SNAP <= share <= self.n_elements + NODE_SNAP:
+            raise InputError(
+                f"arc coordinate s = {distance:.6g} m lies outside {self.name}: "
+                f"it runs from 0 to {self.length:.6g} m"
+            )
+        nearest = round(share)
+        if abs(share - nearest) <= NODE_SNAP:
+            return Node(self, nearest, 0.0, self.line)
+        return Node(self, int(share), share - int(share), self.line)
+
+    def parameters(self) -> dict[str, float]:
+        """Give the base parameters of the kernels, the same for every element of the beam.
+
+        Returns
+        -------
+        dict of str to float
+            ``length`` of one element [m], and what `stiffnesses` gives.
+        """
+        return {"length": self.length / self.n_elements, **self.stiffnesses()}

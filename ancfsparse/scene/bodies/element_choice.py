@@ -1,0 +1,203 @@
+"""The element of a beam, and its options."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ancfsparse.checks import check_choice, check_positive
+from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import OPTIONS, PLANAR, ElementKind, element_kind, slack_form
+from ancfsparse.messages import shown
+from ancfsparse.scene.sections.material import Material
+from ancfsparse.scene.sections.sections import AnySection, Taper, principal_axes
+
+# Second moments further apart than this share make a section that is not round.
+NOT_ROUND = 1e-9
+# Transition strain of strings below which rounding in the strain, 1e-16, is no longer small.
+LEAST_SLACK = 1e-9
+# The default of every option of every element.
+DEFAULTS = {key: values[0] for own in OPTIONS.values() for key, values in own.items()}
+
+
+def chosen_element(
+    label: str, element: str | ElementKind, dim: int, given: Mapping[str, str]
+) -> tuple[str, dict[str, str], ElementKind]:
+    """Find an element by its name and options.
+
+    Parameters
+    ----------
+    label : str
+        Name of the beam, for messages.
+    element : str or ElementKind
+        Name of an element, or one that was built outside this package.
+    dim : int
+        Dimension of the scene.
+    given : mapping of str to str
+        A value for every option of every element.
+
+    Returns
+    -------
+    name : str
+        What messages call it.
+    options : dict of str to str
+        The options of this element.
+    kind : ElementKind
+        The element.
+
+    Raises
+    ------
+    InputError
+        If it does not exist or does not fit, with what to give instead.
+    """
+    if not isinstance(element, ElementKind):
+        options = options_of(label, element, dim, given)
+        return element, options, element_kind(element, dim, **options)
+    if element.dim != dim:
+        has = {2: "planar", 3: "spatial"}
+        raise InputError(
+            f"element {element.name} is {has[element.dim]}, but the scene of {label} is "
+            f"{has[dim]}: give the scene a gravity with {element.dim} components"
+        )
+    for key, value in given.items():
+        if not isinstance(value, str) or value != DEFAULTS[key]:
+            raise InputError(
+                f"element {element.name} of {label} has no options: leave {key}={shown(value)} out"
+            )
+    missing = [name for name in element.own if name not in element.values]
+    if missing:
+        raise InputError(
+            f"element {element.name} of {label} needs a value of its own parameter {missing[0]}: "
+            f"give ELEMENT.with_values({missing[0]}=...)"
+        )
+    return element.name, {}, element
+
+
+def slack_string(label: str, element: str | ElementKind, dim: int, slack: float) -> ElementKind:
+    """Return the form of a string that goes slack.
+
+    Parameters
+    ----------
+    label : str
+        Name of the beam, for messages.
+    element : str or ElementKind
+        What was given as its element.
+    dim : int
+        Dimension of the scene.
+    slack : float
+        Strain about which it goes slack.
+
+    Raises
+    ------
+    InputError
+        If the element is no string, or the strain is not between 0 and 1.
+    """
+    if not isinstance(element, str) or element != "string":
+        raise InputError(
+            f"slack of {label} is of strings alone, and its element is {shown(element)}: take "
+            "'string', or leave `slack` out"
+        )
+    strain = check_positive(f"slack of {label}", slack)
+    # At 1 every length from zero on is within the transition; below, squares lose what they add.
+    if not LEAST_SLACK <= strain < 1.0:
+        raise InputError(
+            f"slack of {label} is a strain from {LEAST_SLACK:g} to 1, got {strain:.6g}: take about "
+            "the strain under the smallest force of interest"
+        )
+    return slack_form(dim, strain)
+
+
+def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> dict[str, str]:
+    """Pick the options that an element has out of all that were given.
+
+    Parameters
+    ----------
+    label : str
+        Name of the beam, for messages.
+    element : str
+        Name of the element.
+    dim : int
+        Dimension of the scene.
+    given : mapping of str to str
+        A value for every option of every element.
+
+    Returns
+    -------
+    dict of str to str
+        The options of this element.
+
+    Raises
+    ------
+    InputError
+        If the element does not exist or not in this dimension, if a value is unknown, or if an
+        option of another element was set to something else than its default.
+    """
+    check_choice("element", element, OPTIONS)
+    own = OPTIONS[element]
+    if element in PLANAR and dim != 2:
+        raise InputError(
+            f"{element!r} is a planar element, but the scene of {label} is spatial: take 'thin', "
+            "or make the scene planar with a gravity of 2 components"
+        )
+    every = {key: values for other in OPTIONS.values() for key, values in other.items()}
+    for key, value in given.items():
+        check_choice(key, value, every[key])
+        if key not in own and value != every[key][0]:
+            owner = next(each for each, other in OPTIONS.items() if key in other)
+            has = " and ".join(own) or "none"
+            raise InputError(
+                f"{label} is made of {element!r}, which has no option {key} (its options: {has}): "
+                f"leave {key}={value!r} out or take {owner!r}"
+            )
+    return {key: given[key] for key in own}
+
+
+def check_make(label: str, kind: ElementKind, section: AnySection, material: Material) -> None:
+    """Refuse what is no section or material, and a spatial cable whose section is not round.
+
+    Parameters
+    ----------
+    label : str
+        Name of the beam, for messages.
+    kind : ElementKind
+        The element.
+    section, material
+        What was given.
+
+    Raises
+    ------
+    InputError
+        With what to give instead.
+    """
+    if not isinstance(section, AnySection):
+        raise InputError(
+            f"section of {label} must be a Rectangle, Circle, Tube, IBeam, Polygon, "
+            f"Taper or Section, got {shown(section)}: "
+            "try ancf.Rectangle(0.01, 0.01)"
+        )
+    if not isinstance(material, Material):
+        raise InputError(
+            f"material of {label} must be a Material, got {shown(material)}: "
+            "try ancf.Material(youngs_modulus=1e8, density=4000)"
+        )
+    if isinstance(section, Taper):
+        for each in (section.start, section.end):
+            check_make(label, kind, each, material)
+            if principal_axes(each)[0]:
+                raise InputError(
+                    f"section of {label} is a Taper of a section with inertia_yz, whose principal "
+                    "axes could turn along the beam: take Polygon.principal() and `up`"
+                )
+        return
+    angle, about_y, about_z = principal_axes(section)
+    if angle and kind.dim == 2:
+        raise InputError(
+            f"section of {label} has an inertia_yz, so the beam leaves the plane where it bends: "
+            "take a spatial scene"
+        )
+    round_enough = abs(about_y - about_z) <= NOT_ROUND * max(about_y, about_z)
+    if kind.bends_alike and not round_enough:
+        raise InputError(
+            f"{label} is a spatial cable, which bends alike in all directions, but its section "
+            f"has inertia_y = {about_y:.6g} m4 and inertia_z = {about_z:.6g} m4: make them equal, "
+            "or take the element 'thick'"
+        )

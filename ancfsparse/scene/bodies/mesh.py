@@ -1,0 +1,218 @@
+"""Nets and lattices of cables and beams, as handles for joints, loads and results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from ancfsparse.checks import check_count, check_finite
+from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.scene.bodies.beam import NODE_SNAP, resettled
+from ancfsparse.scene.bodies.body import ElasticBody, Node, Numbers, Vector, VelocityField
+from ancfsparse.scene.meshing.straight_beam import section_axes
+from ancfsparse.scene.records.record import Point, Spec
+from ancfsparse.scene.sections.material import Material
+from ancfsparse.scene.sections.sections import AnySection
+
+# More lines than this are not looked at one by one when a scene is searched for free motions.
+MANY_LINES = 200
+
+
+@dataclass(frozen=True, eq=False)
+class MeshSpec(Spec):
+    """The record of `Scene.add_mesh`."""
+
+    nodes: Vector
+    edges: Numbers
+    element: str | ElementKind
+    section: AnySection
+    material: Material
+    n_elements: int | str = 1
+    smooth: float = 5.0
+    slack: float | None = None
+    strain: str = "green"
+    curvature: str = "axis"
+    section_strain: str = "consistent"
+    velocity: tuple[float, ...] | VelocityField | None = None
+    name: str | None = None
+    method = "add_mesh"
+    units: ClassVar = {"nodes": "m", "smooth": "degrees", "velocity": "m/s"}
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Mesh(ElasticBody):
+    """Cables or beams between nodes, as `Scene.add_mesh` returns them.
+
+    All edges at a node share its position.  Edges that run on through it in one line share their
+    slope too, and their section, and so make one cable or beam; lines are free to turn against each
+    other.
+
+    Attributes
+    ----------
+    name, element, options, kind, section, material, positions, n_each, lengths, velocity
+        As in `ElasticBody`.  Nodes inside edges come after those that were given.
+    edges : ndarray, shape (n_elements, 2)
+        Nodes at the two ends of every element, edge after edge in the order given, reversed
+        where all elements of a line then point the same way, read-only.
+    flipped : ndarray, shape (n_elements,)
+        Which elements were reversed, read-only.
+    """
+
+    edges: Numbers
+    flipped: np.ndarray[tuple[int], np.dtype[np.bool_]]
+
+    def __repr__(self) -> str:
+        """Identify the mesh."""
+        count = "auto" if "n_elements" in self.automatic else str(self.n_elements)
+        element = "auto" if "element" in self.automatic else self.element
+        return (
+            f"{self.name}: {self.n_nodes} nodes, {count} {element} elements, "
+            f"{self.n_lines} line(s), {self.length:.6g} m, "
+            f"{'planar' if self.dim == 2 else 'spatial'}"
+        )
+
+    @property
+    def n_lines(self) -> int:
+        """Number of lines: cables of one slope after the other."""
+        return int(self.lines.max()) + 1
+
+    @property
+    def length(self) -> float:
+        """Length of all edges together in the reference shape [m]."""
+        return float(self.lengths.sum())
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of the box around all nodes [m]."""
+        return float(np.linalg.norm(np.ptp(self.positions, axis=0)))
+
+    @cached_property
+    def lines(self) -> Numbers:
+        """Number of the line that every row belongs to, shape (n_rows,)."""
+        return _components(len(self.row_nodes), self.ends)
+
+    @property
+    def parts(self) -> Numbers:
+        """Line of every row, or, where there are very many lines, connected part of the mesh."""
+        if self.n_lines <= MANY_LINES:
+            return self.lines
+        return _components(self.n_nodes, self.edges)[self.row_nodes]
+
+    def arc(self, point: Node) -> float:
+        """Return the distance of a point from the first end of its edge, as given [m]."""
+        if point.is_node:
+            raise InputError(f"{point!r} has no arc coordinate: several edges may meet there")
+        share = point.index % self.n_each + self._as_given(point)
+        return float(share * self.lengths[point.index])
+
+    def refer(self, point: Node) -> Point:
+        """Return a point as data, inside an element counted from where its edge begins as given."""
+        return Point(self.name, point.index, self._as_given(point))
+
+    def point(self, place: Point) -> Node:
+        """Return the handle of such a point."""
+        node = super().point(place)
+        return Node(self, node.index, self._as_given(node))
+
+    def given(self) -> tuple[Vector, Numbers]:
+        """Return the arrays it was made from: nodes (n, dim) [m] and edges (m, 2)."""
+        edges = self.edges
+        if self.flipped.any():
+            edges = np.where(self.flipped[:, None], edges[:, ::-1], edges)
+        if self.n_each > 1:
+            edges = np.stack(
+                [edges[:: self.n_each, 0], edges[self.n_each - 1 :: self.n_each, 1]], 1
+            )
+        edges.flags.writeable = False
+        return self.positions[: self._n_given], edges
+
+    def among(self, n_each: int, point: Node) -> Point:
+        """Return a point as data of a mesh with another number of elements on every edge."""
+        index, xi = point.index, self._as_given(point)
+        if point.is_node:
+            edge, inside = divmod(index - self._n_given, max(1, self.n_each - 1))
+            if edge < 0:
+                return Point(self.name, index)
+            index = edge * self.n_each + inside + 1
+        index, xi = resettled(index, xi, self.n_each, n_each)
+        if xi:
+            return Point(self.name, index, xi)
+        edge, inside = divmod(index, n_each)
+        return Point(self.name, self._n_given + edge * (n_each - 1) + inside - 1)
+
+    @property
+    def _n_given(self) -> int:
+        """Number of the nodes that were given."""
+        return self.n_nodes - self.n_elements // self.n_each * (self.n_each - 1)
+
+    def _as_given(self, point: Node | Point) -> float:
+        """Reverse the share of an element whose edge was reversed."""
+        turned = point.xi != 0.0 and self.flipped[point.index]
+        return 1.0 - point.xi if turned else point.xi
+
+    def axes_of(self, row: int) -> Vector:
+        """Return unit vectors along and across the slope of a row, shape (dim, dim)."""
+        if self.vectors.shape[1] > 1:
+            return np.asarray(self.vectors[row])
+        return section_axes(self.vectors[row, 0], None, self.name)
+
+    def say(self, point: Node) -> str:
+        """Describe where a point is."""
+        if point.is_node:
+            return f"{self.name}, node {point.index}"
+        return f"{self.name}, edge {point.index // self.n_each} at s = {self.arc(point):.6g} m"
+
+    def hint(self, point: Node) -> str:
+        """Describe which node to take instead of a point inside an element."""
+        tail, head = self.edges[point.index]
+        return f"its ends are {self.name}.node({tail}) and .node({head})"
+
+    def at(self, edge: int, s: float) -> Node:
+        """Return a point on an edge.
+
+        Parameters
+        ----------
+        edge : int
+            Number of the edge, in the order of the array given.
+        s : float
+            Distance from the first node of the edge, as given [m].
+
+        Returns
+        -------
+        Node
+            A node where `s` falls on one (to rounding), else a point inside the edge.
+        """
+        check_count("the number of an edge", edge, 0)
+        n_edges = self.n_elements // self.n_each
+        if edge >= n_edges:
+            raise InputError(f"{self.name} has edges 0 to {n_edges - 1}, there is no edge {edge}")
+        first = edge * self.n_each
+        length = float(self.lengths[first])
+        share = check_finite(f"s on edge {edge} of {self.name}", s, "m") / length
+        if not -NODE_SNAP <= share <= self.n_each + NODE_SNAP:
+            raise InputError(
+                f"s = {s:.6g} m lies outside edge {edge} of {self.name}: it runs from 0 to "
+                f"{self.n_each * length:.6g} m"
+            )
+        inside = min(max(int(share), 0), self.n_each - 1)
+        index, share = first + inside, share - inside
+        if self.flipped[index]:
+            share = 1.0 - share
+        for end, node in enumerate(self.edges[index]):
+            if abs(share - end) <= NODE_SNAP:
+                return Node(self, int(node))
+        return Node(self, int(index), share)
+
+
+def _components(n: int, pairs: Numbers) -> Numbers:
+    """Return the number of the connected part that each vertex of a graph is in, (n,)."""
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
+    links = np.ones(len(pairs), dtype=bool)
+    graph = sp.coo_array((links, (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int32)

@@ -1,0 +1,215 @@
+"""Rigid bodies in natural coordinates: an origin and unit vectors that rotate with the body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.checks import check_finite
+from ancfsparse.errors import InputError
+from ancfsparse.messages import numbers
+from ancfsparse.scene.bodies.body import Body, Node, Numbers, Vector
+from ancfsparse.scene.meshing.straight_beam import check_position, place
+from ancfsparse.scene.records.record import Point
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.bodies.rigid_shapes import Shape
+    from ancfsparse.scene.joints.joint import Builder
+
+AXES = "uvw"
+# Share of a body's size within which a point is its origin.
+AT_ORIGIN = 1e-12
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class RigidBody(Body):
+    """A rigid body, as `Scene.add_body` returns it.
+
+    Its coordinates are the position of its origin and the unit vectors of its axes, all of them or,
+    for a thin rod, the first alone.  Points of the body are linear in them, so the mass matrix is
+    constant and there are no gyroscopic forces; equations hold the vectors orthonormal.
+
+    Attributes
+    ----------
+    name, options, positions, vectors, velocity
+        As in `Body`: one row, whose position is the origin.
+    mass : float
+        Its mass [kg].
+    masses : ndarray, shape (k + 1, k + 1)
+        Mass, static moments and second moments of origin and k vectors [kg, kg m, kg m2].
+    shape : Box, Cylinder, Sphere, Rod or None
+        Its shape.
+    """
+
+    mass: float
+    spread: Vector
+    shape: Shape | None = None
+
+    def __repr__(self) -> str:
+        """Name the body, its mass and the kind of its scene."""
+        kind = "planar" if self.dim == 2 else "spatial"
+        return f"{self.name}: rigid, {self.mass:.6g} kg, {kind}"
+
+    @property
+    def masses(self) -> Vector:
+        """Constant masses of origin and vectors."""
+        return self.spread
+
+    @property
+    def n_vectors(self) -> int:
+        """Number of its vectors."""
+        return int(self.vectors.shape[1])
+
+    @property
+    def length(self) -> float:
+        """As `size` [m], where elements have a length."""
+        return self.size
+
+    @cached_property
+    def size(self) -> float:
+        """Root mean square distance of its mass from its origin [m]."""
+        return float(np.sqrt(np.trace(self.spread[1:, 1:]) / self.mass))
+
+    @property
+    def shortest(self) -> float:
+        """Its size [m]."""
+        return self.size
+
+    @property
+    def speed(self) -> float | None:
+        """None: no wave travels through it."""
+        return None
+
+    @property
+    def corners(self) -> Vector:
+        """Points at its size from its origin along every axis of space, (2 dim, dim) [m]."""
+        steps = self.size * np.eye(self.dim)
+        return np.concatenate([self.positions + steps, self.positions - steps])
+
+    @property
+    def parts(self) -> Numbers:
+        """Zero: it is one piece."""
+        return np.zeros(1, dtype=np.int32)
+
+    @property
+    def origin(self) -> Node:
+        """The origin of its frame."""
+        return Node(self, 0)
+
+    @property
+    def centre(self) -> Node:
+        """Its centre of mass."""
+        return self._point(self.spread[0, 1:] / self.mass)
+
+    @property
+    def end(self) -> Node:
+        """The far end of a rod.
+
+        Raises
+        ------
+        InputError
+            If it is not a rigid body.
+        """
+        if self.shape is None or not self.shape.is_line:
+            raise InputError(
+                f"{self.name} is no rod and has no end: take {self.name}.at((x, y, z))"
+            )
+        return self._point(np.array([2.0 * float(self.shape.centre[0])]))
+
+    def at(self, point: ArrayLike) -> Node:
+        """Return a point of the body.
+
+        Parameters
+        ----------
+        point : float or array_like of shape (dim,)
+            Its coordinates in the frame of the body [m]; of a rod the distance along it.
+
+        Returns
+        -------
+        Node
+            Its handle, for joints, loads, springs and results.
+
+        Raises
+        ------
+        InputError
+            If a coordinate is not finite, or the point is off the line of a rod.
+        """
+        what = f"the point of {self.name}"
+        if self.n_vectors == 1 and not np.iterable(point):
+            point = check_finite(what, point, "m") * np.eye(self.dim)[0]
+        given = check_position(what, point, self.dim)
+        if given[self.n_vectors :].any():
+            raise InputError(
+                f"{what} {place(given)} is off its line: a thin rod has only points along its x "
+                "axis; give the body an inertia instead of the shape Rod"
+            )
+        return self._point(given[: self.n_vectors])
+
+    def _point(self, offsets: Vector) -> Node:
+        near = np.abs(offsets) <= AT_ORIGIN * self.size
+        return Node(self, 0, 0.0, () if near.all() else tuple(float(x) for x in offsets))
+
+    def point(self, place: Point) -> Node:
+        """Return the handle of a point that is data."""
+        if not place.offsets:
+            return self.origin
+        what = f"the point of {self.name}"
+        return self._point(check_position(what, place.offsets, self.n_vectors))
+
+    def among(self, n_each: int, point: Node) -> Point:
+        """Return a point as data: a rigid body has no elements, whatever number is given."""
+        return self.refer(point)
+
+    def arc(self, point: Node) -> float:
+        """Refuse: a rigid body has no arc coordinate."""
+        raise InputError(f"{point!r} has no arc coordinate: it is a point of a rigid body")
+
+    def axes_of(self, row: int) -> Vector:
+        """Return its unit vectors, shape (dim, dim); of a rod any across it after the first."""
+        if self.n_vectors == self.dim:
+            return np.asarray(self.vectors[0])
+        from ancfsparse.scene.meshing.straight_beam import section_axes
+
+        return section_axes(self.vectors[0, 0], None, self.name)
+
+    def say(self, point: Node) -> str:
+        """Describe the position of a point."""
+        if point.is_node:
+            return f"{self.name} at its origin"
+        return f"{self.name} at {place(np.array(point.offsets))}"
+
+    def hint(self, point: Node) -> str:
+        """Suggest a node in place of a point."""
+        return f"take {self.name}.origin, or give the body with its origin there"
+
+    def describe(self) -> dict[str, str]:
+        """Describe it for the digest of a scene."""
+        return {
+            "element": f"rigid, {self.n_vectors} vectors",
+            "mesh": "one row",
+            "inertia": numbers(self.spread),
+        }
+
+    def constrain(self, builder: Builder) -> None:
+        """Hold the vectors orthonormal: (u.u - 1) / 2 = 0 and u.v = 0, times the size, in metres.
+
+        Their gradients are added to the mass where it is used as a matrix, because the mass alone
+        is singular for a flat body.
+        """
+        size = self.size
+        row = builder.rows(self.origin)[0]
+        vectors = [row[self.kind.columns(name)] for name in self.kind.vectors[1:]]
+        for k, u in enumerate(vectors):
+            for j, v in enumerate(vectors[: k + 1]):
+                own = j == k
+                factor = 0.5 * size if own else size
+                builder.equation(
+                    f"rigidity of {self.name}, {AXES[j]}.{AXES[k]}",
+                    -factor if own else 0.0,
+                    *((factor, a, b) for a, b in zip(u, v, strict=True)),
+                    mass=self.mass,
+                )

@@ -1,0 +1,305 @@
+"""Springs, dampers, stops and friction in joints."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ancfsparse.checks import MODERATE, check_finite
+from ancfsparse.errors import InputError, with_unit
+from ancfsparse.scene.joints.joint import Joint
+from ancfsparse.scene.loads.attachment import Attached
+from ancfsparse.scene.methods.add_couplings import freedom_of
+from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.records.record import OfJoint, Spec
+
+# What acts, in the order of ``Law`` in _joint_springs.pyx.
+LAWS = SPRING, STOP, FRICTION, RUBBING = range(4)
+
+
+@dataclass(frozen=True, eq=False)
+class JointSpringSpec(Spec):
+    """The record of `Scene.joint_spring`."""
+
+    joint: OfJoint
+    stiffness: float = 0.0
+    damping: float = 0.0
+    rest: float = 0.0
+    of: str | None = None
+    method = "joint_spring"
+
+
+@dataclass(frozen=True, eq=False)
+class JointStopSpec(Spec):
+    """The record of `Scene.joint_stop`."""
+
+    joint: OfJoint
+    low: float
+    high: float
+    stiffness: float
+    damping: float = 0.0
+    of: str | None = None
+    method = "joint_stop"
+
+
+@dataclass(frozen=True, eq=False)
+class JointFrictionSpec(Spec):
+    """The record of `Scene.joint_friction`."""
+
+    joint: OfJoint
+    size: float | None = None
+    slip: float = 0.0  # always given
+    of: str | None = None
+    coefficient: float | None = None
+    radius: float | None = None
+    method = "joint_friction"
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """All fields by name, without those of the other kind of friction."""
+        items = super().given.items()
+        return {name: value for name, value in items if value is not None or name == "of"}
+
+
+@dataclass(frozen=True, eq=False)
+class JointSpring(Attached):
+    """What acts along a freedom of a joint: an angle [rad] or a displacement [m].
+
+    Attributes
+    ----------
+    joint : Joint
+        The joint.
+    of : str
+        ``"angle"`` or ``"displacement"``.
+    law : int
+        One of `LAWS`.
+    low, high : float
+        Between these it does not push [rad or m].
+    stiffness : float
+        [N m/rad or N/m].
+    damping : float
+        Of a spring the moment or force over the rate [N m s/rad or N s/m]; of a stop what its push
+        grows by with the rate [s/rad or s/m]; of friction its size [N m or N], or its size over
+        the force of the joint [m or 1].
+    slip : float
+        Of friction the rate at which it has 0.71 of its size [rad/s or m/s].
+    """
+
+    joint: Joint
+    of: str
+    law: int
+    low: float = 0.0
+    high: float = 0.0
+    stiffness: float = 0.0
+    damping: float = 0.0
+    slip: float = 1.0
+    contribution = "force_elements.joint_springs"
+
+    @property
+    def what(self) -> str:
+        """Name in messages."""
+        kind = ("spring", "stop", "friction", "friction")[self.law]
+        return f"the {kind} at the {self.of} of the {self.joint.label}"
+
+
+class JointSprings(Records):
+    """What acts in the joints of a scene."""
+
+    def joint_spring(
+        self,
+        joint: Joint,
+        *,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        rest: float = 0.0,
+        of: str | None = None,
+    ) -> JointSpring:
+        """Add a spring and a damper to a joint: about a hinge, or along a slide.
+
+        Parameters
+        ----------
+        joint : Joint
+            As `drive_joint` takes it.
+        stiffness : float, optional
+            Moment over angle [N m/rad], or force over displacement [N/m].
+        damping : float, optional
+            Moment over angular velocity [N m s/rad], or force over velocity [N s/m].
+        rest : float, optional
+            The angle [rad] or displacement [m] without force, as `drive_joint` counts them.  A
+            spring about a hinge counts at most half a turn to either side of it.
+        of : str, optional
+            ``"angle"`` or ``"displacement"``, where the joint has both.
+
+        Returns
+        -------
+        JointSpring
+            The spring.
+
+        Raises
+        ------
+        InputError
+            If a number is negative or not finite, or the joint has no such freedom.
+        """
+        reference, freedom, units = self._freedom("a spring", joint, of)
+        what = f"of the spring at the {freedom} of the {joint.label}"
+        k = _not_negative(f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}")
+        c = _not_negative(f"damping {what}", damping, f"{units[0]} s/{units[1]}")
+        at = check_finite(f"rest {what}", rest, units[1])
+        if k == 0.0 and c == 0.0:
+            raise InputError(
+                f"the spring at the {freedom} of the {joint.label} does nothing: give it a "
+                "stiffness or a damping"
+            )
+        made = JointSpring(joint, freedom, SPRING, at, at, k, c)
+        return self._attach(made, JointSpringSpec(reference, k, c, at, of))
+
+    def joint_stop(
+        self,
+        joint: Joint,
+        low: float,
+        high: float,
+        *,
+        stiffness: float,
+        damping: float = 0.0,
+        of: str | None = None,
+    ) -> JointSpring:
+        """Stop a joint softly at both ends of a range.
+
+        Out of the range, by e, it pushes back with ``stiffness * (e + damping * |e| * rate)``.
+
+        Parameters
+        ----------
+        joint : Joint
+            As `drive_joint` takes it.
+        low, high : float
+            The ends of the range [rad or m]; of angles less than a turn apart.
+        stiffness : float
+            [N m/rad or N/m].
+        damping : float, optional
+            Relative growth of the stiffness with the rate [s/rad or s/m].
+        of : str, optional
+            ``"angle"`` or ``"displacement"``, where the joint has both.
+
+        Returns
+        -------
+        JointSpring
+            The stop.
+
+        Raises
+        ------
+        InputError
+            If a number is out of range, or the joint has no such freedom.
+        """
+        reference, freedom, units = self._freedom("a stop", joint, of)
+        what = f"of the stop at the {freedom} of the {joint.label}"
+        begin, end = (
+            check_finite(f"{n} {what}", x, units[1]) for n, x in (("low", low), ("high", high))
+        )
+        if not begin < end or (freedom == "angle" and end - begin >= 2.0 * math.pi):
+            turn = ", less than a turn apart" if freedom == "angle" else ""
+            raise InputError(
+                f"the range {what} must have low below high{turn}, got {begin:.6g} and {end:.6g} "
+                f"{units[1]}"
+            )
+        k = _not_negative(f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}")
+        c = _not_negative(f"damping {what}", damping, f"s/{units[1]}")
+        if k == 0.0:
+            raise InputError(f"stiffness {what} must be positive, got 0: it would stop nothing")
+        made = JointSpring(joint, freedom, STOP, begin, end, k, c)
+        return self._attach(made, JointStopSpec(reference, begin, end, k, c, of))
+
+    def joint_friction(
+        self,
+        joint: Joint,
+        size: float | None = None,
+        *,
+        slip: float,
+        of: str | None = None,
+        coefficient: float | None = None,
+        radius: float | None = None,
+    ) -> JointSpring:
+        """Add Coulomb's friction to a joint, smoothed about rest.
+
+        It acts against the rate with ``size * rate / sqrt(rate^2 + slip^2)``, so below the rate
+        `slip` it lets the joint creep instead of holding it.  The size is given, or proportional to
+        the force F of the joint at the same time, with the order of the integrator: ``coefficient
+        * |F|`` along a slide, ``coefficient * |F| * radius`` about a hinge.  F is the whole force
+        of a pin or a hinge, a thrust along its axis included, and the force across a slide; moments
+        that a joint transmits do not rub.
+
+        Parameters
+        ----------
+        joint : Joint
+            As `drive_joint` takes it; with a coefficient one by multipliers.
+        size : float, optional
+            Moment [N m] or force [N] of a joint that slips.
+        slip : float
+            The rate at which it has 0.71 of that [rad/s or m/s]: small beside those of the motion.
+        of : str, optional
+            ``"angle"`` or ``"displacement"``, where the joint has both.
+        coefficient : float, optional
+            Coefficient of friction [1], instead of a size.
+        radius : float, optional
+            Of the bearing [m], for angles with a coefficient.
+
+        Returns
+        -------
+        JointSpring
+            The friction.
+
+        Raises
+        ------
+        InputError
+            If a number is not positive, or the joint has no such freedom.
+        """
+        reference, freedom, units = self._freedom("friction", joint, of)
+        what = f"of the friction at the {freedom} of the {joint.label}"
+        if (size is None) == (coefficient is None):
+            raise InputError(f"give either a size or a coefficient {what}")
+        if (radius is not None) != (coefficient is not None and freedom == "angle"):
+            raise InputError(
+                f"the radius {what} goes with a coefficient for an angle: "
+                f"{'leave it out' if radius is not None else 'give that of the bearing [m]'}"
+            )
+        numbers = {
+            name: _positive(f"{name} {what}", value, unit)
+            for name, value, unit in (
+                ("size", size, units[0]),
+                ("coefficient", coefficient, "1"),
+                ("radius", radius, "m"),
+                ("slip", slip, f"{units[1]}/s"),
+            )
+            if value is not None or name == "slip"
+        }
+        law = FRICTION if coefficient is None else RUBBING
+        most = numbers.get("size") or numbers["coefficient"] * numbers.get("radius", 1.0)
+        made = JointSpring(joint, freedom, law, damping=most, slip=numbers["slip"])
+        return self._attach(made, JointFrictionSpec(reference, of=of, **numbers))
+
+    def _freedom(
+        self, what: str, joint: Joint, of: str | None
+    ) -> tuple[OfJoint, str, tuple[str, str]]:
+        """Return a joint's reference, which freedom is taken, and units of force and of it."""
+        from ancfsparse.scene.mechanisms.joint_freedoms import OF_FORCES, UNITS
+
+        reference = self._joint(what, joint)
+        freedom = freedom_of(what, joint, of)
+        return reference, freedom, (OF_FORCES[freedom], UNITS[freedom])
+
+
+def _positive(what: str, value: object, unit: str) -> float:
+    number = _not_negative(what, value, unit)
+    if number == 0.0:
+        raise InputError(f"{what} must be positive, got 0")
+    return number
+
+
+def _not_negative(what: str, value: object, unit: str) -> float:
+    number = check_finite(what, value, unit)
+    if number < 0.0:
+        raise InputError(f"{what} must not be negative, got {with_unit(number, unit)}")
+    if number > MODERATE:  # products with masses and times leave the range of numbers
+        most, got = with_unit(MODERATE, unit), with_unit(number, unit)
+        raise InputError(f"{what} must be at most {most}, got {got}")
+    return number

@@ -1,0 +1,265 @@
+"""Point masses, rotary inertias, and the rotation of the frame a scene is described in."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import MODERATE, check_finite, check_reals, check_vector
+from ancfsparse.errors import InputError, with_unit
+from ancfsparse.messages import numbers, shown
+from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
+from ancfsparse.scene.loads.attachment import Attached
+from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.records.record import At, Point, Spec
+
+Matrix = NDArray[np.float64]
+
+# Share of a moment of inertia by which it may break the triangle inequality: rounding.
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class MassSpec(Spec):
+    """The record of `Scene.add_mass`."""
+
+    node: Point
+    mass: float
+    inertia: float | Matrix | None = None
+    method = "add_mass"
+    units: ClassVar = {"mass": "kg", "inertia": "kg m2"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe where it is and its numbers."""
+        return f"mass ({at(self.node)}): {numbers([self.mass, *made.inertia.flat])}"
+
+
+@dataclass(frozen=True, eq=False)
+class PointMass(Attached):
+    """A mass at a point of a beam, perhaps with a rotary inertia.
+
+    Attributes
+    ----------
+    node : Node
+        Where it is.
+    mass : float
+        Its mass [kg].
+    inertia : ndarray, shape (3, 3) or (1, 1)
+        Moments of inertia about the node [kg m2], in the frame e_x, e_y, e_z of the beam there; one
+        about z in a planar scene.  Zeros if it has none.
+    """
+
+    node: Node
+    mass: float
+    inertia: Matrix
+    contribution = "bodies.masses"
+
+    @property
+    def what(self) -> str:
+        """Name in messages."""
+        return f"the mass at {self.node!r}"
+
+
+@dataclass(frozen=True, eq=False)
+class RotatingFrameSpec(Spec):
+    """The record of `Scene.rotating_frame`."""
+
+    angular_velocity: float | tuple[float, ...]
+    point: tuple[float, ...] | None = None
+    method = "rotating_frame"
+    units: ClassVar = {"angular_velocity": "rad/s", "point": "m"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe the rotation."""
+        return f"rotating frame: {numbers([*made.spin.flat, *made.point])}"
+
+
+@dataclass(frozen=True, eq=False)
+class RotatingFrame(Attached):
+    """A steady rotation of the frame that a scene is described in.
+
+    Attributes
+    ----------
+    spin : ndarray, shape (dim, dim)
+        Skew matrix W of the angular velocity: a point that is fixed in the frame has the velocity
+        ``W (r - point)`` in space [rad/s].
+    point : ndarray, shape (dim,)
+        A point of the axis [m].
+    """
+
+    spin: Matrix
+    point: Matrix
+    contribution = "bodies.rotating_frame"
+
+    @property
+    def what(self) -> str:
+        """Name in messages."""
+        return "the rotating frame"
+
+
+class Masses(Records):
+    """Masses of a scene."""
+
+    def add_mass(self, node: Node, mass: float, *, inertia: ArrayLike | None = None) -> PointMass:
+        """Attach a point mass to a beam; gravity acts on it.
+
+        Parameters
+        ----------
+        node : Node
+            Where, for example ``rod.end`` or ``rod.at(0.3)``.
+        mass : float
+            The mass [kg], zero or more.
+        inertia : float or array_like of shape (3,) or (3, 3), optional
+            Rotary inertia about the node [kg m2], for nodes alone.  In a planar scene one number
+            about z.  In a spatial one the principal moments about e_x, e_y and e_z of the beam
+            there, or the whole matrix in that frame; it needs ``element="thick"``, since a cable
+            has no frame.  It turns with the vectors r_x, r_y, r_z of the node, so it grows with
+            the squares of their lengths: by twice the strain at the node.
+
+        Returns
+        -------
+        PointMass
+            The mass.
+
+        Raises
+        ------
+        InputError
+            If the mass or a moment is negative or not finite, no body has such moments, or the node
+            has no frame.
+        """
+        point = check_point("a mass", node)
+        self._own("a mass", point.beam)
+        what = f"the mass at {point!r}"
+        value = check_finite(what, mass, "kg")
+        if value < 0.0:
+            raise InputError(f"{what} must not be negative, got {with_unit(value, 'kg')}")
+        if inertia is None:
+            matrix = np.zeros((1, 1) if self.dim == 2 else (3, 3))
+        else:
+            self._check_frame(check_node("a rotary inertia", point))
+            matrix = _planar(point, inertia) if self.dim == 2 else _spatial(point, inertia)
+        if value == 0.0 and not matrix.any():
+            raise InputError(f"{what} is zero: give a mass or an inertia")
+        matrix.flags.writeable = False
+        given = None if inertia is None else matrix.item() if self.dim == 2 else matrix
+        record = MassSpec(point.reference, value, given)
+        return self._attach(PointMass(point, value, matrix), record)
+
+    def rotating_frame(
+        self, angular_velocity: ArrayLike, *, point: ArrayLike | None = None
+    ) -> RotatingFrame:
+        """Describe the scene in a frame that rotates steadily: centrifugal and Coriolis forces.
+
+        All masses have them.  What rotates steadily in space is at rest in the frame, so
+        `solve_static` finds the shape of a rotating blade, rotor or rope, `complex_modes` its
+        vibrations, and `simulate` its motion.  Joints to the ground are joints to the frame;
+        positions, velocities, drives and gravity are those in the frame, so gravity is that along
+        the axis, or else turns with the frame.
+
+        Parameters
+        ----------
+        angular_velocity : float or array_like of shape (3,)
+            Of the frame [rad/s]; in a planar scene one number, counterclockwise.
+        point : array_like, shape (dim,), optional
+            A point of the axis [m], by default the origin.
+
+        Returns
+        -------
+        RotatingFrame
+            The frame.
+
+        Raises
+        ------
+        InputError
+            If an argument is invalid, or the scene has a rotating frame.
+
+        Notes
+        -----
+        The theory is in docs/theory.md.
+        """
+        if any(isinstance(each, RotatingFrame) for each in self.attached):
+            raise InputError(
+                "the scene is described in a rotating frame already: add up both angular velocities"
+            )
+        what = "angular velocity of the rotating frame"
+        given: float | tuple[float, ...]
+        if self.dim == 2:
+            given = check_finite(what, angular_velocity, "rad/s")
+            spin = given * np.array([[0.0, -1.0], [1.0, 0.0]])
+        else:
+            x, y, z = check_vector(what, angular_velocity, 3, "rad/s").tolist()
+            given = (x, y, z)
+            spin = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        largest, most = float(np.abs(spin).max()), math.sqrt(MODERATE)
+        if largest > most:
+            raise InputError(
+                f"{what} must be at most {most:g} rad/s, whose squares are in the range of "
+                f"floating-point numbers, got {largest:g} rad/s"
+            )
+        place = np.zeros(self.dim)
+        if point is not None:
+            place = check_vector("point of the rotating frame", point, self.dim, "m")
+        for array in (spin, place):
+            array.flags.writeable = False
+        record = RotatingFrameSpec(given, None if point is None else tuple(place.tolist()))
+        return self._attach(RotatingFrame(spin, place), record)
+
+    @property
+    def turning(self) -> float:
+        """Angular speed of the frame that the scene is described in [rad/s]."""
+        frames = [each for each in self.attached if isinstance(each, RotatingFrame)]
+        return float(np.linalg.norm(frames[0].spin)) / math.sqrt(2.0) if frames else 0.0
+
+    def _check_frame(self, node: Node) -> None:
+        kind = check_turns("a rotary inertia", node).beam.kind
+        if self.dim == 3 and kind.is_cable:
+            raise InputError(
+                f"{node!r} has no frame for a rotary inertia to turn with, because a cable has "
+                "no rotation about its axis: take element='thick', or the mass alone"
+            )
+        if self.dim == 3 and not {"r_y", "r_z"} <= set(kind.vectors):
+            raise InputError(
+                f"a rotary inertia at {node!r} turns with r_x, r_y and r_z, and element "
+                f"{kind.name} has {', '.join(kind.vectors[1:])}: take element='thick', or the mass "
+                "alone"
+            )
+
+
+def _planar(node: Node, inertia: ArrayLike) -> Matrix:
+    moment = check_finite(f"the rotary inertia at {node!r}", inertia, "kg m2")
+    if moment < 0.0:
+        raise InputError(
+            f"the rotary inertia at {node!r} must not be negative, got {with_unit(moment, 'kg m2')}"
+        )
+    return np.array([[moment]])
+
+
+def _spatial(node: Node, inertia: ArrayLike) -> Matrix:
+    what, needed = f"the rotary inertia at {node!r}", "3 principal moments or a 3 x 3 matrix"
+    given = check_reals(what, inertia, needed)
+    if given.shape not in ((3,), (3, 3)):
+        raise InputError(f"{what} must be {needed}, got {shown(inertia)}")
+    if not np.isfinite(given).all():
+        raise InputError(f"{what} must be finite, got {shown(inertia)}")
+    matrix = np.diag(given) if given.ndim == 1 else given
+    largest = float(np.abs(matrix).max())
+    if np.abs(matrix - matrix.T).max() > ROUNDING * largest:
+        raise InputError(f"{what} must be symmetric, got {shown(inertia)}")
+    # Second moments of the mass along each axis: sums of squares.
+    least = float(np.linalg.eigvalsh(second_moments(matrix)).min())
+    if least < -ROUNDING * largest:
+        raise InputError(
+            f"{what} belongs to no body: each principal moment is at most the sum of the other two "
+            f"and not negative, got {shown(inertia)}"
+        )
+    return matrix
+
+
+def second_moments(inertia: Matrix) -> Matrix:
+    """Return the integral of x x^T over the mass of a body from its moments of inertia, (3, 3)."""
+    return np.asarray(0.5 * np.trace(inertia) * np.eye(3) - inertia)

@@ -1,0 +1,296 @@
+"""Springs and dampers between two points, and elastic ropes over several."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import MODERATE, check_finite
+from ancfsparse.errors import InputError, LoadFailure, with_unit
+from ancfsparse.messages import numbers
+from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.joints.joint import check_point
+from ancfsparse.scene.joints.rod import SAME_PLACE
+from ancfsparse.scene.loads.attachment import Attached
+from ancfsparse.scene.meshing.straight_beam import check_position
+from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.records.compiled_callbacks import check_signature, is_compiled, sent
+from ancfsparse.scene.records.record import At, Point, Spec, specified, text
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.force_elements.ropes import Rope
+    from ancfsparse.scene.records.signal import Signal
+
+Stiffness = float | Callable[[float], float]
+
+# Signatures of C functions that give the force [N] at an elongation [m].
+LAWS = ("double (double)", "double (double, void *)")
+
+
+@dataclass(frozen=True, eq=False)
+class SpringSpec(Spec):
+    """The record of `Scene.spring`."""
+
+    a: Point
+    b: Point | tuple[float, ...]
+    stiffness: Any = 0.0
+    damping: float = 0.0
+    length: float | None = None
+    method = "spring"
+    units: ClassVar = {"b": "m", "stiffness": "N/m", "damping": "N s/m", "length": "m"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe where it is and its numbers; of a force law that it is one."""
+        other = at(self.b) if isinstance(self.b, Point) else numbers(self.b)
+        law = callable(self.stiffness) or is_compiled(self.stiffness)
+        stiffness = "a force law" if law else f"{self.stiffness:.9g}"
+        values = f"{stiffness}, {self.damping:.9g}, {made.length:.9g}"
+        return f"spring ({at(self.a)}; {other}): ({values})"
+
+
+@dataclass(frozen=True, eq=False)
+class RopeSpec(Spec):
+    """The record of `Scene.rope`."""
+
+    points: tuple[Any, ...]
+    stiffness: float
+    damping: float = 0.0
+    length: Any = None
+    slack: float = 0.0
+    method = "rope"
+    units: ClassVar = {"stiffness": "N", "damping": "N s", "length": "m"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its force follows from."""
+        points = "; ".join(text(each, at) for each in self.points)
+        values = f"{self.stiffness:.9g}, {self.damping:.9g}, {self.slack:.9g}"
+        return f"rope ({points}), length {text(made.given, at)}: ({values})"
+
+
+@dataclass(frozen=True, eq=False)
+class Spring(Attached):
+    """A massless spring and a damper side by side, along the line between two points.
+
+    Attributes
+    ----------
+    a : Node
+        One end.
+    b : Node or ndarray of shape (dim,)
+        The other end: a point of a beam, or one fixed in space [m].
+    stiffness : float or callable
+        Force over elongation [N/m], or the force [N] as a function of the elongation [m].
+    damping : float
+        Force over the rate of the length [N s/m].
+    length : float
+        Length without force [m].
+    """
+
+    a: Node
+    b: Node | NDArray[np.float64]
+    stiffness: Any
+    damping: float
+    length: float
+    contribution = "force_elements.springs"
+
+    @property
+    def signature(self) -> str:
+        """Signature of a force law that is a C function."""
+        return check_signature(f"the force law of {self.what}", self.stiffness, *LAWS)
+
+    @property
+    def what(self) -> str:
+        """Name in messages."""
+        return f"the spring between {self.a!r} and {place(self.b)}"
+
+    @property
+    def links(self) -> tuple[tuple[Node | NDArray[np.float64], Node | NDArray[np.float64]], ...]:
+        """The line between its ends."""
+        return ((self.a, self.b),)
+
+    def pull(self, elongation: float) -> float:
+        """Return the force at an elongation [N]; 0 of a C function, not called from here."""
+        if is_compiled(self.stiffness):
+            return 0.0
+        law = self.stiffness
+        return float(law(elongation)) if callable(law) else float(law * elongation)
+
+    def failure(self, elongation: float, raised: Exception | None = None) -> LoadFailure:
+        """Return the error for a force law that raised one, or returned no finite number."""
+        law = f"the force law of {self.what}, at an elongation of {elongation:.6g} m,"
+        if raised is None:
+            return LoadFailure(f"{law} returned no finite number of newtons", math.nan)
+        error = LoadFailure(
+            f"{law} failed: {type(raised).__name__}: {raised}".rstrip(": "), math.nan
+        )
+        error.__cause__ = raised
+        return error
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what is pickled."""
+        return self.__dict__ | {"stiffness": sent(self.stiffness, self.what)}
+
+
+class Springs(Records):
+    """Springs, dampers and elastic ropes of a scene."""
+
+    def spring(
+        self,
+        a: Node,
+        b: Node | ArrayLike,
+        *,
+        stiffness: Stiffness = 0.0,
+        damping: float = 0.0,
+        length: float | None = None,
+    ) -> Spring:
+        """Put a massless spring and damper between two points.
+
+        With the distance l of the points it pulls them together with
+        ``stiffness * (l - length) + damping * dl/dt``.
+
+        Parameters
+        ----------
+        a : Node
+            One end, for example ``rod.end`` or ``rod.at(0.3)``.
+        b : Node or array_like of shape (dim,)
+            The other end: a point of a beam, or one fixed in space [m].
+        stiffness : float or callable, optional
+            Stiffness [N/m], zero or more; or a force law, a function that takes the elongation
+            l - length [m] and returns the force [N], positive if it pulls.  As a Python function it
+            is called with one number, about a microsecond each time, once in a residual and three
+            times in a matrix; its energy is found by quadrature.  A `scipy.LowLevelCallable` with
+            the signature ``double (double)`` or ``double (double, void *)`` costs no more than a
+            number.
+        damping : float, optional
+            Damping [N s/m], zero or more.
+        length : float, optional
+            Length without force [m], by default the distance of the points in the reference shape.
+
+        Returns
+        -------
+        Spring
+            The spring.
+
+        Raises
+        ------
+        InputError
+            If a number is negative or not finite, both ends are one point, or a force law gives no
+            number.
+        """
+        one = check_point("a spring", a)
+        self._own("a spring", one.beam)
+        other: Node | NDArray[np.float64]
+        if isinstance(b, Node):
+            other, there = b, b.position
+            self._own("a spring", b.beam)
+        else:
+            other = there = check_position(f"the end of the spring at {one!r}", b, self.dim)
+        what = f"the spring between {one!r} and {place(other)}"
+        distance = float(np.linalg.norm(there - one.position))
+        if isinstance(other, Node) and one == other:
+            raise InputError(f"{what} has both ends at one point")
+        if length is None and distance <= SAME_PLACE * one.beam.size:
+            raise InputError(
+                f"{what} has both ends at one place, so its length is not known: give length="
+            )
+        law = callable(stiffness) or is_compiled(stiffness)
+        spring = Spring(
+            one,
+            other,
+            stiffness if law else _not_negative(f"stiffness of {what}", stiffness, "N/m"),
+            _not_negative(f"damping of {what}", damping, "N s/m"),
+            distance if length is None else _not_negative(f"length of {what}", length, "m"),
+        )
+        if not law and spring.stiffness == 0.0 and spring.damping == 0.0:
+            raise InputError(f"{what} does nothing: give it a stiffness or a damping")
+        if is_compiled(stiffness):
+            check_signature(f"the force law of {what}", stiffness, *LAWS)
+        elif law:
+            try_out(spring, distance - spring.length)
+        end = other.reference if isinstance(other, Node) else specified(other)
+        rest = None if length is None else spring.length
+        record = SpringSpec(one.reference, end, spring.stiffness, spring.damping, rest)
+        return self._attach(spring, record)
+
+    def rope(
+        self,
+        points: Sequence[Node | ArrayLike],
+        *,
+        stiffness: float,
+        damping: float = 0.0,
+        length: float | Signal | Callable[[float], float] | None = None,
+        slack: float = 0.0,
+    ) -> Rope:
+        """Lead a massless elastic rope over points; it pulls, goes slack, and never pushes.
+
+        With the strain eps, the distances of the points together over the natural length minus 1,
+        its tension is ``stiffness * eps + damping * d eps/dt`` where that is positive and eps is,
+        the same in all parts; `Trajectory.tension` gives it.  Where its length is a function of
+        time, the work of what winds it up counts in the energy balance.  A drum that turns freely
+        lets it out by a `winch` between the drum and a small body that the rope begins at.
+
+        Parameters
+        ----------
+        points : sequence of Node or array_like of shape (dim,)
+            Two or more, such as ``[(0, 3), hook.origin]``; one is a point of a beam or a body.
+        stiffness : float
+            Tension over strain, Young's modulus times area [N].
+        damping : float, optional
+            Tension over the rate of the strain [N s], of a rope whose length does not change.
+        length : float, Signal or callable, optional
+            Natural length [m], or a function of t [s] that returns it: paid out as it grows, drawn
+            in as it falls.  By default the distances of the points in the reference shape.
+        slack : float, optional
+            Strain about which it goes slack smoothly [-], as of strings: its tension at its natural
+            length is stiffness slack / 4.  By default its tension has a kink there.
+
+        Returns
+        -------
+        Rope
+            The rope.
+
+        Raises
+        ------
+        InputError
+            If a point is invalid, two consecutive ones coincide, or a number is out of range.
+        """
+        from ancfsparse.scene.force_elements.ropes import rope_over
+
+        made = rope_over(self, points, stiffness, damping, length, slack)
+        places = tuple(
+            each.reference if isinstance(each, Node) else tuple(each.tolist())
+            for each in made.points
+        )
+        given = length if callable(length) or length is None else made.length
+        record = RopeSpec(places, made.stiffness, made.damping, given, made.slack)
+        return self._attach(made, record)
+
+
+def try_out(spring: Spring, elongation: float) -> None:
+    """Call a force law once, so that a wrong one is found where it is given."""
+    try:
+        found = float(spring.stiffness(elongation))
+    except Exception as error:  # a function of the caller's may raise anything
+        raise spring.failure(elongation, error) from error
+    if not math.isfinite(found):
+        raise spring.failure(elongation)
+
+
+def place(end: Node | NDArray[np.float64]) -> str:
+    """Show an end of a spring."""
+    if isinstance(end, Node):
+        return repr(end)
+    return "(" + ", ".join(f"{each:.9g}" for each in end) + ")"
+
+
+def _not_negative(what: str, value: object, unit: str) -> float:
+    number = check_finite(what, value, unit)
+    if number < 0.0:
+        raise InputError(f"{what} must not be negative, got {with_unit(number, unit)}")
+    if number > MODERATE:
+        raise InputError(f"{what} must be at most {MODERATE:g} {unit}, got {number:g} {unit}")
+    return number

@@ -1,0 +1,182 @@
+"""Forces that are functions of the motion, given as Python or C functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import check_flag
+from ancfsparse.errors import InputError, LoadFailure
+from ancfsparse.messages import shown
+from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.joints.joint import check_point
+from ancfsparse.scene.loads.attachment import Attached
+from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.records.compiled_callbacks import check_signature, is_compiled, sent
+from ancfsparse.scene.records.record import At, Point, Spec, text
+from ancfsparse.scene.records.signal import Signal
+
+Vector = NDArray[np.float64]
+Function = Callable[[Vector, Vector, float], ArrayLike]
+
+SIGNATURE = "int (ptrdiff_t, double *, double *, double, double *, void *)"
+
+
+@dataclass(frozen=True, eq=False)
+class ForceSpec(Spec):
+    """The record of `Scene.force`."""
+
+    points: tuple[Point, ...]
+    function: Any
+    coupled: bool = False
+    method = "force"
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe where it acts; the function counts for nothing."""
+        return f"force ({text(self.points, at)}): a function of the motion"
+
+
+@dataclass(frozen=True, eq=False)
+class Force(Attached):
+    """Forces on points that are a function of where they are, how they move, and the time.
+
+    Attributes
+    ----------
+    points : tuple of Node
+        Where they act.
+    function : callable
+        Takes positions (k, dim) [m], velocities (k, dim) [m/s] and the time [s], and returns the
+        forces (k, dim) [N].
+    coupled : bool
+        Whether the force on a point depends on the motion of others.
+    """
+
+    points: tuple[Node, ...]
+    function: Any
+    coupled: bool
+    contribution = "applied.user_forces"
+
+    @property
+    def what(self) -> str:
+        """Name in messages."""
+        more = f" and {len(self.points) - 1} more points" if len(self.points) > 1 else ""
+        return f"the force on {self.points[0]!r}{more}"
+
+    def checked(self, q: Vector, v: Vector, t: float) -> Vector:
+        """Call the Python function; return its forces, (k, dim) [N].
+
+        Raises
+        ------
+        LoadFailure
+            If it raises an error, or returns no forces.
+        """
+        try:
+            found = self.function(q, v, t)
+        except Exception as error:  # a function of the caller's may raise anything
+            raise self.failure(t, f"{type(error).__name__}: {error}".rstrip(": ")) from error
+        try:
+            forces = np.asarray(found, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise self.failure(t, f"it returned {shown(found)}, no array of numbers") from None
+        if forces.shape != q.shape:
+            raise self.failure(
+                t, f"it returned shape {forces.shape}, where {q.shape} is needed: a row for a point"
+            )
+        bad = np.argwhere(~np.isfinite(forces))
+        if len(bad):
+            row, column = bad[0]
+            raise self.failure(
+                t, f"it returned {forces[row, column]} N along {'xyz'[column]} at point {row}"
+            )
+        return forces
+
+    def failure(self, t: float, reason: str) -> LoadFailure:
+        """Return the error for a function that has failed."""
+        return LoadFailure(f"{self.what}, a function, failed at t = {t:.6g} s: {reason}", t)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what is pickled."""
+        return self.__dict__ | {"function": sent(self.function, self.what)}
+
+
+class Forces(Records):
+    """Forces of a scene that are functions of the motion."""
+
+    def force(
+        self,
+        points: Node | Iterable[Node],
+        function: Function,
+        *,
+        coupled: bool = False,
+    ) -> Force:
+        """Apply forces that are a function of the motion, such as drag, thrust or a control.
+
+        Parameters
+        ----------
+        points : Node or sequence of Node
+            Where they act, k points of beams such as ``[rod.end, rod.at(0.3)]``.
+        function : callable
+            Takes positions (k, dim) [m], velocities (k, dim) [m/s] and the time [s], and returns
+            forces (k, dim) [N].  It must depend on these alone, because it is called for trial
+            states too.  As a Python function it is called once for each residual, with all points
+            at once; a call costs some 5 microseconds and what the function itself does, and for a
+            matrix there are 4 dim such calls.  A `scipy.LowLevelCallable`, or a capsule with the
+            signature as its name, costs next to nothing: ``int f(ptrdiff_t k, double *q, double *v,
+            double t, double *force, void *data)``, rows behind each other, which sets `force` and
+            returns 0, or another number if it fails.
+        coupled : bool, optional
+            Whether the force on a point depends on the motion of the other points.  The residual
+            is right in any case; if it is False, what points do to each other is left out of the
+            matrix, which then costs more iterations.  If it is True, the matrix has a dense block
+            for all k points, made by 4 k dim calls: for a few points only.
+
+        Returns
+        -------
+        Force
+            The force.
+
+        Raises
+        ------
+        InputError
+            If there are no points, or one twice; a `LoadFailure` if the function fails in the
+            reference shape at rest at t = 0, where it is tried out.
+
+        Notes
+        -----
+        The matrix of a step takes the symmetric part of the derivative, by central differences; the
+        residual has all of the force.
+        """
+        try:
+            given = (points,) if isinstance(points, Node) else tuple(points)
+        except TypeError:  # an array without axes is an Iterable, too
+            raise InputError(f"a force needs points of beams, got {shown(points)}") from None
+        where = tuple(check_point("a force", point) for point in given)
+        if not where:
+            raise InputError("a force needs at least one point, got none")
+        for point in where:
+            self._own("a force", point.beam)
+        twice = next((point for k, point in enumerate(where) if point in where[:k]), None)
+        if twice is not None:
+            raise InputError(f"a force was given {twice!r} twice: leave one of them out")
+        force = Force(where, function, check_flag("coupled of a force", coupled))
+        if is_compiled(function):
+            check_signature(force.what, function, SIGNATURE)
+        elif isinstance(function, Signal):
+            raise InputError(
+                f"{force.what} must be a function of positions, velocities and time, got the "
+                f"signal {function!r}: what depends on time alone is a point_force"
+            )
+        elif callable(function):
+            positions = np.array([point.position for point in where])
+            force.checked(positions, np.zeros_like(positions), 0.0)
+        else:
+            raise InputError(
+                f"{force.what} must be a function of positions, velocities and time, got "
+                f"{shown(function)}"
+            )
+        record = ForceSpec(tuple(point.reference for point in where), function, force.coupled)
+        return self._attach(force, record)

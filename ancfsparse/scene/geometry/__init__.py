@@ -1,0 +1,1 @@
+"""Curves by arc length, catenary, section frames."""

@@ -1,0 +1,239 @@
+"""Curves with formulas of their own: lines, arcs and helices, by their arc length."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import check_finite, check_positive, check_reals, keep
+from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
+
+Vector = NDArray[np.float64]
+
+Direction = ArrayLike | Callable[[Vector], ArrayLike] | None
+"""Of the height of a section, in space: one, or one for every arc length."""
+
+Angle = float | Callable[[Vector], ArrayLike] | None
+"""By which a section is turned at the end, or for every arc length [rad]."""
+
+# The start of an arc lies in the plane through its centre to this share of its radius.
+IN_PLANE = 1e-9
+# Farther away [m], squares of lengths leave the range of floating-point numbers.
+FARTHEST = 1e150
+
+
+class Path(Protocol):
+    """A smooth curve by its arc length."""
+
+    @property
+    def length(self) -> float:
+        """Its length [m]."""
+
+    def at(self, s: Vector) -> tuple[Vector, Vector]:
+        """Return positions [m] and unit tangents, each (k, dim), at arc lengths (k,) [m]."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight line.
+
+    Parameters
+    ----------
+    start, end : ndarray, shape (dim,)
+        Its ends [m].
+    """
+
+    start: Vector
+    end: Vector
+
+    @property
+    def length(self) -> float:
+        """Its length [m]."""
+        return float(np.linalg.norm(self.end - self.start))
+
+    def at(self, s: Vector) -> tuple[Vector, Vector]:
+        """Return positions [m] and unit tangents, each (k, dim), at arc lengths (k,) [m]."""
+        along = self.end - self.start
+        share = (s / self.length)[:, None]
+        tangents = np.broadcast_to(along / self.length, (len(s), len(along)))
+        return (1.0 - share) * self.start + share * self.end, tangents
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A part of a circle, or all of it.
+
+    Parameters
+    ----------
+    centre : array_like, shape (2,) or (3,)
+        Centre of the circle [m].
+    start : array_like, of the same shape
+        Where the arc begins [m].
+    angle : float
+        From its start to its end [rad]: about `axis` by the right-hand rule, in a planar scene
+        counterclockwise; negative the other way.  2 pi is a full circle.
+    axis : array_like, shape (3,), optional
+        Normal of its plane, of any length; needed in a spatial scene, and only there.
+
+    Examples
+    --------
+    >>> half_ring = ancf.Arc(centre=(0, 0), start=(1, 0), angle=math.pi)
+    """
+
+    centre: tuple[float, ...]
+    start: tuple[float, ...]
+    angle: float
+    axis: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        centre = _vector("centre of the arc", self.centre)
+        start = _vector("start of the arc", self.start, len(centre))
+        angle = check_finite("angle of the arc", self.angle, "rad")
+        axis = None if self.axis is None else _vector("axis of the arc", self.axis, 3)
+        if (axis is None) != (len(centre) == 2):
+            needed = "leave the axis out" if axis else "give its axis, such as axis=(0, 0, 1)"
+            raise InputError(
+                f"an arc with a centre of {len(centre)} components is "
+                f"{'planar' if len(centre) == 2 else 'spatial'}: {needed}"
+            )
+        keep(self, centre=centre, start=start, angle=angle, axis=axis)
+        if self.radius == 0.0 or angle == 0.0:
+            raise InputError(
+                f"the arc has zero length: its radius is {self.radius:g} m and its angle "
+                f"{angle:g} rad"
+            )
+        if axis is not None:
+            off = abs(float(self._towards @ _unit("axis of the arc", axis)))
+            if off > IN_PLANE * self.radius:
+                raise InputError(
+                    f"the start of the arc lies {off:.3g} m outside the plane through its centre "
+                    "normal to its axis: move it into that plane, or take a Helix"
+                )
+
+    @cached_property
+    def _towards(self) -> Vector:
+        """From the centre to the start [m]."""
+        return np.array(self.start) - self.centre
+
+    @property
+    def radius(self) -> float:
+        """Radius of the circle [m]."""
+        return float(np.linalg.norm(self._towards))
+
+    @property
+    def length(self) -> float:
+        """Its length [m]."""
+        return self.radius * abs(self.angle)
+
+    def at(self, s: Vector) -> tuple[Vector, Vector]:
+        """Return positions [m] and unit tangents, each (k, dim), at arc lengths (k,) [m]."""
+        one = self._towards / self.radius
+        if self.axis is None:
+            other = np.array([-one[1], one[0]])
+        else:
+            other = np.cross(_unit("axis of the arc", self.axis), one)
+        turn = np.asarray(s) / math.copysign(self.radius, self.angle)
+        c, sn = np.cos(turn)[:, None], np.sin(turn)[:, None]
+        way = math.copysign(1.0, self.angle)
+        return self.centre + self.radius * (c * one + sn * other), way * (c * other - sn * one)
+
+
+@dataclass(frozen=True)
+class Helix:
+    """A helix in a spatial scene.
+
+    Parameters
+    ----------
+    radius : float
+        Radius of the cylinder on which its axis winds [m].
+    pitch : float
+        Rise along `axis` by turn [m]; positive for a right-handed helix that climbs, negative for a
+        left-handed one that descends.
+    turns : float
+        Number of turns, positive.
+    origin : array_like, shape (3,), optional
+        Point of the cylinder's axis beside the start [m].
+    axis : array_like, shape (3,), optional
+        Direction of the cylinder's axis.
+    towards : array_like, shape (3,), optional
+        Rough direction from `origin` to the start, of which the part across the axis counts.  The
+        default is +x, or +y where the axis is along x.
+    """
+
+    radius: float
+    pitch: float
+    turns: float
+    origin: tuple[float, ...] = (0.0, 0.0, 0.0)
+    axis: tuple[float, ...] = (0.0, 0.0, 1.0)
+    towards: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        keep(
+            self,
+            radius=check_positive("radius of the helix", self.radius, "m"),
+            pitch=check_finite("pitch of the helix", self.pitch, "m"),
+            turns=check_positive("turns of the helix", self.turns),
+            origin=_vector("origin of the helix", self.origin, 3),
+            axis=_vector("axis of the helix", self.axis, 3),
+        )
+        if self.towards is not None:
+            keep(self, towards=_vector("`towards` of the helix", self.towards, 3))
+        self._across()
+
+    @property
+    def length(self) -> float:
+        """Its length [m]."""
+        return 2.0 * math.pi * self.turns * self._by_radian
+
+    @property
+    def _by_radian(self) -> float:
+        return math.hypot(self.radius, self.pitch / (2.0 * math.pi))
+
+    def _across(self) -> Vector:
+        """Return the unit vectors of the axis, to the start, and normal to both, (3, 3)."""
+        axis = _unit("axis of the helix", self.axis)
+        along_x = abs(axis[0]) > 1.0 - 1e-12
+        rough = self.towards or ((0.0, 1.0, 0.0) if along_x else (1.0, 0.0, 0.0))
+        one = rough - (rough @ axis) * axis
+        if np.linalg.norm(one) <= 1e-9 * np.linalg.norm(rough):
+            raise InputError(
+                "`towards` of the helix is parallel to its axis and does not define where the "
+                "helix begins: give a direction across the axis"
+            )
+        one = one / np.linalg.norm(one)
+        return np.array([axis, one, np.cross(axis, one)])
+
+    def at(self, s: Vector) -> tuple[Vector, Vector]:
+        """Return positions [m] and unit tangents, each (k, 3), at arc lengths (k,) [m]."""
+        axis, one, other = self._across()
+        turn = (np.asarray(s) / self._by_radian)[:, None]
+        rise = self.pitch / (2.0 * math.pi)
+        c, sn = np.cos(turn), np.sin(turn)
+        positions = self.origin + self.radius * (c * one + sn * other) + rise * turn * axis
+        tangents = (self.radius * (c * other - sn * one) + rise * axis) / self._by_radian
+        return positions, tangents
+
+
+def _vector(what: str, value: ArrayLike, dim: int | None = None) -> tuple[float, ...]:
+    """Return a finite vector of `dim` components, or of 2 or 3, as a tuple."""
+    needed = f"{dim or '2 or 3'} finite numbers"
+    vector = check_reals(what, value, needed)
+    sizes = (2, 3) if dim is None else (dim,)
+    if vector.ndim != 1 or len(vector) not in sizes or not np.isfinite(vector).all():
+        raise InputError(f"{what} must be {needed}, got {shown(value)}")
+    if np.abs(vector).max() > FARTHEST:
+        raise InputError(f"{what} is beyond {FARTHEST:g}, got {shown(value)}: give it in metres")
+    return tuple(vector.tolist())
+
+
+def _unit(what: str, value: tuple[float, ...]) -> Vector:
+    return np.array(value) / check_positive(f"length of the {what}", np.linalg.norm(value))

@@ -1,0 +1,205 @@
+"""Curves through points and curves given by functions, by their arc length."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.polynomial import chebyshev, legendre
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import check_reals
+from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
+from ancfsparse.scene.geometry.curves import Arc, Helix, Path
+
+Vector = NDArray[np.float64]
+Function = Callable[[Vector], Vector]
+AnyCurve = Arc | Helix | ArrayLike | Function
+
+POINTS = 16
+"""Gauss points of an interval, and Chebyshev points of a panel."""
+
+# Panels in which a function is interpolated, at first and at most.
+FIRST, MOST = 8, 4096
+# Share of the extent of a curve by which its interpolation may be off.
+SMOOTH = 1e-12
+# Angle [rad] between tangents at two sides of a point, from which on it is a corner.
+CORNER = 1e-6
+# Share of the length by which points coincide.
+SAME = 1e-12
+
+
+def path_of(what: str, curve: AnyCurve, dim: int) -> Path:
+    """Return what was given as a curve by its arc length.
+
+    Parameters
+    ----------
+    what : str
+        Its name in messages.
+    curve : Arc, Helix, array_like of shape (k, dim) or callable
+        A shape; points [m], through which a spline runs; or a function that maps parameters (k,)
+        from 0 to 1 to positions (k, dim) [m].
+    dim : int
+        Dimension of the scene.
+
+    Raises
+    ------
+    InputError
+        If it is no curve, is not smooth, or has another dimension.
+    """
+    if isinstance(curve, Arc | Helix):
+        own = 3 if isinstance(curve, Helix) else len(curve.centre)
+        if own != dim:
+            raise InputError(
+                f"{what} has {own} dimensions, but the scene has {dim}: give a curve of {dim} "
+                "dimensions"
+            )
+        return curve
+    if callable(curve):
+        return _Smooth(what, *_interpolated(what, curve, dim))
+    return _Smooth(what, *_spline(what, curve, dim))
+
+
+def specified_curve(curve: AnyCurve) -> AnyCurve:
+    """Return a curve as data: points as an array that cannot be written to."""
+    if isinstance(curve, Arc | Helix) or callable(curve):
+        return curve
+    points = np.array(curve, dtype=float)
+    points.flags.writeable = False
+    return points
+
+
+class _Smooth:
+    """A curve by a parameter u, turned into one by its arc length.
+
+    Parameters
+    ----------
+    what : str
+        Its name in messages.
+    knots : ndarray, shape (n + 1,)
+        Ends of the intervals of u within which it is analytic.
+    value, slope : callable
+        Positions [m] and derivatives by u, (k, dim), at (k,).
+    """
+
+    def __init__(self, what: str, knots: Vector, value: Function, slope: Function) -> None:
+        self._value, self._slope = value, slope
+        self._rule = legendre.leggauss(POINTS)
+        total = 0.0
+        while True:  # halve the intervals until the length has settled
+            lengths = self._between(knots[:-1], knots[1:])
+            before, total = total, float(lengths.sum())
+            if abs(total - before) <= 1e-14 * total or len(knots) > 64 * MOST:
+                break
+            knots = np.sort(np.concatenate([knots, 0.5 * (knots[:-1] + knots[1:])]))
+        self._knots, self._arcs = knots, np.concatenate([[0.0], np.cumsum(lengths)])
+        speeds = np.linalg.norm(slope(knots), axis=1)
+        slow = int(np.argmin(speeds))
+        if not speeds[slow] > SAME * total:
+            raise InputError(
+                f"{what} stands still at parameter {knots[slow]:.6g}, where it has no direction: "
+                "give a curve whose derivative is nowhere zero"
+            )
+
+    @property
+    def length(self) -> float:
+        """Its length [m]."""
+        return float(self._arcs[-1])
+
+    def at(self, s: Vector) -> tuple[Vector, Vector]:
+        """Return positions [m] and unit tangents, each (k, dim), at arc lengths (k,) [m]."""
+        arcs, knots = self._arcs, self._knots
+        i = np.clip(np.searchsorted(arcs, s, side="right") - 1, 0, len(arcs) - 2)
+        share = (s - arcs[i]) / (arcs[i + 1] - arcs[i])
+        u = knots[i] + share * (knots[i + 1] - knots[i])
+        for _ in range(8):  # Newton's method: the derivative of the arc length is the speed
+            off = arcs[i] + self._between(knots[i], u) - s
+            u = np.clip(u - off / np.linalg.norm(self._slope(u), axis=1), knots[i], knots[i + 1])
+        slopes = self._slope(u)
+        return self._value(u), slopes / np.linalg.norm(slopes, axis=1)[:, None]
+
+    def _between(self, start: Vector, end: Vector) -> Vector:
+        """Return the lengths of intervals of u, (k,) [m]."""
+        x, w = self._rule
+        half = 0.5 * (end - start)
+        u = start[:, None] + half[:, None] * (1.0 + x)
+        speeds = np.linalg.norm(self._slope(u.ravel()), axis=1).reshape(u.shape)
+        return np.asarray(half * (speeds @ w))
+
+
+def _spline(what: str, points: ArrayLike, dim: int) -> tuple[Vector, Function, Function]:
+    """Interpolate points by a cubic spline in the length of the chords between them."""
+    from scipy.interpolate import CubicSpline
+
+    table = check_reals(what, points, "an Arc, a Helix, a table of points or a function")
+    if table.ndim != 2 or table.shape[1] != dim or len(table) < 2 or not np.isfinite(table).all():
+        raise InputError(
+            f"{what} must be an Arc, a Helix, a function, or at least two points of {dim} finite "
+            f"numbers, got {shown(points)}"
+        )
+    chords = np.linalg.norm(np.diff(table, axis=0), axis=1)
+    same = chords <= SAME * chords.sum()
+    if same.any():
+        i = int(np.argmax(same))
+        raise InputError(f"{what} has the same point twice, number {i} and {i + 1}: leave one out")
+    closed = len(table) > 3 and np.linalg.norm(table[-1] - table[0]) <= SAME * chords.sum()
+    if closed:
+        table[-1] = table[0]
+    knots = np.concatenate([[0.0], np.cumsum(chords)])
+    spline = CubicSpline(knots, table, bc_type="periodic" if closed else "not-a-knot")
+    return knots, spline, spline.derivative()
+
+
+def _interpolated(what: str, curve: Function, dim: int) -> tuple[Vector, Function, Function]:
+    """Interpolate a function by Chebyshev polynomials in as many panels as it needs."""
+    x = np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
+    transform = chebyshev.chebvander(x, POINTS - 1).T * (2.0 / POINTS)
+    transform[0] *= 0.5
+    panels = FIRST
+    while True:
+        knots = np.linspace(0.0, 1.0, panels + 1)
+        middle, half = 0.5 * (knots[:-1] + knots[1:]), 0.5 / panels
+        values = _called(what, curve, (middle[:, None] + half * x).ravel(), dim)
+        numbers = np.einsum("kj,pjd->kpd", transform, values.reshape(panels, POINTS, dim))
+        extent = np.linalg.norm(np.ptp(values, axis=0))
+        if not extent > 0.0:
+            raise InputError(f"{what} is a single point: its function always returns {values[0]}")
+        left = np.abs(numbers[-2:]).max(axis=(0, 2))
+        if left.max() <= SMOOTH * extent:
+            break
+        if panels == MOST:
+            raise InputError(
+                f"{what} is not smooth near parameter {middle[np.argmax(left)]:.4g}: a kink or a "
+                "jump needs two beams that are welded, noise a spline through points"
+            )
+        panels *= 2
+    slopes = chebyshev.chebder(numbers) / half
+
+    def evaluate(table: Vector, u: Vector) -> Vector:
+        panel = np.clip((u * panels).astype(int), 0, panels - 1)
+        basis = chebyshev.chebvander((u - middle[panel]) / half, len(table) - 1)
+        return np.asarray(np.einsum("uk,kud->ud", basis, table[:, panel]))
+
+    ends = np.stack([chebyshev.chebval(side, slopes) for side in (-1.0, 1.0)])
+    before, after = (each / np.linalg.norm(each, axis=1)[:, None] for each in (ends[1], ends[0]))
+    turns = np.linalg.norm(after[1:] - before[:-1], axis=1)
+    if turns.max() > CORNER:
+        raise InputError(
+            f"{what} has a corner at parameter {knots[1 + np.argmax(turns)]:.4g}: make it of two "
+            "beams that are welded"
+        )
+    return knots, lambda u: evaluate(numbers, u), lambda u: evaluate(slopes, u)
+
+
+def _called(what: str, curve: Function, u: Vector, dim: int) -> Vector:
+    values = check_reals(f"what {what} returns", curve(u), "an array of numbers")
+    if values.shape != (len(u), dim):
+        raise InputError(
+            f"{what} returned shape {values.shape} for parameters of shape {u.shape}: one row of "
+            f"{dim} coordinates per parameter is needed, as numpy.column_stack makes it"
+        )
+    if not np.isfinite(values).all():
+        i = int(np.argmin(np.isfinite(values).all(axis=1)))
+        raise InputError(f"{what} must be finite, got {values[i]} at parameter {u[i]:.6g}")
+    return values

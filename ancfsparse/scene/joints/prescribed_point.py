@@ -1,0 +1,80 @@
+"""Drives: supports that move as prescribed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from numpy.typing import ArrayLike
+
+from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Led, Mark
+from ancfsparse.scene.records.record import At, Point, Spec, text
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.records.prescribed_motion import Course
+
+
+@dataclass(frozen=True, eq=False)
+class DriveSpec(Spec):
+    """The record of `Scene.drive`."""
+
+    node: Point
+    position: Any
+    rate: Callable[[float], ArrayLike] | None = None
+    second_rate: Callable[[float], ArrayLike] | None = None
+    as_constraint: bool = False
+    method = "drive"
+    units: ClassVar = {"position": "m", "rate": "m/s", "second_rate": "m/s2"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equations follow from."""
+        kind = "drive as constraint" if self.as_constraint else "drive"
+        return f"{kind} ({at(self.node)}) along {text(self.position, at)}"
+
+
+@dataclass(frozen=True, eq=False)
+class Drive(Joint):
+    """Prescribe the position of a node, leave its rotation free.
+
+    Attributes
+    ----------
+    node : Node
+        The node moved.
+    course : Course
+        Its position over time.
+    as_constraint : bool
+        Move it by equations with multipliers instead of by numbering.
+    """
+
+    node: Node
+    course: Course
+    as_constraint: bool = False
+    name = "drive"
+
+    def lower(self, builder: Builder) -> None:
+        """Prescribe the position, or what an equation for each component has."""
+        if not self.has_multipliers:
+            builder.drive(builder.position(self.node), self.course)
+            return
+        places, weights = builder.point(self.node)
+        for d, row in enumerate(places):
+            label = f"drive at {self.node!r}, component {d + 1}"
+            terms = ((w, place, LINEAR) for w, place in zip(weights, row, strict=True))
+            builder.equation(label, 0.0, *terms, led=Led(self.course, d))
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """The node."""
+        return (self.node,)
+
+    @property
+    def mark(self) -> Mark:
+        """How pictures show it."""
+        return Mark("pin")
+
+    @property
+    def has_multipliers(self) -> bool:
+        """Whether it is made by equations."""
+        return self.as_constraint or not self.node.is_node

@@ -1,0 +1,1 @@
+"""Linear forms, joint coordinates, sliding curves."""

@@ -1,0 +1,1 @@
+"""Loads, and the base of force elements attached to points."""

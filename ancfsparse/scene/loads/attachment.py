@@ -1,0 +1,36 @@
+"""What is attached to points of a scene and pushes there: masses, springs, forces."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.bodies.body import Node
+
+Vector = NDArray[np.float64]
+
+
+class Attached(ABC):
+    """Something attached to points of beams.
+
+    Attributes
+    ----------
+    contribution : str
+        Module of `ancfsparse.system.contributions` that adds it to the equations of motion.
+    """
+
+    contribution: ClassVar[str]
+
+    @property
+    @abstractmethod
+    def what(self) -> str:
+        """Name in messages."""
+
+    @property
+    def links(self) -> tuple[tuple[Node | Vector, Node | Vector], ...]:
+        """Pairs of points between which pictures draw a line."""
+        return ()

@@ -1,0 +1,1 @@
+"""Joints between two bodies and couplings of joint coordinates."""

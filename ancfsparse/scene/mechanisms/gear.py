@@ -1,0 +1,69 @@
+"""Gears: what one joint leaves free follows what another does, at a fixed ratio."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.joints.joint import Builder, Joint
+from ancfsparse.scene.mechanisms.joint_freedoms import at_reference, measure
+
+
+@dataclass(frozen=True, eq=False)
+class Gear(Joint):
+    """Keep ``h_one - ratio h_other`` of the freedoms of two joints.
+
+    Attributes
+    ----------
+    one, other : Joint
+        The joints.
+    of : (str, str)
+        ``"angle"`` or ``"displacement"`` of each.
+    ratio : float
+        Of both, [1], [rad/m] or [m/rad].
+    """
+
+    one: Joint
+    other: Joint
+    of: tuple[str, str]
+    ratio: float
+    name = "gear"
+
+    def lower(self, builder: Builder) -> None:
+        """State ``factor (h_one - ratio h_other - c) = 0``, in metres."""
+        factor = self.one.arm if self.of[0] == "angle" else 1.0
+        factors, pairs = (factor, -factor * self.ratio), zip(self.joints, self.of, strict=True)
+        start = [at_reference(joint, of) for joint, of in zip(self.joints, self.of, strict=True)]
+        builder.equation(
+            self.label,
+            -sum(f * value for f, value in zip(factors, start, strict=True)),
+            measures=[
+                (f, measure(builder, joint, of))
+                for f, (joint, of) in zip(factors, pairs, strict=True)
+            ],
+        )
+
+    @property
+    def joints(self) -> tuple[Joint, Joint]:
+        """Both joints."""
+        return self.one, self.other
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """Those of both joints."""
+        return *self.one.nodes, *self.other.nodes
+
+    @property
+    def sides(self) -> tuple[Node, Node | None]:
+        """Those of the first joint."""
+        return self.one.sides
+
+    @property
+    def label(self) -> str:
+        """Name in messages."""
+        return f"gear of the {self.one.label} and the {self.other.label}"
+
+    @property
+    def has_multipliers(self) -> bool:
+        """Whether it is made by an equation: always."""
+        return True

@@ -1,0 +1,78 @@
+"""What joints leave free: the angle of a hinge, the displacement of a sliding joint."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.joints.frame_vectors import Sum, direction, point
+from ancfsparse.scene.joints.joint import Builder, Joint, Vector
+from ancfsparse.scene.kinematics.joint_coordinates import ALONG, ANGLE, LENGTH, Measure
+
+# Units of freedoms, and those of their rates, and of the forces along them.
+UNITS = {"angle": "rad", "displacement": "m"}
+OF_FORCES = {"angle": "N m", "displacement": "N"}
+
+
+def measure(builder: Builder, joint: Joint, of: str) -> Measure:
+    """Return a freedom of a joint.
+
+    Parameters
+    ----------
+    builder : Builder
+        What gives the coordinates.
+    joint : Joint
+        One that has the freedom.
+    of : str
+        ``"angle"``, by which the first side is turned against the second one about the axis since
+        the reference shape; or ``"displacement"`` of its point along the axis, from that of the
+        second one.
+    """
+    return _angle(builder, joint) if of == "angle" else _displacement(builder, joint)
+
+
+def at_reference(joint: Joint, of: str) -> float:
+    """Return a freedom of a joint in the reference shape [rad or m]."""
+    a, b = joint.sides
+    if of == "angle" or b is None or joint.axis is None:
+        return 0.0
+    return float((a.position - b.position) @ joint.axis)
+
+
+def distance(builder: Builder, one: Node | Vector, other: Node | Vector) -> Measure:
+    """Return the distance of two points, of which one may be fixed in space."""
+    apart = _place(builder, one) - _place(builder, other)
+    return Measure.of(LENGTH, [apart, apart])
+
+
+def first_across(axis: Vector | None) -> tuple[Vector, Vector]:
+    """Return two directions across an axis, (dim,), the second a quarter turn after the first."""
+    from ancfsparse.scene.mechanisms.two_body_joint import normals
+
+    if axis is None:
+        return np.array([1.0, 0.0]), np.array([0.0, 1.0])
+    first = normals(axis)[0]
+    return first, np.cross(axis, first)
+
+
+def _angle(builder: Builder, joint: Joint) -> Measure:
+    a, b = joint.sides
+    one, other = first_across(joint.axis)
+    across = [_direction(builder, b, each) for each in (one, other)]
+    return Measure.of(ANGLE, [direction(builder, a, one), *across])
+
+
+def _displacement(builder: Builder, joint: Joint) -> Measure:
+    a, b = joint.sides
+    apart = point(builder, a) - _place(builder, a.position if b is None else b)
+    axis = joint.axis
+    assert axis is not None
+    return Measure.of(ALONG, [apart, _direction(builder, b, axis)])
+
+
+def _direction(builder: Builder, node: Node | None, vector: Vector) -> Sum:
+    return Sum.fixed(vector) if node is None else direction(builder, node, vector)
+
+
+def _place(builder: Builder, end: Node | Vector) -> Sum:
+    return point(builder, end) if isinstance(end, Node) else Sum.fixed(end)

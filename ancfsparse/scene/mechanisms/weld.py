@@ -1,0 +1,107 @@
+"""Welds: two points coincide, without relative rotation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancfsparse.scene.bodies.body import ElasticBody, Node
+from ancfsparse.scene.joints.clamp import clamped
+from ancfsparse.scene.joints.frame_vectors import (
+    Sum,
+    across,
+    direction,
+    frame_at,
+    row_of,
+    same,
+    vectors_of,
+)
+from ancfsparse.scene.joints.joint import Builder, Mark, Vector
+from ancfsparse.scene.mechanisms.two_body_joint import Between, normals
+
+NAMES = ("r_x", "r_y", "r_z")
+# Sine of the angle between two slopes below which they are in line.
+OFF = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Weld(Between):
+    """Two points coincide, without relative rotation.
+
+    At beams it holds what a clamp holds, to a wall that may move.
+
+    Attributes
+    ----------
+    stretch : str
+        ``"free"`` or ``"fixed"``, of beams.
+    """
+
+    stretch: str = "free"
+    name = "weld"
+
+    @property
+    def mark(self) -> Mark | None:
+        """How pictures show it: as a clamp where it holds a point to the ground."""
+        return clamped(self.a) if self.b is None else None
+
+    def lower(self, builder: Builder) -> None:
+        """Share the point, and the directions that both have."""
+        self._share_point(builder)
+        beams = [node for node in self.nodes if node.beam.n_elements]
+        if not beams:
+            self._share_frame(builder)
+            return
+        held = beams[0]
+        wall = next((node for node in self.nodes if node is not held), None)
+        if wall is not None and builder.kind(wall).is_cable and wall.beam.n_elements:
+            held, wall = wall, held
+        self._hold(builder, held, wall)
+
+    def _hold(self, builder: Builder, held: Node, wall: Node | None) -> None:
+        """Hold the directions of a node of a beam to a wall, which may move."""
+        kind, frame = builder.kind(held), frame_at(held)
+        if wall is not None and wall.beam.n_elements and self._needs_stiff_section(held, wall):
+            self._stiffen(builder, wall)
+        if kind.is_cable and self.stretch == "free":
+            tangent = frame[0] / np.linalg.norm(frame[0])
+            for k, normal in enumerate(normals(tangent)):
+                label = f"{self.label}, direction {k + 1}"
+                beside = self._beside(builder, wall, normal)
+                across(builder, label, direction(builder, held, tangent), beside, self.size)
+            return
+        row = row_of(builder, held)
+        for name, vector in zip(("r_x", "r_y", "r_z"), frame, strict=False):
+            if name in kind.section or (name == "r_x" and self.stretch == "fixed"):
+                own = Sum.of([row[kind.columns(name)]], [1.0])
+                beside = self._beside(builder, wall, vector)
+                same(builder, f"{self.label}, {name}", own, beside, self.size, self.size)
+
+    @staticmethod
+    def _needs_stiff_section(held: Node, wall: Node) -> bool:
+        """Whether a slope of one beam follows section vectors of another, which has some."""
+        if wall.beam.kind.is_cable or held.beam.kind.is_cable:
+            return not wall.beam.kind.is_cable
+        slope, section = frame_at(held)[0], frame_at(wall)[1:]
+        sizes = np.linalg.norm(slope) * np.linalg.norm(section, axis=1)
+        return bool((np.abs(section @ slope) > OFF * sizes).any())
+
+    def _stiffen(self, builder: Builder, wall: Node) -> None:
+        """Keep lengths and angles of the vectors of a node.
+
+        Otherwise the last element alone bears the moment that turns a slope against a section, by a
+        shear that grows as elements become shorter.
+        """
+        frame, vectors = frame_at(wall), vectors_of(builder, wall)
+        assert isinstance(wall.beam, ElasticBody)
+        mass = float(np.mean(wall.beam.stiffnesses()["mass_per_length"])) * wall.beam.size
+        for k, (u, mine) in enumerate(zip(vectors, frame, strict=True)):
+            for j, (v, its) in enumerate(zip(vectors[: k + 1], frame, strict=False)):
+                factor = 0.5 * self.size if j == k else self.size
+                label = f"rigidity of {wall!r}, {NAMES[j]}.{NAMES[k]}"
+                terms = ((factor, a, b) for a, b in zip(u, v, strict=True))
+                builder.equation(label, -factor * float(mine @ its), *terms, size=factor, mass=mass)
+
+    @staticmethod
+    def _beside(builder: Builder, wall: Node | None, vector: Vector) -> Sum:
+        return Sum.fixed(vector) if wall is None else direction(builder, wall, vector)

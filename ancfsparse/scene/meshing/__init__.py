@@ -1,0 +1,1 @@
+"""Construction of checked beams and meshes from arguments."""

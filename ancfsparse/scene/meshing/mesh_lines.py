@@ -1,0 +1,270 @@
+"""From arrays of nodes and edges to a checked `Mesh`, without a Python loop over elements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import check_count, check_finite
+from ancfsparse.errors import InputError, Parameter, Sentence
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.scene.bodies.body import Numbers, Vector, VelocityField
+from ancfsparse.scene.bodies.element_choice import DEFAULTS, check_make, chosen_element
+from ancfsparse.scene.bodies.mesh import Mesh
+from ancfsparse.scene.meshing.node_edge_checks import checked_graph
+from ancfsparse.scene.meshing.straight_beam import (
+    along_principal_axes,
+    section_frames,
+    velocity_field,
+)
+from ancfsparse.scene.sections.material import Material
+from ancfsparse.scene.sections.sections import AnySection, Taper
+from ancfsparse.system_memory import check_room
+
+Integers = NDArray[np.integer[Any]]
+
+# By how much more than the slope the height of a section may turn at a bend: steeper than 60
+# degrees, sections that all have e_z near +z would turn about their axes by more.
+TWISTED = 2.0
+EVEN = 1e-9
+
+
+def mesh_of(
+    label: str,
+    dim: int,
+    nodes: ArrayLike,
+    edges: ArrayLike,
+    element: str | ElementKind,
+    section: AnySection,
+    material: Material,
+    options: Mapping[str, str],
+    n_elements: int | str,
+    smooth: float,
+    velocity: ArrayLike | VelocityField | None,
+) -> Mesh:
+    """Check the arguments of a mesh and make its handle.
+
+    Parameters
+    ----------
+    label : str
+        Its name.
+    dim : int
+        Dimension of its scene.
+    nodes, edges, element, section, material, n_elements, smooth, velocity
+        As in `Scene.add_mesh`.
+    options : mapping of str to str
+        A value for every option of every element.
+
+    Returns
+    -------
+    Mesh
+        The handle, not yet part of a scene.
+    """
+    element, chosen, kind = chosen_element(label, element, dim, DEFAULTS | dict(options))
+    check_make(label, kind, section, material)
+    if isinstance(section, Taper):
+        raise InputError(
+            f"{label} cannot have a Taper, which follows one beam: give its edges one section, or "
+            "take beams of add_beam"
+        )
+    angle = check_finite(f"smooth of {label}", smooth, "degrees")
+    if not 0.0 <= angle <= 90.0:
+        raise InputError(f"smooth of {label} must lie between 0 and 90 degrees, got {angle:.6g}")
+    count = check_count(f"n_elements of {label}", n_elements)
+    positions, given, lengths = checked_graph(label, dim, nodes, edges)
+    directions = (positions[given[:, 1]] - positions[given[:, 0]]) / lengths[:, None]
+    # Half-edge 2 e is where edge e begins, 2 e + 1 where it ends; each points away from its node.
+    at = given.ravel()
+    outward = np.stack([directions, -directions], axis=1).reshape(-1, dim)
+    partners = _partners(at, outward, 2.0 * np.sin(0.5 * np.radians(angle)))
+    if count > 1:
+        fewer = Sentence("a smaller {n_elements}", n_elements=Parameter("n_elements"))
+        check_room(f"{label}, {count * len(given)} elements,", 400.0 * count * len(given), fewer)
+        positions, given, partners = _divided(positions, given, partners, count)
+        at, lengths = given.ravel(), np.repeat(lengths / count, count)
+        directions = np.repeat(directions, count, axis=0)
+    flipped = _turned_round(len(given), partners)
+    row_nodes, row_of = _rows(at, partners)
+    slopes = _mean_slopes(len(row_nodes), row_of, directions, flipped)
+    ends = row_of.reshape(-1, 2)
+    vectors = slopes[:, None]
+    if kind.section[1:]:
+        vectors = along_principal_axes(_frames(label, slopes, ends, count), section)
+    tables = [given, ends]
+    for table in tables:
+        table[flipped] = table[flipped, ::-1]
+    for array in (positions, given, flipped, lengths, row_nodes, ends, vectors):
+        array.flags.writeable = False
+    return Mesh(
+        name=label,
+        element=element,
+        options=chosen,
+        kind=kind,
+        section=section,
+        material=material,
+        positions=positions,
+        velocity=None if velocity is None else velocity_field(label, velocity, positions),
+        n_each=count,
+        edges=given,
+        flipped=flipped,
+        lengths=lengths,
+        row_nodes=row_nodes,
+        ends=ends,
+        vectors=vectors,
+    )
+
+
+def _frames(label: str, slopes: Vector, ends: Numbers, n_each: int) -> Vector:
+    """Return the unit vectors of the section of each row, (n_rows, dim, dim).
+
+    Raises
+    ------
+    InputError
+        If sections of one line point different ways.
+    """
+    frames = section_frames(slopes)
+    e_x, e_y = (np.linalg.norm(np.diff(frames[ends, k], axis=1)[:, 0], axis=1) for k in (0, 1))
+    twisted = e_y > TWISTED * e_x + EVEN
+    if twisted.any():
+        k = int(np.argmax(twisted)) // n_each
+        raise InputError(
+            f"{label} has a bend in a line that is so steep at edge {k} that sections beside it "
+            "would point different ways: give a smaller `smooth`, so that a hinge is there, or "
+            "weld beams by add_frame with `up`"
+        )
+    return frames
+
+
+def _partners(at: Numbers, outward: Vector, bend: float) -> tuple[Integers, Integers]:
+    """Pair the half-edges that run on in each other, straightest first.
+
+    Parameters
+    ----------
+    at : (2 m,) int
+        Node of each half-edge.
+    outward : (2 m, dim) float
+        Unit vectors away from that node.
+    bend : float
+        Sums of two unit vectors from this length on make a corner.
+
+    Returns
+    -------
+    a, b : (k,) int
+        Half-edges that continue each other; none appears twice.
+    """
+    order = np.argsort(at, kind="stable")
+    place, out = at[order], outward[order]
+    one, other, how = [], [], []
+    first = np.arange(len(order))
+    step = 1
+    while True:  # all pairs at a node: neighbours in the sorted list, next but one, and so on
+        first = first[first + step < len(order)]
+        first = first[place[first] == place[first + step]]
+        if not len(first):
+            break
+        sums = np.linalg.norm(out[first] + out[first + step], axis=1)
+        straight = sums < bend
+        one.append(first[straight])
+        other.append(first[straight] + step)
+        how.append(sums[straight])
+        step += 1
+    if not one:
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    rank = np.argsort(np.concatenate(how), kind="stable")
+    a, b = order[np.concatenate(one)][rank], order[np.concatenate(other)][rank]
+    return _matched(a, b, len(at))
+
+
+def _divided(
+    positions: Vector, edges: Numbers, partners: tuple[Integers, Integers], k: int
+) -> tuple[Vector, Numbers, tuple[Integers, Integers]]:
+    """Divide every edge into k, which continue one another; new nodes come after those given."""
+    m, n = len(edges), len(positions)
+    tail, head = positions[edges[:, 0], None], positions[edges[:, 1], None]
+    inner = tail + (np.arange(1, k) / k)[:, None] * (head - tail)
+    numbers = np.arange(n, n + m * (k - 1), dtype=np.int32).reshape(m, k - 1)
+    chains = np.hstack([edges[:, :1], numbers, edges[:, 1:]])
+    pairs = np.stack([chains[:, :-1], chains[:, 1:]], axis=-1).reshape(-1, 2)
+    a, b = (2 * (k * (half // 2) + (k - 1) * (half % 2)) + half % 2 for half in partners)
+    before = (k * np.arange(m)[:, None] + np.arange(k - 1)).ravel()
+    both = np.concatenate([a, 2 * before + 1]), np.concatenate([b, 2 * before + 2])
+    return np.concatenate([positions, inner.reshape(-1, positions.shape[1])]), pairs, both
+
+
+def _matched(a: Integers, b: Integers, n: int) -> tuple[Integers, Integers]:
+    """Take pairs in order, without those of which one side is already taken.
+
+    In each round all pairs that come first at both their sides are taken at once.
+    """
+    taken_a, taken_b = [a[:0]], [b[:0]]
+    while len(a):
+        best = np.full(n, len(a))
+        for side in (a, b):
+            np.minimum.at(best, side, np.arange(len(a)))
+        mine = np.arange(len(a))
+        chosen = (best[a] == mine) & (best[b] == mine)
+        taken_a.append(a[chosen])
+        taken_b.append(b[chosen])
+        used = np.zeros(n, dtype=bool)
+        used[a[chosen]] = used[b[chosen]] = True
+        left = ~(used[a] | used[b])
+        a, b = a[left], b[left]
+    return np.concatenate(taken_a), np.concatenate(taken_b)
+
+
+def _turned_round(m: int, partners: tuple[Integers, Integers]) -> NDArray[np.bool_]:
+    """Find the edges to be reversed so that lines have one direction, (m,) bool.
+
+    Every edge is in a graph twice, as given (number 2 e) and reversed (2 e + 1); the
+    state that leaves through a half-edge is followed by the one that enters through its partner.
+    A line then shows up twice, once in each direction; its first edge keeps the one given.
+    """
+    import scipy.sparse as sp
+    from scipy.sparse.csgraph import connected_components
+
+    a, b = partners
+    # Leaving through half-edge h: as given if h is an end (odd).  Entering: as given if it is even.
+    leaving_a, entering_b = a ^ 1, b
+    leaving_b, entering_a = b ^ 1, a
+    rows = np.concatenate([leaving_a, leaving_b])
+    columns = np.concatenate([entering_b, entering_a])
+    graph = sp.coo_array((np.ones(len(rows), dtype=bool), (rows, columns)), shape=(2 * m, 2 * m))
+    _, line = connected_components(graph, directed=False)
+    first = np.unique(line, return_index=True)[1]
+    turned: NDArray[np.bool_] = first[line[0::2]] > first[line[1::2]]
+    return turned
+
+
+def _rows(at: Numbers, partners: tuple[Integers, Integers]) -> tuple[Numbers, Numbers]:
+    """Assign numbers to the slopes, node by node.
+
+    Returns
+    -------
+    row_nodes : (n_rows,) int32
+        Node of each slope, ascending.
+    row_of : (2 m,) int32
+        Slope of each half-edge; partners have one.
+    """
+    a, b = partners
+    owner = np.arange(len(at))
+    owner[np.maximum(a, b)] = np.minimum(a, b)
+    owners = np.flatnonzero(owner == np.arange(len(at)))
+    owners = owners[np.argsort(at[owners], kind="stable")]
+    number = np.empty(len(at), dtype=np.int32)
+    number[owners] = np.arange(len(owners), dtype=np.int32)
+    return at[owners], number[owner]
+
+
+def _mean_slopes(
+    n_rows: int, row_of: Numbers, directions: Vector, flipped: NDArray[np.bool_]
+) -> Vector:
+    """Return the unit vector of each slope: the direction of its edge, or the mean of its two."""
+    along = np.where(flipped[:, None], -directions, directions)
+    slopes = np.empty((n_rows, directions.shape[1]))
+    for d in range(directions.shape[1]):
+        slopes[:, d] = np.bincount(row_of, np.repeat(along[:, d], 2), minlength=n_rows)
+    slopes /= np.linalg.norm(slopes, axis=1)[:, None]
+    return slopes

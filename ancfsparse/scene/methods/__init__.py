@@ -1,0 +1,1 @@
+"""Methods of `Scene` that add bodies, joints and loads."""

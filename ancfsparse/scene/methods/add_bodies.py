@@ -1,0 +1,330 @@
+"""The methods of a scene that add beams and meshes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.scene.bodies.beam import Beam, BeamSpec
+from ancfsparse.scene.bodies.body import VelocityField
+from ancfsparse.scene.bodies.element_choice import slack_string
+from ancfsparse.scene.bodies.mesh import Mesh, MeshSpec
+from ancfsparse.scene.meshing.curved_beam import Shape, beam_of
+from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.records.record import specified
+from ancfsparse.scene.sections.material import Material
+from ancfsparse.scene.sections.sections import AnySection
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.geometry.curves import Angle, Direction
+    from ancfsparse.scene.geometry.splines import AnyCurve
+    from ancfsparse.scene.meshing.eigenstrain import Eigencurvature, Eigenstrain
+
+
+class Bodies(Records):
+    """Beams and meshes of a scene."""
+
+    def add_beam(
+        self,
+        element: str | ElementKind,
+        start: ArrayLike | None = None,
+        end: ArrayLike | None = None,
+        n_elements: int | str | None = None,
+        section: AnySection | None = None,
+        material: Material | None = None,
+        *,
+        curve: AnyCurve | None = None,
+        rest: str = "curved",
+        nodes: ArrayLike | None = None,
+        length: float | None = None,
+        tension: float | None = None,
+        slack: float | None = None,
+        strain: str = "green",
+        curvature: str = "axis",
+        section_strain: str = "consistent",
+        up: Direction = None,
+        twist: Angle = None,
+        offset: ArrayLike | None = None,
+        eigenstrain: Eigenstrain = None,
+        eigencurvature: Eigencurvature = None,
+        velocity: ArrayLike | VelocityField | None = None,
+        name: str | None = None,
+    ) -> Beam:
+        """Add a beam: straight and free of stress from `start` to `end`, or along a curve.
+
+        Parameters
+        ----------
+        element : str or ElementKind
+            ``"string"`` (positions alone: no bending stiffness), ``"l2t2"`` (planar cable),
+            ``"thin"`` (cable), or ``"thick"`` (beam with section vectors, so with shear and
+            torsion); or the ``ELEMENT`` of a package that
+            ``ancfsparse element`` has built from an energy of your own; or ``"auto"``: `ancf.plan`
+            chooses it for a quantity and its error.
+        start, end : array_like, shape (dim,)
+            Its two ends [m], apart from each other; left out if there is a `curve`.
+        n_elements : int or "auto"
+            Number of elements, at least 1; ``"auto"``: `ancf.plan` chooses it.  Until then handles
+            by arc length, such as ``rod.end`` and ``rod.at(s)``, are nodes at the 600th parts of
+            the length.
+        section : Rectangle, Circle, Tube, IBeam, Polygon, Taper or Section
+            Its cross-section.  A spatial cable bends alike in all directions and needs
+            ``inertia_y`` equal to ``inertia_z``.
+        material : Material
+            What it is made of.
+        curve : Arc, Helix, array_like of shape (k, dim) or callable, optional
+            Its axis: a shape, points [m] through which a cubic spline runs (closed if the last is
+            the first), or a function that maps parameters (k,) from 0 to 1 to positions (k, dim)
+            [m].  It must be smooth; weld beams at corners.  Nodes stand at equal arc lengths.
+        rest : str, optional
+            Shape in which a beam along a curve, or with a twist, is free of stress: ``"curved"``,
+            that shape, or ``"straight"``: it is bent into it and springs back.  Free of stress
+            where it is curved can be ``"thin"`` in a planar scene and ``"thick"``.
+        nodes : array_like, shape (n_elements + 1,), optional
+            Shares of the length at which nodes stand, growing from 0 to 1, in place of
+            `n_elements`.
+        length : float, optional
+            Length without stress [m].  A beam that is longer than the distance of its ends starts
+            as a catenary, which hangs in the gravity of the scene without stretching; a shorter
+            one, or one along a curve, is strained evenly.  The beam is straight without stress.
+        tension : float, optional
+            Axial force in the start [N], positive if it pulls, in place of `length`.
+        slack : float, optional
+            For ``"string"``: strain about which it goes slack [-], so that it transmits no
+            compression.  The transition is smooth: with the axial stiffness E A the force at the
+            natural length is E A slack / 4; it follows Hooke's law to a share of
+            slack^4 / 16 strain^4 in tension, and vanishes as fast in compression.  About the strain
+            under the smallest force of interest is a good choice; smaller ones make steps harder.
+        strain : str, optional
+            For ``"thin"``: ``"green"`` or ``"biot"``.
+        curvature : str, optional
+            For ``"thick"``: ``"axis"``, the paper's, without shear in the limit of fine meshes;
+            elements should stay longer than about ``b**2 / R`` where a beam of height ``b`` bends
+            to the radius ``R``.  ``"section"``, flexible in shear: Timoshenko's beam, with
+            ``r_x`` free at clamps.  Formulas are in docs/theory.md.
+        section_strain : str, optional
+            For ``"thick"``: ``"consistent"`` or ``"nodal"``.
+        up : array_like of shape (3,) or callable, optional
+            Rough direction of e_y, the height of the section, in a spatial scene: one for the whole
+            beam, or a function that maps arc lengths (k,) [m] to directions (k, 3).  The default
+            turns the section at the start as in a planar scene: e_z as near to +z as possible,
+            e_y = e_z x e_x, so a beam along +x has e_y = +y and e_z = +z, and a beam along z takes
+            e_y = +y.  From there a curve carries the section along without turning it about e_x.
+            That is y of the section; where it has an ``inertia_yz``, the e_y and e_z of results are
+            its principal axes nearest to y and z.
+        twist : float or callable, optional
+            Of a thick beam in space: angle by which the section is turned further about e_x [rad],
+            growing evenly from 0 at the start to this at the end; or a function that maps arc
+            lengths (k,) [m] to angles (k,).
+        offset : float or array_like of shape (dim - 1,), optional
+            Of a straight beam of ``"thick"`` with ``curvature="section"``: from the line between
+            `start` and `end` to the centroid of its section, y, in space (y, z), in the axes of the
+            section [m].  ``rod.start``, ``rod.end``, ``rod.node(i)`` and ``rod.at(s)`` are points
+            of the line, so joints and loads there bend the beam as well; ``rod.at(s, y=0)`` is the
+            centroid, along which gravity and distributed forces act.
+        eigenstrain : float, callable or Signal, optional
+            Elongation of the axis that it would have without stress [-], such as thermal expansion
+            times a change of temperature; or a function of the arc coordinate s [m], taken in the
+            middle of every element; or a signal such as ``Ramp(1e-3, 60.0)``, at a time the same in
+            the whole beam, whose work counts in the energy balance.  Of ``"thin"`` in a planar
+            scene and ``"thick"``.
+        eigencurvature : float, array_like of shape (2,), callable or Signal, optional
+            Likewise the turn of its sections per length [1/m], counterclockwise in the plane, about
+            e_y and e_z in space: of a strip of two layers, or with a gradient of temperature.
+        velocity : array_like of shape (dim,) or callable, optional
+            Initial velocity [m/s]: one for all, or a function that maps reference positions
+            (k, dim) [m] to velocities (k, dim).  The default is at rest.
+        name : str, optional
+            How messages call it; ``"beam 0"`` for the first beam and so on if not given, or the
+            next number that no name has.
+
+        Returns
+        -------
+        Beam
+            The handle for joints, loads and results.
+
+        Raises
+        ------
+        InputError
+            If anything does not fit, with what to give instead.
+        """
+        label = self._label(name, "beam")
+        stand_in, count = element, n_elements
+        automatic: tuple[str, ...] = ()
+        if any(isinstance(each, str) and each == "auto" for each in (element, n_elements)):
+            from ancfsparse.scene.bodies.auto_element import undecided  # few beams are
+
+            stand_in, count, automatic = undecided(element, n_elements, self.dim)
+        if slack is not None:
+            stand_in = slack_string(label, stand_in, self.dim, slack)
+        given = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
+        shape = Shape(start, end, curve, rest, length, tension, up, twist, nodes)
+        beam = beam_of(
+            label, self.gravity, stand_in, shape, count, section, material, given, velocity
+        )
+        if automatic:
+            beam = replace(beam, automatic=automatic)
+        line = beam.positions[[0, -1]]
+        if offset is not None:
+            from ancfsparse.scene.bodies.section_offsets import beside_line  # few beams are
+
+            beam = beside_line(beam, offset)
+        if eigenstrain is not None or eigencurvature is not None:
+            from ancfsparse.scene.meshing.eigenstrain import with_eigenstrain  # few beams have any
+
+            beam = with_eigenstrain(beam, eigenstrain, eigencurvature)
+        record = BeamSpec(
+            element=element,
+            start=None if start is None else line[0],
+            end=None if end is None else line[1],
+            n_elements="auto" if "n_elements" in automatic else beam.n_elements,
+            section=beam.section,
+            material=beam.material,
+            strain=strain,
+            curvature=curvature,
+            section_strain=section_strain,
+            curve=None if curve is None else _specified_curve(curve),
+            rest=rest,
+            nodes=beam.nodes,
+            length=None if length is None else float(length),
+            tension=None if tension is None else float(tension),
+            slack=None if slack is None else float(slack),
+            up=specified(up),
+            twist=twist if twist is None or callable(twist) else float(twist),
+            offset=_as_given(offset),
+            eigenstrain=_as_given(eigenstrain),
+            eigencurvature=_as_given(eigencurvature),
+            velocity=specified(velocity),
+            name=label,
+        )
+        return self._take(beam, record)
+
+    def add_mesh(
+        self,
+        nodes: ArrayLike,
+        edges: ArrayLike,
+        element: str | ElementKind,
+        section: AnySection,
+        material: Material,
+        *,
+        n_elements: int | str = 1,
+        smooth: float = 5.0,
+        slack: float | None = None,
+        strain: str = "green",
+        curvature: str = "axis",
+        section_strain: str = "consistent",
+        velocity: ArrayLike | VelocityField | None = None,
+        name: str | None = None,
+    ) -> Mesh:
+        """Add a net or lattice of cables or beams along the edges between nodes.
+
+        All edges at a node share its position.  Edges that run on through it in a line share
+        their slope and section, as the elements of one cable or beam do; all others are free to
+        turn against each other.  `add_frame` welds them instead.
+
+        Parameters
+        ----------
+        nodes : array_like, shape (n, dim)
+            Positions of the nodes [m], each of them at the end of some edge.
+        edges : array_like of int, shape (m, 2)
+            The two nodes of every edge, numbered from 0.
+        element : str or ElementKind
+            ``"string"`` (no bending stiffness, three coordinates a node in space), ``"l2t2"``
+            (planar cable), ``"thin"`` (cable) or ``"thick"`` (beam), or an element of your own, as
+            in `add_beam`; or ``"auto"``: `ancf.plan` chooses strings or cables.  In space a line of
+            ``"thick"`` with hinges at both ends may spin about its axis; its sections have e_z as
+            near to +z as possible, as in `add_beam`.
+        section : Rectangle, Circle, Tube, IBeam, Polygon or Section
+            Cross-section of all edges.  A spatial cable needs ``inertia_y`` equal to
+            ``inertia_z``.
+        material : Material
+            What they are made of.
+        n_elements : int or "auto", optional
+            Number of elements of every edge, at least 1.  Nodes inside edges are numbered after
+            those given.  ``"auto"``: `ancf.plan` chooses it; until then handles are the nodes that
+            were given, and points inside edges.
+        smooth : float, optional
+            Edges that deviate by less than this from running on straight make one cable
+            [degrees], 0 to 90.  Where several could, the straightest two are taken first, and an
+            edge is continued at most once at each end.  The shared slope is the mean of both
+            directions, so a cable with a bend starts with the stress of that bend.
+        slack : float, optional
+            For ``"string"``: strain about which it goes slack [-], as in `add_beam`.
+        strain : str, optional
+            For ``"thin"``: ``"green"`` or ``"biot"``.
+        curvature, section_strain : str, optional
+            For ``"thick"``, as in `add_beam`.
+        velocity : array_like of shape (dim,) or callable, optional
+            Initial velocity [m/s]: one for all, or a function that maps reference positions
+            (k, dim) [m] to velocities (k, dim).  The default is at rest.
+        name : str, optional
+            How messages call it; ``"mesh 0"`` if it is the first in the scene and so on.
+
+        Returns
+        -------
+        Mesh
+            The handle for joints, loads and results.
+
+        Raises
+        ------
+        InputError
+            If anything does not fit, with the first offender and how many there are.
+        """
+        from ancfsparse.scene.meshing.mesh_lines import mesh_of
+
+        label = self._label(name, "mesh")
+        given = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
+        automatic = tuple(
+            argument
+            for argument, value in (("element", element), ("n_elements", n_elements))
+            if isinstance(value, str) and value == "auto"
+        )
+        if "element" in automatic and slack is None:
+            element = "thin"
+        made = element if slack is None else slack_string(label, element, self.dim, slack)
+        mesh = mesh_of(
+            label,
+            self.dim,
+            nodes,
+            edges,
+            made,
+            section,
+            material,
+            given,
+            1 if "n_elements" in automatic else n_elements,
+            smooth,
+            velocity,
+        )
+        if automatic:
+            mesh = replace(mesh, automatic=automatic)
+        record = MeshSpec(
+            *mesh.given(),
+            "auto" if "element" in automatic else element,
+            section,
+            material,
+            "auto" if "n_elements" in automatic else mesh.n_each,
+            float(smooth),
+            None if slack is None else float(slack),
+            strain,
+            curvature,
+            section_strain,
+            specified(velocity),
+            label,
+        )
+        return self._take(mesh, record)
+
+
+def _specified_curve(curve: AnyCurve) -> AnyCurve:
+    from ancfsparse.scene.geometry.splines import specified_curve
+
+    return specified_curve(curve)
+
+
+def _as_given(value: Any) -> Any:
+    """Return a number, a vector as a tuple, or a function."""
+    if value is None or callable(value):
+        return value
+    return tuple(map(float, value)) if np.ndim(value) else float(value)

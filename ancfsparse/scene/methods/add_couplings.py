@@ -1,0 +1,363 @@
+"""The methods of a scene that prescribe or couple what joints leave free."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.checks import (
+    check_choice,
+    check_finite,
+    check_flag,
+    check_moderate,
+    check_vector,
+)
+from ancfsparse.errors import InputError, SingularSceneError
+from ancfsparse.messages import shown
+from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.joints.joint import Joint, check_end
+from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.records.record import At, OfJoint, Point, Spec, Whole, specified, text
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.bodies.beam import Beam
+    from ancfsparse.scene.bodies.mesh import Mesh
+    from ancfsparse.scene.mechanisms.gear import Gear
+    from ancfsparse.scene.mechanisms.prescribed_joint import Driven
+    from ancfsparse.scene.mechanisms.sliding_joint import Slide
+    from ancfsparse.scene.mechanisms.winch import Winch
+    from ancfsparse.scene.records.signal import Signal
+
+
+@dataclass(frozen=True, eq=False)
+class DrivenSpec(Spec):
+    """The record of `Scene.drive_joint`."""
+
+    joint: OfJoint
+    value: Any
+    rate: Callable[[float], float] | None = None
+    second_rate: Callable[[float], float] | None = None
+    of: str | None = None
+    as_constraint: bool = False
+    method = "drive_joint"
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equation follows from."""
+        kind = "drive as constraint" if self.as_constraint else "drive"
+        return f"{kind} of {made.of} ({at(self.joint)}) along {text(self.value, at)}"
+
+
+@dataclass(frozen=True, eq=False)
+class SlideSpec(Spec):
+    """The record of `Scene.slide`."""
+
+    point: Point
+    along: Whole
+    lateral: tuple[float, ...] | None = None
+    method = "slide"
+
+
+@dataclass(frozen=True, eq=False)
+class GearSpec(Spec):
+    """The record of `Scene.gear`."""
+
+    one: OfJoint
+    other: OfJoint
+    ratio: float
+    of_one: str | None = None
+    of_other: str | None = None
+    method = "gear"
+
+
+@dataclass(frozen=True, eq=False)
+class WinchSpec(Spec):
+    """The record of `Scene.winch`."""
+
+    points: tuple[Any, ...]
+    length: Any = None
+    rate: Callable[[float], float] | None = None
+    second_rate: Callable[[float], float] | None = None
+    drum: OfJoint | None = None
+    radius: float | None = None
+    method = "winch"
+    units: ClassVar = {"radius": "m"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equation follows from."""
+        points = "; ".join(text(each, at) for each in self.points)
+        length = "" if self.length is None else f", length {text(self.length, at)}"
+        drum = "" if self.drum is None else f", drum {at(self.drum)} {self.radius:.9g}"
+        return f"winch ({points}){length}{drum}"
+
+
+class Couplings(Records):
+    """Joints of a scene that act on the freedoms of others."""
+
+    def drive_joint(
+        self,
+        joint: Joint,
+        value: float | Signal | Callable[[float], float],
+        *,
+        rate: Callable[[float], float] | None = None,
+        second_rate: Callable[[float], float] | None = None,
+        of: str | None = None,
+        as_constraint: bool = False,
+    ) -> Driven:
+        """Move a joint as prescribed: a hinge by its angle, a sliding joint by its displacement.
+
+        `Trajectory.joint_force` is the moment or force that takes; its work counts in the energy
+        balance.  The angle of a planar body against the ground is prescribed by numbering where
+        other joints leave that free: angle, angular velocity and acceleration are exact then.  All
+        others are equations, whose velocities and multipliers have the error of the integrator.
+
+        Parameters
+        ----------
+        joint : Joint
+            A revolute, cylindrical or prismatic joint; in a planar scene also a pin or a connection
+            of nodes, of beams too, whose slopes then turn.
+        value : float, Signal or callable
+            The angle [rad] by which the first side of the joint is turned against the second one,
+            or the ground, right-handed about the axis, counterclockwise in the plane; it is 0 in
+            the reference shape and may count many turns.  Or the displacement of the first point
+            from the second one along the axis [m].  A signal such as
+            ``Ramp(math.pi, 0.5, smooth=True)`` or a function of t [s], whose second derivative must
+            be continuous.  `simulate` starts with that of the start.
+        rate, second_rate : callable, optional
+            Its derivatives, as `drive` takes them.
+        of : str, optional
+            ``"angle"`` or ``"displacement"``, where a joint has both.
+        as_constraint : bool, optional
+            Prescribe it by an equation in any case; `EnergyMomentum` keeps the energy to rounding
+            then.
+
+        Returns
+        -------
+        Driven
+            The drive.
+
+        Raises
+        ------
+        InputError
+            If the joint leaves nothing free that is one number, or the motion is not smooth.
+        SingularSceneError
+            If it is driven already.
+        """
+        from ancfsparse.scene.mechanisms.joint_freedoms import UNITS
+        from ancfsparse.scene.mechanisms.prescribed_joint import Driven
+
+        reference = self._joint("a drive", joint)
+        freedom = freedom_of("a drive", joint, of)
+        for other in self.joints:
+            if isinstance(other, Driven) and other.joint is joint and other.of == freedom:
+                raise SingularSceneError(
+                    f"the {freedom} of the {joint.label} is driven already: leave one drive out"
+                )
+        subject = f"the {freedom} of the {joint.label}"
+        from ancfsparse.scene.records.prescribed_motion import course_of
+
+        course = course_of(subject, 0, value, rate, second_rate, UNITS[freedom])
+        flag = check_flag("as_constraint of a drive", as_constraint)
+        record = DrivenSpec(reference, value, rate, second_rate, of, flag)
+        return self._add_partial(Driven(joint, freedom, course, flag), record)
+
+    def slide(self, point: Node, along: Beam | Mesh, *, lateral: ArrayLike | None = None) -> Slide:
+        """Let a point slide along a beam or a mesh without friction, from element to element.
+
+        Parameters
+        ----------
+        point : Node
+            The point, such as ``carriage.origin``, of another body or beam; on the axis of the
+            beam at the start.
+        along : Beam or Mesh
+            The beam, with an axis that has slopes; or a mesh, along the line that the point is on
+            at the start, straight on at crossings.  A point that comes to its end ends the run,
+            with an error that keeps the states before.
+        lateral : array_like, shape (3,), optional
+            In space a direction that the axis does not turn to, such as the horizontal one across a
+            rope; by default the axis of the first section that is nearest to it.
+
+        Returns
+        -------
+        Slide
+            The joint; `Trajectory.joint_force` is the force of the beam on the point.
+
+        Raises
+        ------
+        InputError
+            If the point is not on the beam, or of it, or on a closed line of a mesh.
+        """
+        from ancfsparse.scene.bodies.beam import Beam
+        from ancfsparse.scene.bodies.mesh import Mesh
+        from ancfsparse.scene.mechanisms.sliding_joint import Slide, elements_under
+        from ancfsparse.scene.mechanisms.two_body_joint import normals
+
+        node = self._mine("a slide", check_end("a slide", point))
+        if not isinstance(along, Beam | Mesh):
+            raise InputError(f"a slide needs a beam or a mesh to slide along, got {shown(along)}")
+        self._own("a slide", along)
+        if node.beam is along:
+            raise InputError(f"{node!r} is a point of {along.name} and cannot slide along itself")
+        if along.kind.is_string:
+            raise InputError(
+                f"{along.name} is made of strings, whose axis has corners at the nodes, and a "
+                "slide needs a smooth one: take element='thin'"
+            )
+        if isinstance(along, Beam):
+            elements, axes = np.arange(along.n_elements), np.asarray(along.axes_of(0))
+        else:
+            elements = elements_under(node, along)
+            ends = along.positions[along.row_nodes[along.ends[elements[0]]]]
+            axis = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+            axes = np.vstack([axis, normals(axis)])
+        across = axes[0]
+        if lateral is None and self.dim == 3:
+            across = axes[1:][np.argmin(np.abs(axes[1:] @ self.gravity))]
+        elif lateral is not None:
+            across = check_vector("lateral of a slide", lateral, self.dim)
+            length = float(np.linalg.norm(across))
+            if length == 0.0 or np.linalg.norm(np.cross(across, axes[0])) < 1e-3 * length:
+                raise InputError(
+                    f"lateral of a slide must be across {along.name}, got {shown(lateral)}"
+                )
+            across = across / length
+        record = SlideSpec(node.reference, Whole(along.name), specified(lateral))
+        return self._add_partial(Slide(node, along, elements, across), record)
+
+    def gear(
+        self,
+        one: Joint,
+        other: Joint,
+        ratio: float,
+        *,
+        of_one: str | None = None,
+        of_other: str | None = None,
+    ) -> Gear:
+        """Couple two joints: the first turns, or slides, `ratio` times as far as the second.
+
+        A rack and its pinion are a prismatic joint and a hinge, a screw is a cylindrical joint with
+        itself.  The energy is kept.
+
+        Parameters
+        ----------
+        one, other : Joint
+            As `drive_joint` takes them; of one joint two freedoms.
+        ratio : float
+            Angle or displacement of the first over that of the second [1, rad/m or m/rad], from the
+            reference shape on; two gears that mesh outside turn against each other: negative.
+        of_one, of_other : str, optional
+            ``"angle"`` or ``"displacement"``, where a joint has both.
+
+        Returns
+        -------
+        Gear
+            The gear.
+
+        Raises
+        ------
+        InputError
+            If a joint has no such freedom, or the ratio is zero or not finite.
+        """
+        from ancfsparse.scene.mechanisms.gear import Gear
+
+        references = self._joint("a gear", one), self._joint("a gear", other)
+        of = freedom_of("a gear", one, of_one), freedom_of("a gear", other, of_other)
+        if one is other and of[0] == of[1]:
+            raise InputError(f"a gear needs two freedoms, got the {of[0]} of the {one.label} twice")
+        by = check_finite("ratio of a gear", ratio)
+        if by == 0.0:
+            raise InputError("ratio of a gear must not be zero: the first joint would be locked")
+        check_moderate("ratio of a gear, without its sign,", abs(by), "1, rad/m or m/rad")
+        return self._add_partial(
+            Gear(one, other, of, by), GearSpec(*references, by, of_one, of_other)
+        )
+
+    def winch(
+        self,
+        points: Sequence[Node | ArrayLike],
+        *,
+        length: Signal | Callable[[float], float] | None = None,
+        rate: Callable[[float], float] | None = None,
+        second_rate: Callable[[float], float] | None = None,
+        drum: Joint | None = None,
+        radius: float | None = None,
+    ) -> Winch:
+        """Lead a massless rope without friction over points, and keep or prescribe its length.
+
+        `Trajectory.tension` is its tension, the same in all parts; the rope pushes as well as it
+        pulls, unlike that of `rope`.
+
+        Parameters
+        ----------
+        points : sequence of Node or array_like of shape (dim,)
+            Two or more, such as ``[(0, 3), hook.origin]``; one is a point of a beam or a body.
+        length : Signal or callable, optional
+            The length of the rope as a function of t [m], given as `drive` takes positions.  By
+            default it stays.
+        rate, second_rate : callable, optional
+            Its derivatives, as `drive` takes them.
+        drum : Joint, optional
+            A hinge whose angle winds the rope up, instead of a length that is prescribed; a
+            negative one lets it out.
+        radius : float, optional
+            Of the drum [m].
+
+        Returns
+        -------
+        Winch
+            The winch.
+
+        Raises
+        ------
+        InputError
+            If a point is invalid, two consecutive ones coincide, or an argument is missing.
+        """
+        from ancfsparse.scene.force_elements.ropes import points_of_rope
+        from ancfsparse.scene.mechanisms.winch import Winch
+
+        ends, apart = points_of_rope(self, "a winch", points)
+        if (drum is None) != (radius is None):
+            raise InputError("a winch needs drum and radius together, a hinge and its radius [m]")
+        if drum is not None and length is not None:
+            raise InputError("a winch has a drum or a prescribed length, not both: drive the drum")
+        if length is None and (rate is not None or second_rate is not None):
+            raise InputError("a winch has a rate and no length that changes: give length=l(t) too")
+        course, wound, by = None, None, 0.0
+        if length is not None:
+            from ancfsparse.scene.records.prescribed_motion import course_of
+
+            course = course_of("the length of the winch", 0, length, rate, second_rate)
+        if drum is not None:
+            wound, by = (
+                self._joint("a winch", drum),
+                check_moderate("radius of a drum", radius, "m"),
+            )
+            radius = by
+            freedom_of("a winch", drum, "angle")
+        places = tuple(
+            each.reference if isinstance(each, Node) else tuple(each.tolist()) for each in ends
+        )
+        record = WinchSpec(places, length, rate, second_rate, wound, radius)
+        return self._add_partial(Winch(ends, sum(apart), course, drum, by), record)
+
+
+def freedom_of(what: str, joint: Joint, of: str | None) -> str:
+    """Return the freedom of a joint that is named, or its only one."""
+    if of is not None:
+        check_choice(f"of of {what}", of, ("angle", "displacement"))
+    free = joint.freedoms
+    if not free or (of is not None and of not in free):
+        needed = {None: "an angle or a displacement", "angle": "an angle"}.get(of, "a displacement")
+        raise InputError(
+            f"{what} needs a joint with {needed}, and the {joint.label} has none: take a "
+            "revolute, cylindrical or prismatic joint, or in the plane a pin or a connection"
+        )
+    if of is None and len(free) > 1:
+        raise InputError(
+            f"{what} of the {joint.label}, which has an angle and a displacement, needs of='angle' "
+            "or of='displacement'"
+        )
+    return of or free[0]

@@ -1,0 +1,265 @@
+"""The methods of a scene that add joints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.checks import check_choice, check_flag
+from ancfsparse.errors import InputError
+from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.joints.clamp import Clamp, ClampSpec
+from ancfsparse.scene.joints.connect import Connect, ConnectSpec
+from ancfsparse.scene.joints.joint import check_end, check_other_body, check_point, check_turns
+from ancfsparse.scene.joints.pin import Pin, PinSpec
+from ancfsparse.scene.joints.prescribed_point import Drive, DriveSpec
+from ancfsparse.scene.joints.rod import SAME_PLACE, Rod, RodSpec
+from ancfsparse.scene.meshing.straight_beam import check_position, place
+from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.records.record import At, Point, Spec, specified, text
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.joints.distance import Distance
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceSpec(Spec):
+    """The record of `Scene.distance`."""
+
+    a: Point
+    b: Point
+    length: Callable[[float], float] | None = None
+    rate: Callable[[float], float] | None = None
+    second_rate: Callable[[float], float] | None = None
+    method = "distance"
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equation follows from."""
+        length = "" if self.length is None else f", length {text(self.length, at)}"
+        return f"distance ({at(self.a)}; {at(self.b)}){length}"
+
+
+class Joints(Records):
+    """Joints of a scene."""
+
+    def pin(self, node: Node, *, as_constraint: bool = False) -> Pin:
+        """Hold the position of a point where it is, leave its rotation free.
+
+        Parameters
+        ----------
+        node : Node
+            The point, for example ``rod.start`` or ``rod.at(0.3)``; inside an element it is held by
+            equations.
+        as_constraint : bool, optional
+            Hold it by constraint equations, whose multipliers are the reaction, instead of by
+            leaving its coordinates out.  The motion is the same.
+
+        Returns
+        -------
+        Pin
+            The joint.
+        """
+        own = self._mine("a pin", check_point("a pin", node))
+        check_flag("as_constraint of a pin", as_constraint)
+        return self._add(Pin(own, as_constraint), PinSpec(own.reference, as_constraint))
+
+    def clamp(self, node: Node, stretch: str = "free") -> Clamp:
+        """Hold the position and the rotation of a node; of a mesh, every slope at the node.
+
+        Parameters
+        ----------
+        node : Node
+            The node, for example ``rod.start``.
+        stretch : str, optional
+            ``"free"`` holds the section: of a cable the direction of the slope r_x, of a thick beam
+            r_y and r_z, and with ``curvature="axis"`` r_x as well, which turns with them.
+            ``"fixed"`` holds all of r_x too: a cable cannot stretch at the wall, and a beam with
+            ``curvature="section"`` can neither stretch nor shear there, which makes the first
+            element too stiff.
+
+        Returns
+        -------
+        Clamp
+            The joint.
+        """
+        check_choice("stretch of a clamp", stretch, ("free", "fixed"))
+        own = check_turns("a clamp", self._mine("a clamp", check_end("a clamp", node)))
+        return self._add(Clamp(own, stretch), ClampSpec(own.reference, stretch))
+
+    def drive(
+        self,
+        node: Node,
+        position: ArrayLike | Callable[[float], ArrayLike],
+        *,
+        rate: Callable[[float], ArrayLike] | None = None,
+        second_rate: Callable[[float], ArrayLike] | None = None,
+        as_constraint: bool = False,
+    ) -> Drive:
+        """Move the position of a point as prescribed, leave its rotation free.
+
+        The force that takes is the reaction at the node; its work counts in the energy balance.
+
+        Parameters
+        ----------
+        node : Node
+            The point, for example ``rod.start`` or ``rod.at(0.3)``.
+        position : array_like of shape (dim,), or callable
+            Where it is [m], or a function of t [s] that returns it: a signal such as
+            ``Ramp((0.1, 0.0), 0.5, smooth=True) + (2.0, 0.0)`` or a function of your own, whose
+            second derivative must be continuous.  `simulate` starts where it is at the start, and
+            with its velocity; from another place `solve_static` leads there.
+        rate, second_rate : callable, optional
+            Velocity [m/s] and acceleration [m/s2] as functions of t.  Those of a signal are known;
+            for a function without them differences over six points a step apart stand for them,
+            whose errors are of fourth order in the step; runs to an accuracy need them.
+        as_constraint : bool, optional
+            Move it by equations, whose multipliers are the reaction, instead of by prescribing its
+            coordinates.  The motion is the same.
+
+        Returns
+        -------
+        Drive
+            The joint.
+        """
+        own = self._mine("a drive", check_point("a drive", node))
+        check_flag("as_constraint of a drive", as_constraint)
+        subject = f"the position of the drive at {own!r}"
+        from ancfsparse.scene.records.prescribed_motion import course_of
+
+        course = course_of(subject, self.dim, position, rate, second_rate)
+        record = DriveSpec(own.reference, specified(position), rate, second_rate, as_constraint)
+        return self._add(Drive(own, course, as_constraint), record)
+
+    def rod(
+        self,
+        node: Node,
+        anchor: ArrayLike,
+        *,
+        length: Callable[[float], float] | None = None,
+        rate: Callable[[float], float] | None = None,
+        second_rate: Callable[[float], float] | None = None,
+    ) -> Rod:
+        """Tie a point to a fixed one with a rigid massless rod of their initial distance.
+
+        Parameters
+        ----------
+        node : Node
+            The point held.
+        anchor : array_like, shape (dim,)
+            The fixed point [m], apart from the node.
+        length : callable, optional
+            The distance as a function of t [m], for example of a rope that a winch pulls in, given
+            as `drive` takes positions, with ``rate`` [m/s] and ``second_rate`` [m/s2].  By default
+            it stays.  The rod pushes as well as it pulls.
+        rate, second_rate : callable, optional
+            Its derivatives, as `drive` takes them.
+
+        Returns
+        -------
+        Rod
+            The joint.
+        """
+        self._mine("a rod", check_point("a rod", node))
+        point = check_position(f"anchor of the rod at {node!r}", anchor, self.dim)
+        way = node.position - point
+        distance = math.sqrt(way @ way)
+        if distance <= SAME_PLACE * node.beam.size:
+            raise InputError(
+                f"the rod at {node!r} would have zero length: its anchor {place(point)} is the "
+                "node itself; to hold the node there, use pin"
+            )
+        course = None
+        if length is None and (rate is not None or second_rate is not None):
+            raise InputError(
+                f"the rod at {node!r} has a rate and no length that changes: give length=l(t) too"
+            )
+        if length is not None:
+            from ancfsparse.scene.records.prescribed_motion import course_of
+
+            course = course_of(f"the length of the rod at {node!r}", 0, length, rate, second_rate)
+        record = RodSpec(node.reference, specified(point), length, rate, second_rate)
+        return self._add(Rod(node, point, distance, course), record)
+
+    def connect(self, a: Node, b: Node, *, apart: bool = False) -> Connect:
+        """Join two points at one place, free to turn against each other.
+
+        Parameters
+        ----------
+        a, b : Node
+            Points with the same reference position, unless `apart`.
+        apart : bool, optional
+            Whether they may be apart in the reference shape.  `assemble` and `solve_static` bring
+            them together; a motion starts from what these return.
+
+        Returns
+        -------
+        Connect
+            The joint, spherical in a spatial scene, a revolute joint in a planar one.
+        """
+        self._mine("a connection", check_point("a connection", a))
+        self._mine("a connection", check_point("a connection", b))
+        if a == b:
+            raise InputError(f"a connection needs two points, got {a!r} twice")
+        check_other_body("a connection", a, b)
+        gap = float(np.linalg.norm(a.position - b.position))
+        if not check_flag("apart", apart) and gap > SAME_PLACE * max(a.beam.size, b.beam.size):
+            raise InputError(
+                f"{a!r} and {b!r} cannot be connected: they are {gap:.6g} m apart, at "
+                f"{place(a.position)} and {place(b.position)}; move one beam so that they meet, "
+                "or give apart=True and let assemble move them"
+            )
+        return self._add(Connect(a, b, apart), ConnectSpec(a.reference, b.reference, apart))
+
+    def distance(
+        self,
+        a: Node,
+        b: Node,
+        *,
+        length: Callable[[float], float] | None = None,
+        rate: Callable[[float], float] | None = None,
+        second_rate: Callable[[float], float] | None = None,
+    ) -> Distance:
+        """Keep or prescribe the distance between two points, as a rigid massless rod does.
+
+        Parameters
+        ----------
+        a, b : Node
+            Two points, apart from each other.
+        length : callable, optional
+            The distance as a function of t [m], for example of a hydraulic cylinder, given as
+            `drive` takes positions, with ``rate`` [m/s] and ``second_rate`` [m/s2].  By default it
+            stays.
+        rate, second_rate : callable, optional
+            Its derivatives, as `drive` takes them.
+
+        Returns
+        -------
+        Distance
+            The joint; to a fixed point it is `rod`.
+        """
+        from ancfsparse.scene.joints.distance import Distance
+
+        self._mine("a distance", check_point("a distance", a))
+        self._mine("a distance", check_point("a distance", b))
+        check_other_body("a distance", a, b)
+        apart = float(np.linalg.norm(a.position - b.position))
+        if apart <= SAME_PLACE * max(a.beam.size, b.beam.size):
+            raise InputError(f"{a!r} and {b!r} coincide: to keep them together, use connect")
+        course = None
+        if length is None and (rate is not None or second_rate is not None):
+            raise InputError(
+                f"the distance of {a!r} and {b!r} has a rate and no length that changes: give "
+                "length=l(t) too"
+            )
+        if length is not None:
+            subject = f"the distance of {a!r} and {b!r}"
+            from ancfsparse.scene.records.prescribed_motion import course_of
+
+            course = course_of(subject, 0, length, rate, second_rate)
+        record = DistanceSpec(a.reference, b.reference, length, rate, second_rate)
+        return self._add_partial(Distance(a, b, apart, course), record)

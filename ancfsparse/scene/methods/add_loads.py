@@ -1,0 +1,178 @@
+"""The methods of a scene that add loads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.checks import check_flag
+from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
+from ancfsparse.scene.bodies.body import ElasticBody, Node
+from ancfsparse.scene.bodies.mesh import Mesh
+from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
+from ancfsparse.scene.loads.loads import (
+    ChangingGravity,
+    ChangingGravitySpec,
+    DistributedForce,
+    DistributedForceSpec,
+    PointForce,
+    PointForceSpec,
+    PointMoment,
+    PointMomentSpec,
+)
+from ancfsparse.scene.methods.scene_base import Records
+
+
+class Loads(Records):
+    """Loads of a scene."""
+
+    def point_force(
+        self,
+        node: Node,
+        value: ArrayLike | Callable[[float], ArrayLike],
+        *,
+        follow: bool = False,
+    ) -> PointForce:
+        """Apply a force at any point of a beam or of a rigid body.
+
+        Parameters
+        ----------
+        node : Node
+            Where, for example ``rod.end`` or ``rod.at(0.3)``.
+        value : array_like, shape (dim,), or callable
+            The force [N], or a function of t [s] that returns it, such as `Ramp`, `Sine`, `Pulse`
+            or `Table`.
+        follow : bool, optional
+            Whether its components are along the axes of the section, which it follows, and not
+            along those of space: in the plane along the slope and 90 degrees to the left of it, in
+            space along the vectors r_x (the slope), r_y and r_z of a thick beam or a rigid body.  A
+            cable in space has no axis but its slope, so the force is one number.
+
+        Returns
+        -------
+        PointForce
+            The load.
+        """
+        own = self._mine("a force", check_point("a force", node))
+        if check_flag("follow", follow) and own.beam.kind.is_string and own.is_node:
+            raise InputError(
+                f"a force on {own!r} cannot follow its slope, which jumps at the nodes of a "
+                "string: take a point inside an element, or element='thin'"
+            )
+        load = PointForce(own, value, follow)
+        return self._load(load, PointForceSpec(own.reference, load.value, follow))
+
+    def point_moment(
+        self,
+        node: Node,
+        value: ArrayLike | Callable[[float], ArrayLike],
+        *,
+        follow: bool = False,
+    ) -> PointMoment:
+        """Apply a moment at a node of a beam or to a rigid body.
+
+        Parameters
+        ----------
+        node : Node
+            Where, for example ``rod.end``.
+        value : float, array_like of shape (3,), or callable
+            The moment [N m], or a function of t [s] that returns it: one number
+            about +z in a planar scene, three components in a spatial one.  A cable cannot be
+            twisted: the part of a moment along its axis does nothing.  A beam with
+            ``curvature="section"`` takes a moment on r_y and r_z, all others bend by r_x.
+        follow : bool, optional
+            Whether its axes are those of the section, r_x, r_y and r_z, which they follow, and not
+            those of space.  In the plane both are the same.
+
+        Returns
+        -------
+        PointMoment
+            The load.
+        """
+        own = check_turns("a moment", self._mine("a moment", check_node("a moment", node)))
+        load = PointMoment(own, value, check_flag("follow", follow))
+        if follow and self.dim == 3 and len(node.beam.kind.vectors) < 4:
+            raise InputError(
+                f"a moment on {node!r} cannot follow its section, which has no axis but the slope: "
+                "take element='thick', or a moment about axes of space"
+            )
+        if self.dim == 3 and node.beam.kind.is_cable and not callable(value):
+            axis, moment = node.beam.axes_of(node.beam.rows_of(node.index).start)[0], load.at(0.0)
+            if moment.any() and np.linalg.norm(np.cross(moment, axis)) <= 1e-9 * np.linalg.norm(
+                moment
+            ):
+                raise InputError(
+                    f"the moment on {node!r} is along the axis of a cable, which cannot be "
+                    "twisted: take element='thick'"
+                )
+        return self._load(load, PointMomentSpec(own.reference, load.value, follow))
+
+    def distributed_force(
+        self,
+        beam: ElasticBody,
+        value: ArrayLike | Callable[[float], ArrayLike],
+        *,
+        shape: Callable[[float], float] | None = None,
+        follow: bool = False,
+    ) -> DistributedForce:
+        """Apply a force per reference length along a whole beam or mesh.
+
+        Parameters
+        ----------
+        beam : Beam or Mesh
+            Where.
+        value : array_like, shape (dim,), or callable
+            The force per length [N/m], or a function of t [s] that returns it, such as `Ramp`,
+            `Sine`, `Pulse` or `Table`.
+        shape : callable, optional
+            A factor of it along a beam, a function of the arc coordinate s [m], from 0 at the start
+            to the length, that returns a number.  It is integrated by five Gauss points in every
+            element.
+        follow : bool, optional
+            Whether its components are along the axes of the sections, as in `point_force`; in the
+            plane ``(0, p)`` is a pressure from the right-hand side of the beam.  It stays a force
+            per reference length.
+
+        Returns
+        -------
+        DistributedForce
+            The load.
+        """
+        if not isinstance(beam, ElasticBody):
+            raise InputError(f"a distributed force needs a beam of the scene, got {shown(beam)}")
+        own = self._own("a distributed force", beam)
+        if shape is not None and not callable(shape):
+            raise InputError(
+                f"shape must be a function of the arc coordinate in m, got {shown(shape)}"
+            )
+        if shape is not None and isinstance(beam, Mesh):
+            raise InputError(
+                f"shape is a function of the arc coordinate, and the mesh {beam.name} has no such "
+                "coordinate: load it uniformly, or by forces on points"
+            )
+        load = DistributedForce(own, value, shape, check_flag("follow", follow))
+        load.factors(np.array([0.0, beam.length]))
+        return self._load(load, DistributedForceSpec(beam.reference, load.value, shape, follow))
+
+    def changing_gravity(self, value: ArrayLike | Callable[[float], ArrayLike]) -> ChangingGravity:
+        """Apply gravity that changes with time, in addition to the constant one of the scene.
+
+        In a frame that accelerates by a(t), such as a vehicle, a lift or a shaken table, it is
+        ``-a(t)``, and positions and velocities are those relative to the frame.
+
+        Parameters
+        ----------
+        value : array_like, shape (dim,), or callable
+            The acceleration [m/s2], or a function of t [s] that returns it, such as `Ramp`, `Sine`,
+            `Pulse` or `Table`.
+
+        Returns
+        -------
+        ChangingGravity
+            The load, on all masses; its work is that of a load.
+        """
+        load = ChangingGravity(self.dim, value)
+        return self._load(load, ChangingGravitySpec(load.value))

@@ -1,0 +1,399 @@
+"""The methods of a scene that add joints between bodies, beams and the ground.
+
+The joints themselves are loaded where a scene has one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.checks import check_choice, check_vector
+from ancfsparse.errors import InputError
+from ancfsparse.messages import shown
+from ancfsparse.scene.bodies.body import Node, Vector
+from ancfsparse.scene.joints.joint import check_end, check_other_body, check_turns
+from ancfsparse.scene.joints.rod import SAME_PLACE
+from ancfsparse.scene.meshing.straight_beam import place
+from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.records.record import At, Point, Spec, text
+
+if TYPE_CHECKING:
+    from ancfsparse.kernels.catalog import ElementKind
+    from ancfsparse.scene.mechanisms.two_body_joint import (
+        Between,
+        Cylindrical,
+        Prismatic,
+        Revolute,
+        Universal,
+    )
+    from ancfsparse.scene.mechanisms.weld import Weld
+    from ancfsparse.scene.methods.add_frames import Frame
+    from ancfsparse.scene.scene import Scene
+    from ancfsparse.scene.sections.material import Material
+    from ancfsparse.scene.sections.sections import AnySection
+
+Kind = TypeVar("Kind", bound="Between")
+
+# Deviation from a right angle that is taken for rounding [rad].
+OFF = 1e-9
+# Deviation of the length of a unit vector from 1 that is taken for rounding.
+UNIT = 8.0 * np.finfo(float).eps
+
+
+@dataclass(frozen=True, eq=False)
+class BetweenSpec(Spec):
+    """A record of a joint between two points."""
+
+    a: Point
+    b: Point | None = None
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its equations follow from."""
+        other = "ground" if self.b is None else at(self.b)
+        more = "".join(
+            f", {name} {text(each, at)}" for name, each in self.given.items() if name not in "ab"
+        )
+        return f"{self.method} ({at(self.a)}; {other}){more}"
+
+
+@dataclass(frozen=True, eq=False)
+class RevoluteSpec(BetweenSpec):
+    """The record of `Scene.revolute`."""
+
+    axis: tuple[float, ...] | None = None
+    method = "revolute"
+
+
+@dataclass(frozen=True, eq=False)
+class UniversalSpec(BetweenSpec):
+    """The record of `Scene.universal`."""
+
+    axis_a: tuple[float, ...] | None = None
+    axis_b: tuple[float, ...] | None = None
+    method = "universal"
+
+
+@dataclass(frozen=True, eq=False)
+class CylindricalSpec(BetweenSpec):
+    """The record of `Scene.cylindrical`."""
+
+    axis: tuple[float, ...] | None = None
+    method = "cylindrical"
+
+
+@dataclass(frozen=True, eq=False)
+class PrismaticSpec(BetweenSpec):
+    """The record of `Scene.prismatic`."""
+
+    axis: tuple[float, ...] | None = None
+    method = "prismatic"
+
+
+@dataclass(frozen=True, eq=False)
+class WeldSpec(BetweenSpec):
+    """The record of `Scene.weld`."""
+
+    stretch: str = "free"
+    method = "weld"
+
+
+class Mechanisms(Records):
+    """Joints of a scene that hold directions, or a point on a line."""
+
+    def revolute(
+        self, a: Node, b: Node | None = None, *, axis: ArrayLike | None = None
+    ) -> Revolute:
+        """Join two points by a hinge: they coincide and turn about one axis of both.
+
+        In a planar scene that is `connect`, or `pin` to the ground.
+
+        Parameters
+        ----------
+        a : Node
+            A point, for example ``crank.end``.
+        b : Node, optional
+            The other one, at the same place; without it the ground.
+        axis : array_like, shape (3,)
+            Direction of the axis in the reference shape.
+
+        Returns
+        -------
+        Revolute
+            The joint.  Where the axis is one of the vectors of both bodies, or of the one at the
+            ground, and the points are their origins, it is made by numbering.
+        """
+        from ancfsparse.scene.mechanisms.two_body_joint import Revolute, normals
+
+        self._check_spatial("revolute", "connect, or pin to the ground")
+        ends = self._ends("a revolute joint", a, b)
+        along = self._axis("a revolute joint", axis)
+        return self._between(Revolute, RevoluteSpec, ends, (along,), (along, *normals(along)))
+
+    def universal(
+        self,
+        a: Node,
+        b: Node | None = None,
+        *,
+        axis_a: ArrayLike | None = None,
+        axis_b: ArrayLike | None = None,
+    ) -> Universal:
+        """Join two points; an axis of the first stays at a right angle to one of the second.
+
+        Parameters
+        ----------
+        a, b
+            As in `revolute`.
+        axis_a, axis_b : array_like, shape (3,)
+            Directions in the reference shape, at a right angle, fixed in `a` and in `b`.
+
+        Returns
+        -------
+        Universal
+            The joint.
+        """
+        from ancfsparse.scene.mechanisms.two_body_joint import Universal
+
+        self._check_spatial("universal", "connect")
+        ends = self._ends("a universal joint", a, b)
+        one = self._axis("a universal joint", axis_a, "axis_a")
+        other = self._axis("a universal joint", axis_b, "axis_b")
+        if abs(one @ other) > OFF:
+            angle = float(np.degrees(np.arccos(np.clip(one @ other, -1.0, 1.0))))
+            raise InputError(
+                f"the axes of a universal joint must be at a right angle, got {angle:.6g} degrees"
+            )
+        return self._between(Universal, UniversalSpec, ends, (one, other), ((one,), (other,)))
+
+    def cylindrical(
+        self, a: Node, b: Node | None = None, *, axis: ArrayLike | None = None
+    ) -> Cylindrical:
+        """Let a point slide along an axis of both bodies and turn about it.
+
+        Parameters
+        ----------
+        a, b
+            As in `revolute`; `a` is on the line through `b` along the axis.
+        axis : array_like, shape (3,)
+            Direction of the axis in the reference shape.
+
+        Returns
+        -------
+        Cylindrical
+            The joint.  Where the axis is one of space and the origin of a body slides beside the
+            ground, its place across the axis is held by numbering.
+        """
+        from ancfsparse.scene.mechanisms.two_body_joint import Cylindrical, normals
+
+        self._check_spatial("cylindrical", "prismatic")
+        ends = self._ends("a cylindrical joint", a, b, apart=True)
+        along = self._axis("a cylindrical joint", axis)
+        self._check_line("a cylindrical joint", *ends, along)
+        return self._between(Cylindrical, CylindricalSpec, ends, (along,), (along, *normals(along)))
+
+    def prismatic(self, a: Node, b: Node | None = None, *, axis: ArrayLike) -> Prismatic:
+        """Let a point slide along an axis without turning.
+
+        Parameters
+        ----------
+        a, b
+            As in `revolute`; `a` is on the line through `b` along the axis.
+        axis : array_like, shape (dim,)
+            Direction of the axis in the reference shape, which turns with `b`.
+
+        Returns
+        -------
+        Prismatic
+            The joint.  Where the axis is one of space and the origin of a body slides beside the
+            ground, its place across the axis is held by numbering.
+        """
+        from ancfsparse.scene.mechanisms.two_body_joint import Prismatic, normals
+
+        ends = self._ends("a prismatic joint", a, b, apart=True)
+        along = self._axis("a prismatic joint", axis)
+        self._check_line("a prismatic joint", *ends, along)
+        needed = (along, *normals(along))
+        return self._between(Prismatic, PrismaticSpec, ends, (along,), (needed, needed))
+
+    def weld(self, a: Node, b: Node | None = None, *, stretch: str = "free") -> Weld:
+        """Join two points without relative rotation.
+
+        At a beam it holds the section, as a clamp does; at a cable in space the direction of the
+        axis.  Where thick beams meet at an angle, or a thick beam and a cable, the section there
+        keeps its shape.
+
+        Parameters
+        ----------
+        a, b
+            As in `revolute`.
+        stretch : str, optional
+            ``"free"`` leaves beams free to stretch there; ``"fixed"`` holds their slope r_x too: to
+            its reference length at a body or the ground, to the same stretch as that of another
+            beam.  Two cables in space whose axes are in line can be welded by ``"fixed"`` alone.
+
+        Returns
+        -------
+        Weld
+            The joint.
+        """
+        from ancfsparse.scene.joints.frame_vectors import spans
+        from ancfsparse.scene.mechanisms.weld import Weld
+
+        ends = self._ends("a weld", a, b)
+        beams = [check_turns("a weld", node) for node in ends if node and node.beam.n_elements]
+        cables = [each for each in beams if not spans(each, each.beam.axes_of(0)[-1])]
+        check_choice("stretch of a weld", stretch, ("free", "fixed"))
+        if self.dim == 3 and len(cables) == 2 and not self._in_line(cables, stretch):
+            raise InputError(
+                f"{a!r} and {b!r} cannot be welded: the coordinates of cables in space do not "
+                "include rotation about their axes; take element='thick', weld both to a rigid "
+                "body, or in line stretch='fixed'"
+            )
+        joint = Weld(*ends, stretch=stretch)
+        return self._add(joint, WeldSpec(a.reference, None if b is None else b.reference, stretch))
+
+    def add_frame(
+        self,
+        nodes: ArrayLike,
+        edges: ArrayLike | None,
+        element: str | ElementKind,
+        n_elements: int,
+        section: AnySection,
+        material: Material,
+        *,
+        up: ArrayLike | None = None,
+        strain: str = "green",
+        curvature: str = "axis",
+        section_strain: str = "consistent",
+        name: str | None = None,
+    ) -> Frame:
+        """Add beams between nodes, straight and free of stress, and weld them where they meet.
+
+        Parameters
+        ----------
+        nodes : array_like, shape (n, dim)
+            Positions of the nodes [m], each of them at the end of some edge.
+        edges : array_like of int, shape (m, 2), or None
+            The two nodes of every beam, numbered from 0; None for a polyline from node to node.
+        element : str or ElementKind
+            ``"thick"``, or in the plane also ``"thin"`` and ``"l2t2"``.
+        n_elements : int
+            Number of elements of every beam.
+        section : Rectangle, Circle, Tube, IBeam, Polygon, Taper or Section
+            Cross-section of all beams.
+        material : Material
+            What they are made of.
+        up : array_like, shape (3,) or (m, 3), optional
+            Rough direction of e_y of all sections in space, or of those of each edge, as in
+            `add_beam`.
+        strain, curvature, section_strain : str, optional
+            As in `add_beam`.
+        name : str, optional
+            How messages call it; ``"frame 0"`` if it is the first in the scene and so on.
+
+        Returns
+        -------
+        Frame
+            Its `beams`, and handles by `node` and `at`.
+
+        Raises
+        ------
+        InputError
+            If anything does not fit; nothing has been added then.
+
+        Notes
+        -----
+        It stands for calls of `add_beam` and `weld`, which are what the scene records.  Beams of
+        several sections are welded likewise by hand.
+        """
+        from ancfsparse.scene.methods.add_frames import frame_of
+
+        scene, label = cast("Scene", self), self._label(name, "frame")
+        options = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
+        return frame_of(
+            scene, label, nodes, edges, element, n_elements, section, material, up, options
+        )
+
+    @staticmethod
+    def _in_line(cables: list[Node], stretch: str) -> bool:
+        """Whether two cables have one tangent, which one slope is then."""
+        from ancfsparse.scene.joints.frame_vectors import frame_at, spans
+
+        return stretch == "fixed" and spans(cables[0], frame_at(cables[1])[0])
+
+    def _check_spatial(self, name: str, instead: str) -> None:
+        if self.dim == 2:
+            raise InputError(f"a {name} joint needs a spatial scene; in a planar one use {instead}")
+
+    def _ends(
+        self, what: str, a: Node, b: Node | None, apart: bool = False
+    ) -> tuple[Node, Node | None]:
+        """Return the checked ends of a joint, which meet unless they may be apart."""
+        one = self._mine(what, check_end(what, a))
+        if b is None:
+            return one, None
+        other = self._mine(what, check_end(what, b))
+        if one == other:
+            raise InputError(f"{what} needs two points, got {a!r} twice")
+        check_other_body(what, one, other)
+        gap = float(np.linalg.norm(one.position - other.position))
+        if not apart and gap > SAME_PLACE * max(one.beam.size, other.beam.size):
+            raise InputError(
+                f"{what} cannot join {a!r} and {b!r}: they are {gap:.6g} m apart, at "
+                f"{place(one.position)} and {place(other.position)}"
+            )
+        return one, other
+
+    def _axis(self, what: str, axis: ArrayLike | None, name: str = "axis") -> Vector:
+        if axis is None:  # not a TypeError of Python's, so that planar scenes are refused first
+            raise InputError(f"{what} needs {name}, its direction in the reference shape")
+        given = check_vector(f"the axis of {what}", axis, self.dim)
+        length = math.hypot(*given)  # does not overflow on the way
+        if not 0.0 < length < math.inf:
+            raise InputError(f"the axis of {what} has no direction, got {shown(axis)}")
+        # A unit vector stays as it is, so that copies and files of a scene equal it.
+        return given if abs(length - 1.0) <= UNIT else np.asarray(given / length)
+
+    @staticmethod
+    def _check_line(what: str, a: Node, b: Node | None, axis: Vector) -> None:
+        if b is None:
+            return
+        way = a.position - b.position
+        off = float(np.linalg.norm(way - (way @ axis) * axis))
+        if off > SAME_PLACE * max(a.beam.size, b.beam.size):
+            raise InputError(
+                f"{what} needs {a!r} on the line through {b!r} along its axis, but it is "
+                f"{off:.6g} m off"
+            )
+
+    def _between(
+        self,
+        kind: type[Kind],
+        spec: type[BetweenSpec],
+        ends: tuple[Node, Node | None],
+        axes: tuple[Vector, ...],
+        needed: Any,
+    ) -> Kind:
+        """Add a joint whose ends have the directions that it needs."""
+        from ancfsparse.scene.joints.frame_vectors import spans
+
+        of_each = needed if isinstance(needed[0], tuple) else (needed[:1], needed[1:])
+        a, b = ends
+        for node, directions in zip(ends, of_each, strict=True):
+            if node is not None and not all(spans(node, each) for each in directions):
+                raise InputError(
+                    f"the {kind.name} joint needs directions of {node!r} that it does not have: a "
+                    "thin rod or a cable has only that of its axis; exchange the two ends, or "
+                    "give the body an inertia"
+                )
+        joint = kind(a, b, axes)
+        names = ("axis",) if len(axes) == 1 else ("axis_a", "axis_b")
+        given: dict[str, Any] = dict(zip(names, axes, strict=True))
+        record = spec(a.reference, None if b is None else b.reference, **given)
+        if joint.is_point:
+            return self._add(joint, record)
+        return self._add_partial(joint, record)

@@ -1,0 +1,305 @@
+"""The method of a scene that adds rigid bodies, and the checks of its arguments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.checks import (
+    check_finite,
+    check_moderate,
+    check_positive,
+    check_reals,
+    check_vector,
+)
+from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import RIGID, rigid_kind
+from ancfsparse.messages import shown
+from ancfsparse.scene.bodies.body import Vector
+from ancfsparse.scene.force_elements.masses import second_moments
+from ancfsparse.scene.meshing.straight_beam import check_position
+from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.records.record import Spec, specified
+from ancfsparse.scene.records.transferable_functions import RigidMotion
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.bodies.rigid_body import RigidBody
+    from ancfsparse.scene.bodies.rigid_shapes import Shape
+
+# Relative deviation of inertias, unit vectors and right angles that is taken for rounding.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class BodySpec(Spec):
+    """The record of `Scene.add_body`."""
+
+    shape: Shape | None
+    position: tuple[float, ...]
+    mass: float | None = None
+    density: float | None = None
+    centre: tuple[float, ...] | None = None
+    inertia: Any = None
+    orientation: Any = None
+    velocity: tuple[float, ...] | None = None
+    angular_velocity: Any = None
+    name: str | None = None
+    method = "add_body"
+    units: ClassVar = {
+        "position": "m",
+        "mass": "kg",
+        "density": "kg/m3",
+        "centre": "m",
+        "inertia": "kg m2",
+        "velocity": "m/s",
+        "angular_velocity": "rad/s",
+    }
+
+
+class RigidBodies(Records):
+    """Rigid bodies of a scene."""
+
+    def add_body(
+        self,
+        shape: Shape | None = None,
+        *,
+        position: ArrayLike,
+        mass: float | None = None,
+        density: float | None = None,
+        centre: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
+        orientation: ArrayLike | None = None,
+        velocity: ArrayLike | None = None,
+        angular_velocity: ArrayLike | None = None,
+        name: str | None = None,
+    ) -> RigidBody:
+        """Add a rigid body.
+
+        Its frame may have its origin anywhere.  A joint at the origin is made by numbering, a joint
+        at another point of the body by equations.
+
+        Parameters
+        ----------
+        shape : Box, Cylinder, Sphere or Rod, optional
+            Its shape, of uniform density; else give `inertia`.  A rod begins at the origin, all
+            others have their centre there.
+        position : array_like, shape (dim,)
+            Position of the origin of its frame at the start [m].
+        mass : float, optional
+            Its mass [kg], positive.
+        density : float, optional
+            Of a shape instead of the mass [kg/m3].
+        centre : array_like, shape (dim,), optional
+            Its centre of mass in its frame [m], instead of that of the shape or the origin.
+            Pictures show a shape around it, but a rod from the origin.
+        inertia : float, array_like of shape (3,) or (3, 3), optional
+            Moments of inertia about its centre of mass [kg m2]: in a planar scene one number; in
+            space the principal moments about the axes of its frame, or the whole tensor in it, with
+            minus the products of inertia off the diagonal.
+        orientation : float or array_like of shape (4,) or (3, 3), optional
+            Rotation of its frame at the start: in a planar scene an angle [rad]; in space a unit
+            quaternion (real part first) or a matrix with the axes of the frame as columns.
+        velocity : array_like, shape (dim,), optional
+            Initial velocity of the origin of its frame [m/s].
+        angular_velocity : float or array_like of shape (3,), optional
+            Initial angular velocity along the axes of space [rad/s]; in the plane counterclockwise.
+        name : str, optional
+            Its name in messages; by default ``"body 0"`` for the first in the scene, and so on.
+
+        Returns
+        -------
+        RigidBody
+            The handle for joints, loads and results.
+
+        Raises
+        ------
+        InputError
+            If an argument is invalid, such as an inertia that no body can have.
+        """
+        from ancfsparse.scene.bodies.rigid_body import RigidBody
+        from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
+
+        label = self._label(name, "body")
+        dim = self.dim
+        if shape is not None and not isinstance(shape, Box | Cylinder | Sphere | Rod):
+            raise InputError(
+                f"the shape of {label} must be a Box, Cylinder, Sphere or Rod, got {shown(shape)}"
+            )
+        weight = _mass(label, shape, mass, density)
+        where = np.zeros(dim) if shape is None else shape.centre[:dim]
+        if centre is not None:
+            where = check_position(f"centre of {label}", centre, dim)
+        second = _second_moments(label, dim, shape, weight, inertia)
+        n_vectors = 1 if shape is not None and shape.is_line else dim
+        if where[n_vectors:].any():
+            raise InputError(
+                f"centre of {label} is off the line of its rod, at {shown(tuple(where))}: give the "
+                "body an inertia instead of the shape Rod"
+            )
+        spread = np.zeros((n_vectors + 1, n_vectors + 1))
+        arm = np.append(1.0, where[:n_vectors])
+        spread[1:, 1:] = second[:n_vectors, :n_vectors]
+        spread += weight * np.outer(arm, arm)
+        axes = _axes(label, dim, orientation)
+        origin = check_position(f"position of {label}", position, dim)[None].copy()
+        spin = _spin(label, dim, angular_velocity)
+        moving = np.zeros(dim)
+        if velocity is not None:
+            moving = check_vector(f"velocity of {label}", velocity, dim, "m/s")
+        if n_vectors < dim and dim == 3:
+            spin = _across(spin, axes[0])
+        arrays = origin, axes[None, :n_vectors].copy(), spread
+        for array in arrays:
+            array.flags.writeable = False
+        body = RigidBody(
+            name=label,
+            element=RIGID,
+            options={"vectors": str(n_vectors)},
+            kind=rigid_kind(dim, n_vectors),
+            positions=arrays[0],
+            n_each=0,
+            lengths=np.empty(0),
+            row_nodes=np.zeros(1, dtype=np.int32),
+            ends=np.empty((0, 2), dtype=np.int32),
+            vectors=arrays[1],
+            velocity=RigidMotion(origin[0], moving, spin),
+            mass=weight,
+            spread=arrays[2],
+            shape=shape,
+        )
+        record = BodySpec(
+            shape,
+            specified(position),
+            _specified(mass),
+            _specified(density),
+            specified(centre),
+            _specified(inertia),
+            _specified(orientation),
+            specified(velocity),
+            _specified(angular_velocity),
+            label,
+        )
+        return self._take(body, record)
+
+
+def _mass(label: str, shape: Shape | None, mass: float | None, density: float | None) -> float:
+    if (mass is None) == (density is None):
+        given = "neither" if mass is None else "both"
+        raise InputError(f"{label} needs its mass or its density, got {given}")
+    if density is None:
+        return check_moderate(f"mass of {label}", mass, "kg")
+    if shape is None or shape.volume == 0.0:
+        raise InputError(
+            f"{label} has a density and no volume: give its mass"
+            + (", or a Box, Cylinder or Sphere as its shape" if shape is None else "")
+        )
+    value = check_positive(f"density of {label}", density, "kg/m3") * shape.volume
+    return check_moderate(f"mass of {label}", value, "kg")
+
+
+def _second_moments(
+    label: str, dim: int, shape: Shape | None, mass: float, inertia: ArrayLike | None
+) -> Vector:
+    """Return the integral of x x^T over the mass about the centre, (dim, dim) [kg m2]."""
+    what = f"inertia of {label}"
+    if (shape is None) == (inertia is None):
+        given = "neither" if shape is None else "both"
+        raise InputError(f"{label} needs a shape or its inertia about its centre, got {given}")
+    if shape is not None:
+        return np.asarray(mass * shape.spread[:dim, :dim])
+    if dim == 2:
+        # In the plane any division of the moment between the two vectors is the same rotation.
+        return 0.5 * check_moderate(what, inertia, "kg m2") * np.eye(2)
+    moments = check_reals(what, inertia, "3 principal moments or a 3 x 3 tensor")
+    if moments.shape not in ((3,), (3, 3)) or not np.isfinite(moments).all():
+        raise InputError(
+            f"{what} must be 3 principal moments or a 3 x 3 tensor of finite numbers [kg m2], got "
+            f"{shown(inertia)}"
+        )
+    tensor = np.diag(moments) if moments.ndim == 1 else moments
+    largest = check_moderate(f"largest moment of the {what}", np.abs(tensor).max(), "kg m2")
+    if np.abs(tensor - tensor.T).max() > ROUNDING * largest:
+        raise InputError(f"{what} must be symmetric, got {shown(inertia)}")
+    principal = np.linalg.eigvalsh(tensor)
+    if principal[0] <= ROUNDING * principal[2]:
+        raise InputError(
+            f"{what} has the principal moments {_listed(principal)} kg m2, and all three must be "
+            "positive; a thin rod, which has none about its axis, is the shape Rod(length)"
+        )
+    if principal[0] + principal[1] < (1.0 - ROUNDING) * principal[2]:
+        raise InputError(
+            f"{what} violates the triangle inequality: the largest principal moment is at most the "
+            f"sum of the other two, got {_listed(principal)} kg m2"
+        )
+    return second_moments(0.5 * (tensor + tensor.T))
+
+
+def _specified(value: ArrayLike | None) -> Any:
+    """Return a number, a vector or a matrix that was given, as data."""
+    if value is None or np.ndim(value):
+        return specified(value)
+    return check_finite("a number", value)  # single precision: the decimal that the body has too
+
+
+def _listed(values: Iterable[float]) -> str:
+    return ", ".join(f"{each:.6g}" for each in values)
+
+
+def _axes(label: str, dim: int, orientation: ArrayLike | None) -> Vector:
+    """Return the unit vectors of a frame in rows, (dim, dim)."""
+    what = f"orientation of {label}"
+    if orientation is None:
+        return np.eye(dim)
+    if dim == 2:
+        angle = check_finite(what, orientation, "rad")
+        c, s = np.cos(angle), np.sin(angle)
+        return np.array([[c, s], [-s, c]])
+    needed = "a unit quaternion (4 numbers) or a rotation matrix (3 x 3)"
+    given = check_reals(what, orientation, needed)
+    if given.shape not in ((4,), (3, 3)) or not np.isfinite(given).all():
+        raise InputError(f"{what} must be {needed}, got {shown(orientation)}")
+    if given.shape == (4,):
+        norm = float(np.linalg.norm(given))
+        if abs(norm - 1.0) > ROUNDING:
+            raise InputError(f"{what} must be a unit quaternion, got one of length {norm:.9g}")
+        return _matrix(given / norm).T
+    off = float(np.abs(given.T @ given - np.eye(3)).max())
+    if off > ROUNDING:
+        raise InputError(f"{what} must have orthonormal columns, but they are off by {off:.3g}")
+    if np.linalg.det(given) < 0.0:
+        raise InputError(f"{what} is left-handed, a reflection: change the sign of one column")
+    left, _, right = np.linalg.svd(given)
+    return np.asarray((left @ right).T)
+
+
+def _matrix(quaternion: Vector) -> Vector:
+    """Return the rotation matrix of a unit quaternion, real part first, (3, 3)."""
+    w, x, y, z = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _spin(label: str, dim: int, angular_velocity: ArrayLike | None) -> Vector:
+    """Return the skew matrix of an angular velocity, (dim, dim) [rad/s]."""
+    what = f"angular velocity of {label}"
+    if angular_velocity is None:
+        return np.zeros((dim, dim))
+    if dim == 2:
+        return check_finite(what, angular_velocity, "rad/s") * np.array([[0.0, -1.0], [1.0, 0.0]])
+    x, y, z = check_vector(what, angular_velocity, 3, "rad/s")
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _across(spin: Vector, axis: Vector) -> Vector:
+    """Leave out the spin of a rod about itself, which its coordinates do not include."""
+    rate = spin @ axis
+    return np.asarray(np.outer(rate, axis) - np.outer(axis, rate))

@@ -1,0 +1,185 @@
+"""The records of a scene, and the handles that were built from them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import check_vector
+from ancfsparse.errors import InputError
+from ancfsparse.messages import shown, suggest
+from ancfsparse.scene.bodies.body import Body, ElasticBody, Node
+from ancfsparse.scene.joints.constrained_points import Holds
+from ancfsparse.scene.joints.joint import Joint
+from ancfsparse.scene.loads.attachment import Attached
+from ancfsparse.scene.loads.loads import Load
+from ancfsparse.scene.records.record import OfJoint, Spec
+
+AnyBody = TypeVar("AnyBody", bound=Body)
+AnyJoint = TypeVar("AnyJoint", bound=Joint)
+AnyLoad = TypeVar("AnyLoad", bound=Load)
+Thing = TypeVar("Thing", bound=Attached)
+
+
+class Records:
+    """What was specified, in one gravity field, and the handles built from it.
+
+    Parameters
+    ----------
+    gravity : array_like, shape (2,) or (3,)
+        Acceleration of gravity [m/s2].  Two components make the scene planar, three spatial.
+    """
+
+    def __init__(self, gravity: ArrayLike) -> None:
+        try:
+            size = np.shape(gravity)
+        except ValueError:  # rows that differ
+            size = ()
+        if size not in ((2,), (3,)):
+            raise InputError(
+                "gravity must have 2 components (planar scene) or 3 (spatial), got "
+                f"{shown(gravity)}"
+            )
+        self.dim: int = size[0]
+        self._gravity: NDArray[np.float64] = check_vector("gravity", gravity, self.dim, "m/s2")
+        self.bodies: list[Body] = []
+        self.joints: list[Joint] = []
+        self.loads: list[Load] = []
+        self.attached: list[Attached] = []
+        self._bodies: dict[str, Body] = {}
+        self._built: dict[object, Spec] = {}
+        self._holds = Holds()
+
+    @property
+    def gravity(self) -> NDArray[np.float64]:
+        """Acceleration of gravity [m/s2], shape (dim,), read-only."""
+        return self._gravity
+
+    @property
+    def beams(self) -> list[ElasticBody]:
+        """Beams and meshes, in the order they were added."""
+        return [body for body in self.bodies if isinstance(body, ElasticBody)]
+
+    def body(self, name: str) -> Body:
+        """Return the handle of a beam, a mesh or a rigid body.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+
+        Raises
+        ------
+        InputError
+            If no body has this name.
+        """
+        if not isinstance(name, str) or name not in self._bodies:
+            raise InputError(f"the scene has no body {shown(name)}: {suggest(name, self._bodies)}")
+        return self._bodies[name]
+
+    @property
+    def records(self) -> tuple[Spec, ...]:
+        """What was specified, in the order of the calls."""
+        return tuple(self._built.values())
+
+    def record_of(self, handle: object) -> Spec:
+        """Return the record that a handle was built from.
+
+        Parameters
+        ----------
+        handle : Body, Joint, Load or Attached
+            What a method of this scene has returned.
+
+        Raises
+        ------
+        InputError
+            If it is of another scene, or no handle.
+        """
+        try:
+            return self._built[handle]
+        except (KeyError, TypeError):  # or what has no hash
+            raise InputError(
+                "what a scene recorded is found by a handle that a method of this scene returned, "
+                f"such as a beam, a joint or a load, got {shown(handle)}"
+            ) from None
+
+    def _take(self, body: AnyBody, record: Spec) -> AnyBody:
+        if isinstance(body, ElasticBody):
+            _check_range(body)
+        self.bodies.append(body)
+        self._bodies[body.name] = body
+        self._record(record, body)
+        return body
+
+    def _add(self, joint: AnyJoint, record: Spec) -> AnyJoint:
+        self._holds.add(joint)
+        return self._add_partial(joint, record)
+
+    def _add_partial(self, joint: AnyJoint, record: Spec) -> AnyJoint:
+        """Add a joint that leaves its points free to move, so others may hold them too."""
+        self.joints.append(joint)
+        self._record(record, joint)
+        return joint
+
+    def _load(self, load: AnyLoad, record: Spec) -> AnyLoad:
+        self.loads.append(load)
+        self._record(record, load)
+        return load
+
+    def _attach(self, thing: Thing, record: Spec) -> Thing:
+        self.attached.append(thing)
+        self._record(record, thing)
+        return thing
+
+    def _record(self, record: Spec, handle: object) -> None:
+        self._built[handle] = record
+
+    def _label(self, name: str | None, kind: str) -> str:
+        free = (f"{kind} {i}" for i in itertools.count(len(self.bodies)))
+        label = next(each for each in free if each not in self._bodies) if name is None else name
+        if not isinstance(label, str) or not label.strip():
+            raise InputError(f"the name of a {kind} must be a non-empty string, got {shown(name)}")
+        if label in self._bodies:
+            raise InputError(f"the scene already has a body named {label!r}: give another name")
+        return label
+
+    def _own(self, what: str, body: AnyBody) -> AnyBody:
+        if body not in self._built:
+            raise InputError(
+                f"{what} was given {body.name} of another scene: use a handle that a method of "
+                "this scene returned"
+            )
+        return body
+
+    def _joint(self, what: str, joint: object) -> OfJoint:
+        """Return the reference of a joint of this scene."""
+        if not isinstance(joint, Joint):
+            raise InputError(
+                f"{what} needs a joint that a method of this scene returned, such as "
+                f"scene.revolute(...), got {shown(joint)}"
+            )
+        if joint not in self._built:
+            raise InputError(
+                f"{what} was given the {joint.label} of another scene: use a handle that a method "
+                "of this scene returned"
+            )
+        number = next(k for k, each in enumerate(self.joints) if each is joint)
+        return OfJoint(joint.nodes[0].beam.name, number)
+
+    def _mine(self, what: str, node: Node) -> Node:
+        self._own(what, node.beam)
+        return node
+
+
+def _check_range(body: ElasticBody) -> None:
+    """Refuse stiffnesses and masses that leave the range of floating-point numbers."""
+    for name, value in (*body.stiffnesses().items(), *body.viscosities().items()):
+        if not (math.isfinite(value) if isinstance(value, float) else np.isfinite(value).all()):
+            raise InputError(
+                f"{name} of {body.name} is {np.max(value):g}, beyond the range of floating-point "
+                "numbers: check the units of its section and its material"
+            )

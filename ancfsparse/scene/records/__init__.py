@@ -1,0 +1,1 @@
+"""Plain data of a definition: records, signals, functions of time."""

@@ -1,0 +1,208 @@
+"""Records: the arguments of one call of a method of a scene, as data.
+
+A scene is a list of them.  They name bodies instead of holding handles, so they can be compared,
+written, changed, and built again in another scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+
+from ancfsparse.errors import InputError
+from ancfsparse.messages import numbers
+from ancfsparse.scene.records.compiled_callbacks import is_compiled, sent
+from ancfsparse.scene.records.signal import Signal
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.methods.scene_base import Records
+
+# The record of every method of `Scene` that adds something.
+SPECS: dict[str, type[Spec]] = {}
+# What records hold in place of handles, by the name of the class.
+REFERENCES: dict[str, type[Whole]] = {}
+
+
+@dataclass(frozen=True)
+class Whole:
+    """A body of a scene.
+
+    Parameters
+    ----------
+    body : str
+        Its name.
+    """
+
+    body: str
+
+    def __init_subclass__(cls) -> None:
+        """Enter it in the table of references."""
+        REFERENCES[cls.__name__] = cls
+
+    def of(self, scene: Records) -> Any:
+        """Return its handle in a scene."""
+        return scene.body(self.body)
+
+
+REFERENCES["Whole"] = Whole
+
+
+@dataclass(frozen=True)
+class Point(Whole):
+    """A point of a beam, a mesh or a rigid body.
+
+    Parameters
+    ----------
+    body : str
+        Name of the beam, mesh or rigid body.
+    index : int
+        Number of the node if `xi` is 0, else of the element the point is inside of.
+    xi : float, optional
+        Fraction of the element's length, in (0, 1) inside an element, 0 at a node.  Along an edge
+        of a mesh it counts from the first node of the edge, as given.
+    offsets : tuple of float, optional
+        Of a point of a rigid body that is not its origin, its coordinates in the body [m]; of a
+        point beside the axis of a beam those along r_x, r_y and r_z [m].
+    """
+
+    index: int
+    xi: float = 0.0
+    offsets: tuple[float, ...] = ()
+
+    def of(self, scene: Records) -> Any:
+        """Return its handle in a scene."""
+        return scene.body(self.body).point(self)
+
+
+@dataclass(frozen=True)
+class OfJoint(Whole):
+    """A joint of a scene.
+
+    Parameters
+    ----------
+    body : str
+        Name of a body that it holds.
+    number : int
+        Its place among the joints of the scene.
+    """
+
+    number: int
+
+    def of(self, scene: Records) -> Any:
+        """Return its handle in a scene."""
+        if not 0 <= self.number < len(scene.joints):
+            raise InputError(
+                f"the scene has no joint {self.number}: it has {len(scene.joints)} joints so far"
+            )
+        return scene.joints[self.number]
+
+
+At = Callable[[Whole], str]
+_NUMPY = np.ndarray, np.generic
+
+
+@dataclass(frozen=True, eq=False)
+class Spec:
+    """The arguments of one call; its fields have the names of the parameters.
+
+    Vectors are tuples, matrices read-only arrays, handles `Whole` or `Point`.
+
+    Attributes
+    ----------
+    method : str
+        Method of `Scene` that was called.
+    units : dict of str to str
+        Units of its numbers, by field.
+    """
+
+    method: ClassVar[str]
+    units: ClassVar[Mapping[str, str]] = {}
+
+    def __init_subclass__(cls) -> None:
+        """Enter it in the table of records."""
+        if "method" in cls.__dict__:
+            SPECS[cls.method] = cls
+
+    def __post_init__(self) -> None:
+        """Keep vectors as tuples, and numbers of NumPy as those of Python."""
+        for name, value in self.__dict__.items():
+            if isinstance(value, _NUMPY) and value.ndim < 2:
+                self.__dict__[name] = tuple(value.tolist()) if value.ndim else value.item()
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """All fields by name."""
+        return dict(self.__dict__)
+
+    def build(self, scene: Records) -> Any:
+        """Add it to a scene; return the handle."""
+        handles = {k: mapped(value, lambda each: each.of(scene)) for k, value in self.given.items()}
+        return getattr(scene, self.method)(**handles)
+
+    def moved(self, move: Callable[[Whole], Whole]) -> Self:
+        """Return a copy with other references."""
+        return replace(self, **{name: mapped(value, move) for name, value in self.given.items()})
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe what decides how a scene moves, for its digest.
+
+        Parameters
+        ----------
+        at : callable
+            Describes a body or a point.
+        made : object
+            The handle that was built from it.
+        """
+        values = ", ".join(f"{name} {text(each, at)}" for name, each in self.given.items())
+        return f"{self.method}: {values}"
+
+    def __eq__(self, other: object) -> bool:
+        """Compare all fields."""
+        return type(self) is type(other) and all(
+            equal(mine, getattr(other, name)) for name, mine in self.given.items()
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: functions only if they can be."""
+        return {name: sent(value, self.method) for name, value in self.__dict__.items()}
+
+
+def mapped(value: Any, change: Callable[[Whole], Any]) -> Any:
+    """Return the value of a field with its references changed, also inside tuples."""
+    if isinstance(value, Whole):
+        return change(value)
+    if isinstance(value, tuple):
+        return tuple(mapped(each, change) for each in value)
+    return value
+
+
+def equal(one: Any, other: Any) -> bool:
+    """Whether two values of a field are equal; functions are if they are the same."""
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    return bool(one == other)
+
+
+def text(value: Any, at: At) -> str:
+    """Write a value for a digest: numbers with nine digits, functions without what they compute."""
+    if isinstance(value, tuple) and value:
+        return "; ".join(map(at, value)) if isinstance(value[0], Whole) else numbers(value)
+    if isinstance(value, Whole):
+        return at(value)
+    if isinstance(value, Signal):
+        return value.describe()
+    if callable(value) or is_compiled(value):
+        return "a function of time"
+    if isinstance(value, bool | str) or value is None:
+        return str(value)
+    return numbers(value)
+
+
+def specified(value: Any) -> Any:
+    """Return a vector that was given as an array of numbers; None and functions as they are."""
+    return value if value is None or callable(value) else np.array(value, dtype=float)

@@ -1,0 +1,309 @@
+"""Functions of time that are data: tables, ramps, sines, pulses.
+
+Each is called with a time t [s] and returns a value, or with an array (k,) of times and returns k
+of them.  A value is a number or a vector, in the unit of the load it is given to: N, N m or N/m.
+``Ramp(...) + Sine(...)`` is their sum, ``Ramp(...) + (2.0, 0.0)`` one that begins elsewhere.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import (
+    check_choice,
+    check_finite,
+    check_flag,
+    check_moderate,
+    check_reals,
+    keep,
+)
+from ancfsparse.errors import InputError
+from ancfsparse.messages import checksum, shown
+from ancfsparse.scene.records.signal import Shaped, Signal, Value, checked_value
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Table(Signal):
+    """Values at given times, interpolated linearly or smoothly.
+
+    Parameters
+    ----------
+    times : array_like, shape (k,)
+        Times, increasing [s].
+    values : array_like, shape (k,) or (k, n)
+        The value at each of them [N, N m or N/m].
+    outside : str, optional
+        What is before the first time and after the last: ``"error"``, a table that must not be
+        asked; ``"hold"``, the first and the last value; ``"zero"``.
+    smooth : bool, optional
+        Whether a spline of fifth order joins the values instead, with four continuous derivatives,
+        which begins and ends without speed and acceleration, as what is prescribed must that is
+        held outside.  It may swing beyond values that change abruptly.
+
+    Raises
+    ------
+    InputError
+        If the shapes do not fit, a number is not finite or the times do not increase; when it is
+        called, if a time is outside and ``outside`` is ``"error"``.
+    """
+
+    times: Vector
+    values: Vector
+    outside: str = "error"
+    smooth: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the table and keep a copy that cannot be changed."""
+        times = check_reals("times of a table", self.times, "a list of numbers")
+        values = check_reals("values of a table", self.values, "a list of numbers or of rows")
+        if times.ndim != 1 or not len(times):
+            raise InputError(f"times of a table must be a list of numbers, got {shown(self.times)}")
+        if values.ndim not in (1, 2) or len(values) != len(times):
+            raise InputError(
+                f"values of a table must be one for each of its {len(times)} times, got shape "
+                f"{values.shape}"
+            )
+        for what, numbers in (("times", times), ("values", values)):
+            if not np.isfinite(numbers).all():
+                row = int(np.argwhere(~np.isfinite(numbers))[0][0])
+                raise InputError(f"{what} of a table must be finite, but in row {row} they are not")
+        back = np.flatnonzero(np.diff(times) <= 0.0)
+        if len(back):
+            row = int(back[0])
+            raise InputError(
+                f"times of a table must increase, but {times[row + 1]:.6g} s follows "
+                f"{times[row]:.6g} s in row {row + 1}: write a jump as a short interval"
+            )
+        check_choice("outside of a table", self.outside, ("error", "hold", "zero"))
+        check_flag("smooth of a table", self.smooth)
+        if self.smooth and (len(times) < 2 or self.outside == "zero"):
+            raise InputError(
+                "a smooth table needs two times or more, and the last value after them: take "
+                "outside='hold'"
+            )
+        times.flags.writeable = values.flags.writeable = False
+        keep(self, times=times, values=values)
+
+    def __call__(self, t: ArrayLike) -> Vector:
+        """Return the value at a time, or one in each row for an array of times (k,) [s]."""
+        t = np.asarray(t, dtype=float)
+        first, last = float(self.times[0]), float(self.times[-1])
+        without = (t < first) | (t > last)
+        if self.outside == "error" and without.any():
+            raise InputError(
+                f"the table has values from t = {first:.6g} s to {last:.6g} s, and none at "
+                f"{float(t[without].flat[0]):.6g} s: extend it, or choose outside='hold' or 'zero'"
+            )
+        if self.smooth:
+            return np.asarray(self._spline(np.clip(t, first, last)))
+        columns = self.values.reshape(len(self.times), -1).T
+        out = np.stack([np.interp(t, self.times, column) for column in columns], axis=-1)
+        if self.outside == "zero":
+            out[without] = 0.0
+        return out if self.values.ndim == 2 else out[..., 0]
+
+    @property
+    def smoothness(self) -> float:
+        """How many of its derivatives are continuous."""
+        return 2.0 if self.smooth else 0.0
+
+    def rate(self, t: ArrayLike, order: int = 1) -> Vector:
+        """Return its first or second derivative, shaped like its values."""
+        if not self.smooth:
+            return self._no_rate(order)
+        t = np.asarray(t, dtype=float)
+        inside = (t >= self.times[0]) & (t <= self.times[-1])
+        rates = self._spline(np.clip(t, self.times[0], self.times[-1]), order)
+        return np.where(inside[..., None] if self.values.ndim == 2 else inside, rates, 0.0)
+
+    @cached_property
+    def _spline(self) -> Any:
+        from scipy.interpolate import make_interp_spline
+
+        rest = [(order, np.zeros(self.values.shape[1:])) for order in (1, 2)]
+        return make_interp_spline(self.times, self.values, k=5, bc_type=(rest, rest))
+
+    def __repr__(self) -> str:
+        """Count the values."""
+        shape = f", {self.values.shape[1]} in each row" if self.values.ndim == 2 else ""
+        return (
+            f"Table({len(self.times)} times from {self.times[0]:.6g} s to {self.times[-1]:.6g} s"
+            f"{shape}, outside={self.outside!r}" + ", smooth=True" * self.smooth + ")"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        """Compare all values."""
+        return isinstance(other, Table) and self.describe() == other.describe()
+
+    def __hash__(self) -> int:
+        """Hash all values."""
+        return hash(self.describe())
+
+    def describe(self) -> str:
+        """Describe it by a checksum of all its numbers."""
+        numbers = np.concatenate([self.times, self.values.ravel()]).astype("<f8")
+        return f"{self!r} {checksum(numbers.tobytes())}"
+
+
+@dataclass(frozen=True)
+class Ramp(Shaped):
+    """A rise from zero to a value, which is then held.
+
+    Parameters
+    ----------
+    value : float or sequence of float
+        The value from `end` on [N, N m or N/m].
+    end : float
+        When it is reached [s].
+    start : float, optional
+        When the rise begins [s].
+    smooth : bool, optional
+        Whether it rises with zero speed and acceleration at both ends, as
+        ``10 x^3 - 15 x^4 + 6 x^5``, instead of evenly.
+    """
+
+    value: Value
+    end: float
+    start: float = 0.0
+    smooth: bool = False
+
+    def __post_init__(self) -> None:
+        """Check every number and keep it in double precision."""
+        value = checked_value("value of a ramp", self.value)
+        start, end = _interval("a ramp", self.start, self.end)
+        check_flag("smooth of a ramp", self.smooth)
+        keep(self, value=value, start=start, end=end)
+
+    @property
+    def largest(self) -> Value:
+        """The value from `end` on."""
+        return self.value
+
+    @property
+    def smoothness(self) -> float:
+        """How many of its derivatives are continuous."""
+        return 2.0 if self.smooth else 0.0
+
+    def factor(self, t: Vector, order: int = 0) -> Vector:
+        """Return the share of the value that is reached, or a derivative of it [1/s, 1/s2]."""
+        length = self.end - self.start
+        x = np.clip((t - self.start) / length, 0.0, 1.0)
+        if not self.smooth:
+            return x if order == 0 else self._no_rate(order)
+        if order == 0:
+            return x**3 * (10.0 + x * (6.0 * x - 15.0))
+        if order == 1:
+            return 30.0 * (x * (1.0 - x)) ** 2 / length
+        return 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / length**2
+
+
+@dataclass(frozen=True)
+class Sine(Shaped):
+    """``amplitude sin(2 pi frequency t + phase)``.
+
+    Parameters
+    ----------
+    amplitude : float or sequence of float
+        The largest value [N, N m or N/m].
+    frequency : float
+        Oscillations per second [Hz].
+    phase : float, optional
+        Phase at t = 0 [rad]; pi / 2 makes a cosine.
+    """
+
+    amplitude: Value
+    frequency: float
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check every number and keep it in double precision."""
+        keep(
+            self,
+            amplitude=checked_value("amplitude of a sine", self.amplitude),
+            frequency=check_moderate("frequency of a sine", self.frequency, "Hz"),
+            phase=check_finite("phase of a sine", self.phase, "rad"),
+        )
+
+    @property
+    def largest(self) -> Value:
+        """The amplitude."""
+        return self.amplitude
+
+    @property
+    def smoothness(self) -> float:
+        """How many of its derivatives are continuous: all."""
+        return math.inf
+
+    def factor(self, t: Vector, order: int = 0) -> Vector:
+        """Return the sine, or a derivative of it [1/s, 1/s2]."""
+        omega = 2.0 * math.pi * self.frequency
+        return np.asarray(omega**order * np.sin(omega * t + self.phase + 0.5 * math.pi * order))
+
+
+@dataclass(frozen=True)
+class Pulse(Shaped):
+    """A value between two times and zero before and after.
+
+    Parameters
+    ----------
+    value : float or sequence of float
+        The value [N, N m or N/m].
+    start, end : float
+        When it begins and when it is over [s].
+    rise : float, optional
+        How long it takes to rise evenly after `start`, and to fall before `end` [s]; half the pulse
+        at most.  With 0 it jumps: it acts for ``start <= t < end``.
+    """
+
+    value: Value
+    start: float
+    end: float
+    rise: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check every number and keep it in double precision."""
+        value = checked_value("value of a pulse", self.value)
+        start, end = _interval("a pulse", self.start, self.end)
+        rise = check_finite("rise of a pulse", self.rise, "s")
+        if rise > 0.0:
+            check_moderate("rise of a pulse", rise, "s")
+        if not 0.0 <= rise <= 0.5 * (end - start):
+            raise InputError(
+                f"rise of a pulse must be between 0 and half of its {end - start:.6g} s, got "
+                f"{rise:.6g} s"
+            )
+        keep(self, value=value, start=start, end=end, rise=rise)
+
+    @property
+    def largest(self) -> Value:
+        """The value between rise and fall."""
+        return self.value
+
+    def factor(self, t: Vector, order: int = 0) -> Vector:
+        """Return the share of the value that acts."""
+        if order:
+            return self._no_rate(order)
+        if self.rise == 0.0:
+            return ((self.start <= t) & (t < self.end)).astype(float)
+        near = np.minimum(t - self.start, self.end - t)
+        return np.clip(near / self.rise, 0.0, 1.0)
+
+
+def _interval(what: str, start: object, end: object) -> tuple[float, float]:
+    """Return the times between which something happens [s]."""
+    begin = check_finite(f"start of {what}", start, "s")
+    stop = check_finite(f"end of {what}", end, "s")
+    if stop <= begin:
+        raise InputError(
+            f"{what} must end after it starts, got start = {begin:.6g} s and end = {stop:.6g} s"
+        )
+    check_moderate(f"duration of {what}", stop - begin, "s")
+    return begin, stop

@@ -1,0 +1,1 @@
+"""Cross-sections, torsion, material."""

@@ -1,0 +1,1 @@
+"""Files, copies, digest, printing of a scene."""

@@ -1,0 +1,83 @@
+"""The parts of a scene, as text by which two scenes can be compared."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from ancfsparse.messages import checksum, numbers
+from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.records.record import OfJoint, Point, Whole
+
+# Longer descriptions are cut here and end in a checksum.
+LONGEST = 200
+
+# Numbers, and what version 0.1.0 wrote around those that were not Python's.
+WRAPPED = re.compile(r"(?:np\.float\d+|array)\(([^(),]*)(?:, dtype=\w+)?\)")
+NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w.])")
+
+
+def digest(scene: Records) -> dict[str, str]:
+    """Describe what decides how a scene moves, but for its shape and initial velocities.
+
+    These are numbers, and compared as such.  Of a load that is a function of time only its place
+    counts, unless the function is a `Signal`.
+
+    Parameters
+    ----------
+    scene : Records
+        The scene.
+
+    Returns
+    -------
+    dict of str to str
+        A description of every part, by the name of the part.
+    """
+    number = {body.name: f"body {k}" for k, body in enumerate(scene.bodies)}
+
+    def at(reference: Whole) -> str:
+        here = number[reference.body]
+        if isinstance(reference, OfJoint):
+            return f"joint {reference.number}"
+        if not isinstance(reference, Point):
+            return here
+        inside = ""
+        if reference.xi:
+            inside = f" + {reference.of(scene).xi:.9g}"
+        if reference.offsets:
+            inside += f" + {numbers(reference.offsets)}"
+        return f"{here}, {reference.index}{inside}"
+
+    parts = {"gravity": numbers(scene.gravity)}
+    for body in scene.bodies:
+        for name, value in body.describe().items():
+            parts[f"{name} of {number[body.name]}"] = value
+    for part, handles in (
+        ("joints", scene.joints),
+        ("loads", scene.loads),
+        ("attached", scene.attached),
+    ):
+        parts[part] = "; ".join(scene.record_of(each).describe(at, each) for each in handles)
+    return {name: _short(value) for name, value in parts.items()}
+
+
+def difference(there: Mapping[str, str], here: Mapping[str, str]) -> str | None:
+    """Return the first part in which two descriptions differ; None if they do not.
+
+    Numbers are compared by value: 100000000 is 1e8.
+    """
+    for name in [*there, *here]:
+        then, now = there.get(name) or "none", here.get(name) or "none"
+        if then != now and _by_value(then) != _by_value(now):
+            return f"{name} there: {then}; here: {now}"
+    return None
+
+
+def _by_value(text: str) -> str:
+    return NUMBER.sub(lambda found: repr(float(found[0])), WRAPPED.sub(r"\1", text))
+
+
+def _short(text: str) -> str:
+    if len(text) <= LONGEST:
+        return text
+    return f"{text[:LONGEST]}... {checksum(text.encode())}"

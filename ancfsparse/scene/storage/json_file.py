@@ -1,0 +1,263 @@
+"""Scenes in files: JSON that can be read, edited and compared line by line.
+
+A file contains the gravity and the records of a scene, one per line: method and arguments.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ancfsparse.checks import check_choice
+from ancfsparse.errors import AncfError, InputError
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.messages import shown
+from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
+from ancfsparse.scene.geometry.curves import Arc, Helix
+from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.records.compiled_callbacks import is_compiled
+from ancfsparse.scene.records.record import REFERENCES, SPECS, Spec
+from ancfsparse.scene.records.signal import Sum
+from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
+from ancfsparse.scene.records.transferable_functions import Unsent
+from ancfsparse.scene.sections.material import Material
+from ancfsparse.scene.sections.polygon import Polygon
+from ancfsparse.scene.sections.profiles import IBeam, Tube
+from ancfsparse.scene.sections.sections import Circle, Rectangle, Section, Taper
+
+FORMAT, VERSION = "ancfsparse scene", 1
+UNITS = "SI: m, kg, s, N, Pa, Hz, rad; smooth in degrees"
+# Arrays of more numbers are written in base64.
+INLINE = 1000
+# Data that arguments are made of, by the name of the class.
+SECTIONS = (Rectangle, Circle, Tube, IBeam, Polygon, Section, Taper)
+SIGNALS = (Table, Ramp, Sine, Pulse, Sum)
+SHAPES = (Box, Cylinder, Sphere, Rod, Arc, Helix)
+DATA = {each.__name__: each for each in (*SECTIONS, Material)} | {
+    each.__name__: each for each in (*SIGNALS, *SHAPES)
+}
+
+AnyScene = TypeVar("AnyScene", bound=Records)
+
+
+def written(scene: Records) -> str:
+    """Return a scene as the text of its file.
+
+    Raises
+    ------
+    InputError
+        If a file cannot hold it.
+    """
+    names: dict[str, object] = {}
+    lines = []
+    for number, record in enumerate(scene.records):
+        where = f"record {number + 1} of the scene, {record.method}"
+        values = {name: encoded(each, where, names) for name, each in record.given.items()}
+        lines.append(json.dumps({"method": record.method, **values}))
+    head = {"format": FORMAT, "version": VERSION, "units": UNITS, "gravity": scene.gravity.tolist()}
+    first = ",\n".join(f"{json.dumps(name)}: {json.dumps(each)}" for name, each in head.items())
+    return f'{{{first},\n"records": [\n' + ",\n".join(lines) + "\n]}\n"
+
+
+def save(scene: Records, path: str | Path) -> None:
+    """Write a scene; see `Scene.save`."""
+    file, text = _place(path), written(scene)
+    part = file.with_name(f".{file.name}.{os.getpid()}")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(file)
+    except OSError as error:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+        raise InputError(f"the scene cannot be written to {file}: {error.strerror}") from error
+
+
+def load(kind: Callable[[Any], AnyScene], path: str | Path, own: Mapping[str, Any]) -> AnyScene:
+    """Read a scene; see `Scene.load`."""
+    file = _place(path)
+    try:
+        text = file.read_bytes()
+    except OSError as error:
+        raise InputError(f"the scene {file} cannot be read: {error.strerror}") from error
+    return built(kind, text, file, own)
+
+
+def built(
+    kind: Callable[[Any], AnyScene], text: str | bytes, file: Path, own: Mapping[str, Any]
+) -> AnyScene:
+    """Build a scene from the text of its file.
+
+    Parameters
+    ----------
+    kind : callable
+        Makes an empty scene with a gravity.
+    text : str or bytes
+        What `written` returned.
+    file : Path
+        Its path, for messages.
+    own : mapping of str to object
+        Functions and elements that it stores by name.
+
+    Raises
+    ------
+    InputError
+        If anything in it is invalid.
+    """
+    if not isinstance(own, Mapping):
+        raise InputError(
+            f"own must be a mapping of names to functions and elements, got {shown(own)}"
+        )
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:  # neither text nor JSON
+        raise InputError(f"{file} is no file of a scene: {error}") from error
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise InputError(f"{file} is no file of a scene: its format is not {FORMAT!r}")
+    if data.get("version") != VERSION:
+        raise InputError(
+            f"{file} has version {shown(data.get('version'))} of the format of scenes, and this "
+            f"program reads version {VERSION}: update ancfsparse"
+        )
+    records = data.get("records")
+    if not isinstance(records, list):
+        raise InputError(f"{file} is damaged: it has no list of records")
+    scene = kind(data.get("gravity"))
+    for number, entry in enumerate(records):
+        try:
+            _build(scene, entry, own)
+        except AncfError as error:
+            raise InputError(f"{file}, record {number + 1}: {error}") from error
+    return scene
+
+
+def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
+    """Return an argument in the form that JSON has.
+
+    Parameters
+    ----------
+    value : object
+        The argument.
+    where : str
+        Its position in the scene, for messages.
+    names : dict of str to object
+        User functions and elements so far, by name.
+    """
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, tuple):
+        return [encoded(each, where, names) for each in value]
+    if isinstance(value, np.ndarray):
+        return _array(value)
+    kind = type(value)
+    if (DATA | REFERENCES).get(kind.__name__) is kind:
+        given = {each.name: getattr(value, each.name) for each in fields(value) if each.init}
+        return {"kind": kind.__name__} | {k: encoded(v, where, names) for k, v in given.items()}
+    if isinstance(value, ElementKind):
+        name = value.package or value.name
+        return {"own": name, "definition": value.definition, "values": dict(value.values)}
+    if isinstance(value, Unsent):
+        raise InputError(f"{where}: {value.reason}")
+    if callable(value) and not is_compiled(value):
+        name = name_of(value)
+        if names.setdefault(name, value) is not value:
+            raise InputError(
+                f"{where}: two functions are named {name}, so a file cannot distinguish them: "
+                "define them under names of their own"
+            )
+        return {"own": name}
+    raise InputError(
+        f"{where}: {shown(value)} cannot be written to a file; give a Python function, or a signal "
+        "such as Ramp, Sine, Pulse or Table"
+    )
+
+
+def name_of(value: Any) -> str:
+    """Return the name under which a file stores a user function or element."""
+    kind = value if hasattr(value, "__qualname__") else type(value)
+    return f"{kind.__module__}.{kind.__qualname__}"
+
+
+def _array(values: np.ndarray[Any, Any]) -> Any:
+    if values.size <= INLINE:
+        return values.tolist()
+    plain = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
+    text = base64.b64encode(plain.tobytes()).decode()
+    return {"array": plain.dtype.str, "shape": list(values.shape), "base64": text}
+
+
+def _build(scene: Records, entry: Any, own: Mapping[str, Any]) -> None:
+    if not isinstance(entry, dict):
+        raise InputError(f"it must be a method and its arguments, got {shown(entry)}")
+    method = check_choice("method", entry.get("method"), SPECS)
+    given = {name: _decoded(each, own) for name, each in entry.items() if name != "method"}
+    record: Spec = _made(SPECS[method], given, method)
+    record.build(scene)
+
+
+def _decoded(value: Any, own: Mapping[str, Any]) -> Any:
+    """Return an argument from its form in JSON."""
+    if isinstance(value, list):
+        return tuple(_decoded(each, own) for each in value)
+    if not isinstance(value, dict):
+        return value
+    if "own" in value:
+        if not isinstance(value["own"], str) or value["own"] not in own:
+            raise InputError(
+                f"it needs {shown(value['own'])}, which a file cannot hold: give it to load, as in "
+                f"own={{{value['own']!r}: ...}}"
+            )
+        return _element(own[value["own"]], value) if "definition" in value else own[value["own"]]
+    if "base64" in value:
+        return _array_of(value)
+    known = DATA | REFERENCES
+    kind = check_choice("kind", value.get("kind"), known)
+    given = {name: _decoded(each, own) for name, each in value.items() if name != "kind"}
+    return _made(known[kind], given, kind)
+
+
+def _element(kind: Any, wanted: Mapping[str, Any]) -> ElementKind:
+    """Return a user element, if it is the one that a file was written with."""
+    if not isinstance(kind, ElementKind) or kind.definition != wanted["definition"]:
+        raise InputError(
+            f"it was made with another element than the {shown(kind)} that was given as "
+            f"{wanted['own']!r}: its energy or coordinates have changed since"
+        )
+    values = wanted.get("values")
+    if not isinstance(values, dict):
+        raise InputError(f"the values of element {kind.name} are damaged: {shown(values)}")
+    return kind.with_values(**values) if values else kind
+
+
+def _made(kind: type[Any], given: Mapping[str, Any], what: str) -> Any:
+    """Return an object made from its fields, whose names in a file may be wrong."""
+    known = {each.name: each for each in fields(kind) if each.init}
+    for name in given:
+        check_choice(f"argument of {what}", name, known)
+    for name, each in known.items():
+        if name not in given and each.default is MISSING:
+            raise InputError(f"{what} lacks {name}")
+    return kind(**given)
+
+
+def _array_of(value: Mapping[str, Any]) -> Any:
+    try:
+        numbers = np.frombuffer(base64.b64decode(value["base64"]), np.dtype(value["array"]))
+        return numbers.reshape(value["shape"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"its array is damaged: {error}") from error
+
+
+def _place(path: object) -> Path:
+    if not isinstance(path, str | Path) or not Path(path).name or "\0" in str(path):
+        raise InputError(
+            f"the file of a scene must have a name such as 'scene.json', got {shown(path)}"
+        )
+    return Path(path)

@@ -1,0 +1,1 @@
+"""Complete factorizations L D L^T by supernodes."""

@@ -1,0 +1,1 @@
+"""Dense inverses of small matrices."""

@@ -1,0 +1,72 @@
+"""Dense inverse of a small matrix, in the blocks it falls apart into."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.seeds.complete.sparse_seed import Indices
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds.interface.protocols import Solver
+
+
+class BlockInverse:
+    """Inverse of a symmetric positive definite matrix whose values never change.
+
+    A mass matrix couples the x components of a beam with one another and not with the y
+    components: its inverse has one dense block for each.
+
+    Parameters
+    ----------
+    indptr, indices : integer arrays
+        Lower triangle by columns.
+    values : (n_values,) float
+        Entries; zeros do not couple.
+
+    Attributes
+    ----------
+    n : int
+        Number of unknowns.
+    solve_flops : int
+        Operations of one product.
+    error : None
+        What went wrong while compiled code was running: nothing can.
+    """
+
+    error: BaseException | None = None
+
+    def __init__(self, indptr: Indices, indices: Indices, values: NDArray[np.float64]) -> None:
+        import scipy.sparse as sp
+        from scipy.sparse.csgraph import connected_components
+
+        self.n = len(indptr) - 1
+        lower = sp.csc_array((values, indices, indptr), shape=(self.n, self.n))
+        self._matrix = (lower + sp.tril(lower, -1).T).tocsr()
+        self._matrix.eliminate_zeros()
+        count, label = connected_components(self._matrix, directed=False)
+        order = np.argsort(label, kind="stable")
+        self._members = np.split(order, np.cumsum(np.bincount(label, minlength=count))[:-1])
+        self.solve_flops = 2 * sum(len(block) ** 2 for block in self._members)
+        self._blocks: Solver | None = None
+
+    @property
+    def capsule(self) -> object:
+        """The structure ``ancf_seed`` for compiled callers; its ``factor`` is null."""
+        return self._inverted().capsule
+
+    def solve(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the solution ``(n,)`` for the right-hand side ``r (n,)``."""
+        return self._inverted().solve(r)
+
+    def _inverted(self) -> Solver:
+        """Invert at first use: the operations are asked for before it is known who needs them."""
+        if self._blocks is None:
+            dense = [self._matrix[np.ix_(block, block)].toarray() for block in self._members]
+            inverses = [np.linalg.inv(a) for a in dense]
+            made: Solver = compiled("blocks").Blocks(self._members, inverses)
+            self._blocks = made
+        return self._blocks

@@ -1,0 +1,1 @@
+"""Incomplete factorizations without fill-in, and deflation by sliding modes."""

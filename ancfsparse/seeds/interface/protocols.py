@@ -1,0 +1,98 @@
+"""The Python interface of the compiled seeds; types only."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds.incomplete.constraint_border import Border
+    from ancfsparse.seeds.incomplete.sliding_modes import Coarse
+
+Vector = NDArray[np.float64]
+
+
+class Solver(Protocol):
+    """What every compiled seed is (_blocks.pyx)."""
+
+    @property
+    def capsule(self) -> object:
+        """What the nonlinear loop calls, "ancf_seed"."""
+
+    def solve(self, r: Vector) -> Vector:
+        """Return the solution (n,) for the right-hand side (n,)."""
+
+
+class Factor(Solver, Protocol):
+    """A seed that is factored again."""
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of its arrays [bytes]."""
+
+    def factor(self, values: Vector) -> int:
+        """Factor; return 0, or 1 + the first unknown whose pivot has the wrong sign."""
+
+    def columns(self) -> tuple[NDArray[Any], ...]:
+        """Arrays of the factor by columns."""
+
+
+class CompleteFactor(Factor, Protocol):
+    """L D L^T with all its fill (_ldl.pyx)."""
+
+    @property
+    def negative_pivots(self) -> int | None:
+        """How many pivots are negative; None if one was zero or no number."""
+
+    @property
+    def pivots(self) -> Vector:
+        """Pivots (n,), in the order of the unknowns."""
+
+    def round_to_single(self) -> None:
+        """Round the factor to single precision, until the next one."""
+
+
+class IncompleteFactor(Factor, Protocol):
+    """Blocks without fill, and conjugate gradients (_ic.pyx)."""
+
+    @property
+    def sweeps(self) -> int:
+        """Sweeps for compiled callers so far."""
+
+    @property
+    def products(self) -> int:
+        """Products with the matrix for compiled callers so far."""
+
+    @property
+    def sizes(self) -> Vector:
+        """Factor (m,) by which each equation is comparable with residuals of one."""
+
+    def take_modes(self, modes: Coarse) -> None:
+        """Use a coarse space too."""
+
+    def take_border(self, border: Border) -> None:
+        """Solve for multipliers too."""
+
+    def set_threads(self, threads: int) -> None:
+        """Set the number of threads, of which two find work."""
+
+    def mend(self, values: Vector) -> bool:
+        """Factor with a larger diagonal; return whether that was possible."""
+
+    def sweep(self, r: Vector) -> Vector:
+        """Return the product of one sweep with r (n,)."""
+
+    def solve_to(self, r: Vector, share: float, most: int) -> tuple[Vector, int]:
+        """Return a solution that leaves a share of r, and its number of rounds."""
+
+
+class PythonSeed(Protocol):
+    """A seed written in Python behind the structure of the compiled ones (_callback.pyx)."""
+
+    error: BaseException | None
+
+    @property
+    def capsule(self) -> object:
+        """What the nonlinear loop calls, "ancf_seed"."""

@@ -1,0 +1,1 @@
+"""Arc-length continuation, load paths, quasi-static motion."""

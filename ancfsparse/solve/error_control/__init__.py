@@ -1,0 +1,1 @@
+"""Runs to an accuracy: candidates, Richardson extrapolation, step-size control."""

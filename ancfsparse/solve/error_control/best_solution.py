@@ -1,0 +1,77 @@
+"""The motions of a run to an accuracy: the one under way, and the best so far."""
+
+from __future__ import annotations
+
+import math
+
+from ancfsparse.results import RunStats
+from ancfsparse.solve.error_control.step_size_controller import MOST_EVENTS
+from ancfsparse.solve.stepping.sampled_states import States
+from ancfsparse.solve.stepping.state_recorder import Recorder
+
+
+class Attempts:
+    """Passes the best motion so far to a recorder, and before there is one, what there is.
+
+    So a run that is interrupted, or a file of one that is killed, holds the best whole motion, or
+    the begin of the first.
+
+    Parameters
+    ----------
+    recorder : Recorder
+        Takes the states.
+    threads : int
+        That share the work at most.
+
+    Attributes
+    ----------
+    stats : RunStats
+        Counts of all runs together, and the error of the best.
+    """
+
+    def __init__(self, recorder: Recorder, threads: int) -> None:
+        self._recorder = recorder
+        self._running: States | None = None
+        self._recorded, self._whole = 0, False
+        self.stats = RunStats(runs=0, threads=threads, error=math.inf)
+
+    def watch(self, states: States) -> None:
+        """Take more states of the motion under way."""
+        if self._whole:
+            return
+        if states is not self._running:
+            self._running, self._recorded = states, 0
+        self._record(states, self._recorded, states.rows)
+
+    def keep(self, states: States) -> None:
+        """Take a whole motion that is better than those before."""
+        if self._whole or states is not self._running:
+            self._record(states, 0, states.rows)
+        self._whole = True
+        self._recorder.finish(self.stats)
+
+    def finish(self) -> None:
+        """Record the counts, where there is any state."""
+        if self._recorder.rows:
+            self._recorder.finish(self.stats)
+
+    def _record(self, states: States, first: int, last: int) -> None:
+        rows = slice(first, last)
+        t, q, v, a, lam = (x[rows] for x in (states.t, states.q, states.v, states.a, states.lam))
+        self._recorder.append(t, q, v, a, lam, begin=first)
+        self._recorded = last
+
+
+def add_counts(total: RunStats, stats: RunStats) -> None:
+    """Add the counts of a run to those of all, whose steps are numbered one after another."""
+    total.events += [e._replace(step=e.step + total.steps) for e in stats.events]
+    del total.events[MOST_EVENTS:]
+    for name in (
+        *("march_seconds", "steps", "iterations", "last_corrections", "residual_evaluations"),
+        *("factorizations", "indefinite", "material_seeds", "rotating_seeds", "single_seeds"),
+        *("shifted_seeds", "sweeps", "products"),
+        *("solves", "pairs", "skipped_pairs", "recoveries", "rejected_steps", "runs"),
+    ):
+        setattr(total, name, getattr(total, name) + getattr(stats, name))
+    for part, seconds in stats.seconds.items():
+        total.seconds[part] = total.seconds.get(part, 0.0) + seconds

@@ -1,0 +1,1 @@
+"""Predicted errors and costs of a run: discontinuities, modal phase errors, stagnation."""

@@ -1,0 +1,1 @@
+"""Consistent positions, velocities, accelerations, multipliers; restart."""

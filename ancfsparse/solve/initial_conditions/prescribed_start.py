@@ -1,0 +1,127 @@
+"""How a motion starts that drives prescribe in part."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.system import System
+from ancfsparse.system.coordinates.numbering import ROUNDING, speeds
+from ancfsparse.system.coordinates.state import State
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators.interface.time_loops import ImplicitLoop
+
+Vector = NDArray[np.float64]
+
+# Share of the largest coordinate by which a start may be off from where a drive begins: what steps
+# leave of equations in another run, otherwise rounding.
+LEFT, SAME = 1e-6, 1e-9
+# Share of the largest prescribed velocity by which that of the start may differ, beside the error
+# of differences in place of derivatives.
+LEAST_IMPACT = 1e-3
+SAMPLES = 65  # times at which the largest is looked for
+
+
+def start_drives(system: System, state: State | None, step: float, t_end: float) -> None:
+    """Put what is prescribed into the start of a system.
+
+    Parameters
+    ----------
+    system : System
+        Its ``q0`` and ``v0`` are replaced.
+    state : State or None
+        What they were taken from.
+    step, t_end : float
+        Length of the steps, and end of the motion [s].
+
+    Raises
+    ------
+    InputError
+        If a drive begins elsewhere, or with another velocity, or is not smooth.
+    LoadFailure
+        If its function fails.
+    """
+    prescribed, n = system.prescribed, system.prescribed.n
+    if not prescribed:
+        return
+    prescribed.resolve(step, system.t0, t_end)
+    from ancfsparse.solve.initial_conditions.prescribed_smoothness import (
+        check_smooth,  # what few runs need
+    )
+
+    check_smooth(system, t_end)
+    if not n:
+        return
+    now, first = prescribed.at(system.t0), system.n_all - n
+    system.q0, system.v0 = system.q0.copy(), system.v0.copy()
+    apart = np.abs(system.q0[first:] - now.q)
+    worst = int(np.argmax(apart))
+    allowed = (SAME if state is None else LEFT) * max(
+        float(np.max(np.abs(system.q0))), float(np.max(np.abs(now.q)))
+    )
+    course = prescribed.course_of(worst)
+    if apart[worst] > allowed and course.places.unit == "rad":
+        raise InputError(
+            f"{course.places.what} begins {apart[worst]:.3g} rad and more from where the motion "
+            "starts: take start=solve_static(scene), or let its function begin there"
+        )
+    if apart[worst] > allowed:
+        raise InputError(
+            f"the drive of {system.describe(first + worst)} begins at {now.q[worst]:.9g} m, and "
+            f"the motion starts at {system.q0[first + worst]:.9g} m there: take "
+            "start=solve_static(scene), or let its function begin where the motion starts"
+        )
+    times = np.linspace(system.t0, t_end, SAMPLES)
+    fastest = prescribed.fastest(times)
+    allowed_v = LEAST_IMPACT * fastest + ROUNDING * speeds(system.scene, system.places, system.v0)
+    allowed_v = allowed_v[first:] + prescribed.speed_errors(system.t0)
+    off = np.abs(system.v0[first:] - now.v) - allowed_v
+    worst = int(np.argmax(off))
+    course = prescribed.course_of(worst)
+    if off[worst] > 0.0 and course.places.unit == "rad":
+        raise InputError(
+            f"{course.places.what} begins with another angular velocity than the body has there, "
+            f"by {abs(system.v0[first + worst] - now.v[worst]):.3g} rad/s and more: "
+            "that is an impact; let the angle begin smoothly, as Ramp(..., smooth=True) does, or "
+            "give the body that angular velocity"
+        )
+    if off[worst] > 0.0:
+        raise InputError(
+            f"the drive of {system.describe(first + worst)} begins with {now.v[worst]:.6g} m/s, "
+            f"and the body moves there with {system.v0[first + worst]:.6g} m/s: that is an impact; "
+            "let the drive begin smoothly, as Ramp(..., smooth=True) does, or give the body that "
+            "velocity"
+        )
+    system.q0[first:], system.v0[first:] = now.q, now.v
+
+
+def inputs_at(
+    system: System, times: NDArray[np.float64], rates: bool = False
+) -> NDArray[np.float64]:
+    """Return all that changes with time at the times given (k,) [s], as `System.inputs` does.
+
+    Raises
+    ------
+    LoadFailure
+        If a function fails.
+    """
+    table, failure = system.inputs(times, rates)
+    if failure is not None:
+        raise failure
+    return table
+
+
+def drive_march(system: System, march: ImplicitLoop, a: Vector, lam: Vector) -> None:
+    """Pass to a march what is prescribed, and the forces that this takes at the start."""
+    prescribed = system.prescribed
+    if not prescribed:
+        return
+    loads = system.loads.amplitudes(np.array([system.t0]))[0]
+    r, _ = system.assembly.residual(system.q0, system.v0, a, lam, system.dead_load, loads)
+    first = system.n_all - prescribed.n
+    start = prescribed.at(system.t0).s
+    march.drive(prescribed.n, prescribed.n_equations, start, r[first:])

@@ -1,0 +1,1 @@
+"""`simulate`: its arguments and the three kinds of runs."""

@@ -1,0 +1,250 @@
+"""The arguments of `simulate`, checked."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.checks import check_choice, check_count, check_finite, check_flag, check_positive
+from ancfsparse.errors import InputError
+from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
+from ancfsparse.integrators.interface.time_grid import Clock, as_double, count_steps_from
+from ancfsparse.messages import shown
+from ancfsparse.nonlinear import Method
+from ancfsparse.results import Equilibrium
+from ancfsparse.scene import Node, Scene, check_scene
+from ancfsparse.solve.initial_conditions.restart import check_start
+from ancfsparse.solve.preparation.choose_factorization import check_seed
+from ancfsparse.solve.preparation.memory_estimate import Memory, estimate
+from ancfsparse.solve.preparation.solver_settings import check_gain, check_solver, check_tolerance
+from ancfsparse.solve.preparation.threads import check_threads
+from ancfsparse.solve.stepping.state_recorder import check_nodes, check_output
+from ancfsparse.system import System
+from ancfsparse.system.coordinates.state import State
+
+# Second order, and what the step cannot follow is damped instead of growing (docs/accuracy.md,
+# docs/stability.md): as exact as the trapezoidal rule where that is, and stable where it is not.
+DEFAULT = GeneralizedAlpha(0.9)
+# The start that is found by statics.
+EQUILIBRIUM = "equilibrium"
+# Rotation of a rigid body in a step, beyond which its energy grows with it [rad].
+TURN = 0.07
+
+# States saved where an accuracy and nothing else is given.
+SAVED = 200
+
+# Whole motions that a run to an accuracy keeps in addition to the states to be returned.
+COMPARED = 4
+
+
+@dataclass(frozen=True)
+class Request:
+    """Valid arguments of `simulate`, which describes them.
+
+    Attributes
+    ----------
+    state : State or None
+        Where the motion starts; None: at t = 0 from the stress-free shape.
+    clock : Clock
+        Times of the steps.
+    n_steps : int
+        Their number.
+    named : Implicit, Explicit or None
+        The integrator if the caller has named one.
+    begun : float
+        When the set-up began, by `time.perf_counter` [s].
+    """
+
+    scene: Scene
+    state: State | None
+    clock: Clock
+    t_end: float
+    n_steps: int
+    accuracy: float | None
+    integrator: Implicit | Explicit
+    named: Implicit | Explicit | None
+    solver: Method | str
+    seed: str
+    tolerance: str | float
+    max_energy_gain: float
+    max_halvings: int
+    threads: int
+    save_every: int
+    save_nodes: Sequence[Node] | None
+    output: str | Path | None
+    progress: bool
+    begun: float = field(default_factory=time.perf_counter)
+
+    @property
+    def rows(self) -> int:
+        """Number of states to be saved."""
+        return -(-self.n_steps // self.save_every) + 1
+
+    @property
+    def saved_times(self) -> NDArray[np.float64]:
+        """Times of these states [s]."""
+        steps = np.append(np.arange(0.0, self.n_steps, self.save_every), self.n_steps)
+        return np.asarray(self.clock.at(steps))
+
+    def memory(self) -> Memory:
+        """Estimate what the run needs."""
+        return estimate(
+            self.scene,
+            self.rows,
+            None if self.save_nodes is None else len(self.save_nodes),
+            self.output is not None,
+            self.solver,
+            whole_runs=0 if self.accuracy is None else COMPARED,
+            matrices=self.integrator.matrices,
+            incomplete=self.seed != "exact"
+            and self.accuracy is None
+            and isinstance(self.integrator, Implicit),
+        )
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The settings that files contain."""
+        return {
+            "t_start": None if self.state is None else self.state.t,
+            "dt": self.clock.dt,
+            "accuracy": self.accuracy,
+            "t_end": self.t_end,
+            "integrator": repr(self.integrator),
+            "solver": repr(self.solver),
+            "seed": self.seed,
+            "tolerance": self.tolerance,
+            "max_energy_gain": self.max_energy_gain,
+            "max_halvings": self.max_halvings,
+            "threads": self.threads,
+            "save_every": self.save_every,
+        }
+
+
+def check_request(
+    scene: Scene,
+    t_end: float,
+    dt: float | None,
+    *,
+    accuracy: float | None,
+    integrator: Implicit | Explicit | str,
+    solver: Method | str,
+    seed: str,
+    tolerance: str | float,
+    max_energy_gain: float,
+    max_halvings: int,
+    threads: int,
+    save_every: int,
+    save_nodes: Sequence[Node] | None,
+    output: str | Path | None,
+    progress: bool,
+    start: State | Equilibrium | str | None,
+) -> Request:
+    """Return the arguments of `simulate` as a request.
+
+    Raises
+    ------
+    InputError
+        If one of them is invalid.
+    """
+    check_scene(scene)
+    state = check_start(at_equilibrium(scene, start) if isinstance(start, str) else start)
+    t_start = 0.0 if state is None else state.t
+    if accuracy is not None:
+        accuracy = check_positive("accuracy", accuracy, "m")
+        dt = (check_positive("t_end", t_end, "s") - t_start) / SAVED if dt is None else dt
+    if dt is None:
+        raise InputError(
+            "simulate needs a time step or an accuracy: give dt=1e-3 [s], or accuracy=1e-4 [m]"
+        )
+    n_steps = count_steps_from(t_start, t_end, dt)
+    t_end, clock = check_finite("t_end", t_end, "s"), Clock(t_start, as_double("dt", dt))
+    save_every = min(check_count("save_every", save_every), n_steps)
+    named = check_integrator(integrator)
+    check_solver(solver)
+    check_seed(seed, solver, accuracy)
+    tolerance, max_energy_gain = check_tolerance(tolerance), check_gain(max_energy_gain)
+    progress = check_flag("progress", progress)
+    max_halvings = check_count("max_halvings", max_halvings, 0)
+    threads = check_threads(threads)
+    check_nodes(save_nodes)
+    check_output(output)
+    return Request(
+        scene,
+        state,
+        clock,
+        t_end,
+        n_steps,
+        accuracy,
+        DEFAULT if named is None else named,
+        named,
+        solver,
+        seed,
+        tolerance,
+        max_energy_gain,
+        max_halvings,
+        threads,
+        save_every,
+        save_nodes,
+        output,
+        progress,
+    )
+
+
+def at_equilibrium(scene: Scene, start: str) -> Equilibrium:
+    """Return the equilibrium of a scene at t = 0, which ``start="equilibrium"`` asks for.
+
+    Raises
+    ------
+    InputError
+        If `start` is another word, or the scene has initial velocities.
+    EquilibriumFailure
+        If no equilibrium is found.
+    """
+    from ancfsparse.solve.statics.solve_static import solve_static  # what most runs do not need
+
+    check_choice("start", start, (EQUILIBRIUM,))
+    found = solve_static(scene)
+    if System(scene).v0.any():
+        raise InputError(
+            "start='equilibrium' begins at rest, but the scene has initial velocities: leave them "
+            "or start out"
+        )
+    return found
+
+
+def suited(request: Request, system: System) -> Request:
+    """Return the request with the integrator that "auto" takes for a system at its start.
+
+    Rotation of rigid bodies drives a root of generalised-alpha out of the unit circle, and energy
+    grows (docs/theory.md): then it is `EnergyMomentum`, which has no such root.  So does the
+    rotation of the frame they are described in.
+    """
+    if request.named is not None or request.accuracy is not None:
+        return request
+    spin = 0.0
+    for body, places in zip(system.scene.bodies, system.places, strict=True):
+        if body.masses is not None:
+            vectors = [places[:, body.kind.columns(name)] for name in body.kind.vectors[1:]]
+            rates = np.linalg.norm(system.v0[np.array(vectors)], axis=-1)
+            spin = max(spin, float(np.max(rates)) + system.scene.turning)
+    if spin * request.clock.dt <= TURN:
+        return request
+    return replace(request, integrator=EnergyMomentum())
+
+
+def check_integrator(integrator: object) -> Implicit | Explicit | None:
+    """Return an integrator, None for "auto"; refuse what is neither."""
+    if isinstance(integrator, Implicit | Explicit):
+        return integrator
+    if isinstance(integrator, str) and integrator == "auto":
+        return None
+    from ancfsparse.integrators.names import EXAMPLES  # for this message alone
+
+    *others, last = EXAMPLES
+    raise InputError(f"integrator must be {', '.join(others)} or {last}, got {shown(integrator)}")

@@ -1,0 +1,1 @@
+"""Choice of solver, factorization, memory and threads before a run."""

@@ -1,0 +1,61 @@
+"""What a run is asked for besides its times: refused before the set-up where it is invalid."""
+
+from __future__ import annotations
+
+import math
+
+from ancfsparse.checks import check_finite, check_positive
+from ancfsparse.errors import InputError, Parameter
+from ancfsparse.messages import shown
+from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.nonlinear.methods import BY_NAME, UPDATES
+
+# Solvers by the names a caller may give them, which are those of the command line too.
+SOLVERS = {
+    "auto": "'auto'",
+    **{
+        name: f"QuasiNewton({name!r})" if name in UPDATES else f"{make.__name__}()"
+        for name, make in BY_NAME.items()
+    },
+}
+
+
+def check_solver(solver: object) -> None:
+    """Refuse what is neither a method nor ``"auto"``."""
+    if isinstance(solver, Newton | ModifiedNewton | QuasiNewton):
+        return
+    name = solver if isinstance(solver, str) else ""
+    if name == "auto":
+        return
+    import difflib  # for this message alone
+
+    near = difflib.get_close_matches(name.lower(), SOLVERS, 1, 0.5)
+    raise InputError(
+        "solver must be 'auto', Newton(), ModifiedNewton() or QuasiNewton(...), got "
+        f"{shown(solver)}" + (f": did you mean {SOLVERS[near[0]]}?" if near else "")
+    )
+
+
+def check_tolerance(tolerance: object) -> str | float:
+    """Return a tolerance; refuse what is neither the name of one nor a positive number."""
+    if not isinstance(tolerance, str):
+        return check_positive("tolerance", tolerance, "m/s2")
+    if tolerance not in ("default", "paper"):
+        raise InputError(
+            "{tolerance} must be 'default', 'paper' or a number in m/s2, got {given}",
+            tolerance=Parameter("tolerance"),
+            given=shown(tolerance),
+        )
+    return tolerance
+
+
+def check_gain(share: object) -> float:
+    """Return a share of energy, which may be infinite; refuse an invalid one."""
+    if isinstance(share, float) and share == math.inf:
+        return math.inf
+    number = check_finite("max_energy_gain", share)
+    if number < 0.0:
+        raise InputError(
+            f"max_energy_gain must not be negative, got {number:g}: 0.01 is one percent"
+        )
+    return number

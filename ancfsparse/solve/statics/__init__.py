@@ -1,0 +1,1 @@
+"""Equilibrium: residual, Newton iteration, load stepping."""

@@ -1,0 +1,1 @@
+"""Set-up, recording and recovery of one time-stepping run."""

@@ -1,0 +1,209 @@
+"""Explicit motion: what is refused before it starts, and what to say when it becomes unstable."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ancfsparse.errors import InputError, Instability, Parameter
+from ancfsparse.integrators.explicit.explicit_methods import Explicit, make_explicit
+from ancfsparse.integrators.interface.time_grid import divides, plain
+from ancfsparse.nonlinear import Outcome
+from ancfsparse.nonlinear.iteration import EPSILON
+from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.seeds.dense.block_inverse import BlockInverse
+from ancfsparse.solve.initial_conditions.consistent_accelerations import (
+    initial_acceleration,
+    start_load,
+)
+from ancfsparse.solve.initial_conditions.consistent_state import put_on_constraints
+from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
+from ancfsparse.solve.initial_conditions.restart import continues, recall, recall_contributions
+from ancfsparse.solve.linearization.matrices import (
+    IMPLICIT,
+    check_free,
+    fastest_vibration,
+    initial_multipliers,
+    mass_matrix,
+    mass_seed,
+    needs_saddle,
+    saddle_seed,
+    sizes_of_terms,
+)
+from ancfsparse.system import System
+from ancfsparse.system.coordinates.state import State
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators.interface.time_loops import ExplicitLoop, Loop
+
+# Up to so many operations of a product for each one of a sweep the dense blocks are faster:
+# measured on cables of 3 to 60 elements, where they meet at 5.
+DENSE_AHEAD = 4.0
+
+# Beyond so many coordinates dense blocks are not thought of: looking for them takes memory.
+MOST_BLOCKS = 10_000
+
+
+def check_alone(
+    integrator: Explicit,
+    solver: object,
+    tolerance: object,
+    max_halvings: int = 0,
+    seed: str = "auto",
+) -> None:
+    """Refuse what only matters where equations are solved."""
+    for what, value, default in (
+        ("solver", solver, "auto"),
+        ("tolerance", tolerance, "default"),
+        ("max_halvings", max_halvings, 0),
+        ("seed", seed, "auto"),
+    ):
+        if value != default:
+            raise InputError(
+                "{integrator!r} solves no equations, so {given} does not apply: leave it out, or "
+                "take an implicit integrator such as {implicit}",
+                integrator=integrator,
+                given=Parameter(what, repr(value), "="),
+                implicit=IMPLICIT,
+            )
+
+
+def prepare_explicit(
+    system: System,
+    dt: float,
+    n_steps: int,
+    integrator: Explicit,
+    max_energy_gain: float,
+    start: State | None = None,
+) -> tuple[ExplicitLoop, SparseSeed | BlockInverse, str]:
+    """Return the compiled march, the inverse of the mass matrix, and a sentence on both.
+
+    Raises
+    ------
+    InputError
+        If the integrator does not take the scene, or the step is too long.
+    """
+    check_free(system, integrator)
+    seed, saddle, lam = mass_seed(system), None, None
+    if needs_saddle(system, integrator):
+        saddle = saddle_seed(system)
+        if start is not None and not continues(start, system, integrator, dt):
+            put_on_constraints(system, saddle)
+        lam = initial_multipliers(system, saddle)
+    omega = fastest_vibration(system, seed, system.q0, start_load(system), lam)
+    limit = integrator.tableau.interval / omega
+    if dt > limit:
+        t_end = n_steps * dt
+        steps = float(np.ceil(t_end / limit))
+        enough = plain(t_end / steps, lambda x: x <= limit and divides(t_end, x))
+        raise InputError(
+            "{dt} is above the stable step of {integrator!r}, which is {limit:.4g} s for this "
+            "scene because its fastest vibration has {omega:.4g} rad/s: take {enough} "
+            "({steps:.0f} steps) or less, or an implicit integrator such as {implicit}",
+            dt=Parameter("dt", f"{dt:g} s"),
+            integrator=integrator,
+            limit=limit,
+            omega=omega,
+            enough=Parameter("dt", f"{enough} s"),
+            steps=steps,
+            implicit=IMPLICIT,
+        )
+    if not system.n_multipliers:
+        initial_acceleration(system, seed, system.v0)  # refuses what leaves the range of numbers
+    mass = cheapest_inverse(system, seed) if saddle is None else saddle
+    noise = 100.0 * EPSILON * system.energy_scale(system.q0)
+    state = (system.q0, system.v0, inputs_at(system, np.array([system.t0]), rates=True)[0])
+    sizes = None if saddle is None else sizes_of_terms(system)
+    march = make_explicit(system, dt, integrator, *state, mass, max_energy_gain, noise, sizes)
+    if recall_contributions(start, system):
+        march.refresh()
+    check_held(system, march, integrator)
+    if continues(start, system, integrator, dt):
+        recall(start, system, march)
+    why = (
+        f"{integrator!r}: forces evaluated {integrator.tableau.forces} times per step, dt is "
+        f"{dt / limit:.3g} of the stable step {limit:.4g} s (fastest vibration {omega:.4g} rad/s), "
+        f"{_ways_of(system, seed, mass)}"
+    )
+    return march, mass, why
+
+
+def _ways_of(system: System, seed: SparseSeed, mass: SparseSeed | BlockInverse) -> str:
+    """State how accelerations are found."""
+    if mass.n > system.n_free:
+        often = "once" if system.constraints.linear else "at each of them"
+        return f"mass matrix with constraints factored {often}, steps projected on them"
+    return f"mass matrix {'factored once' if mass is seed else 'inverted in dense blocks'}"
+
+
+def check_held(system: System, march: ExplicitLoop, integrator: Explicit) -> None:
+    """Refuse constraints whose multipliers cannot be found."""
+    if not (march.finite and np.isfinite(march.state[2]).all()):
+        raise InputError(
+            "{integrator!r} finds no multipliers at the start: the forces there leave the range "
+            "of numbers, or the {last} repeats another constraint; leave that out, or take an "
+            "implicit integrator such as {implicit}",
+            integrator=integrator,
+            last=system.constraints.labels[-1],
+            implicit=IMPLICIT,
+        )
+
+
+def cheapest_inverse(system: System, seed: SparseSeed) -> SparseSeed | BlockInverse:
+    """Return the inverse of the mass matrix in dense blocks where that is faster than a sweep."""
+    if system.n_free > MOST_BLOCKS:
+        return seed
+    mass = mass_matrix(system)
+    blocks = BlockInverse(mass.indptr, mass.indices, mass.data)
+    return blocks if blocks.solve_flops <= DENSE_AHEAD * seed.solve_flops else seed
+
+
+def count_forces(stats: RunStats, integrator: Explicit) -> None:
+    """Count what the steps have cost: always the same."""
+    stats.residual_evaluations = stats.solves = stats.steps * integrator.tableau.forces
+    stats.factorizations = 1
+
+
+def instability(
+    system: System,
+    march: Loop,
+    mass: SparseSeed | BlockInverse,
+    integrator: Explicit,
+    outcome: Outcome,
+    step: int,
+    now: float,
+    dt: float,
+    path: Trajectory | None = None,
+) -> Instability:
+    """Explain why a run was stopped.
+
+    Parameters
+    ----------
+    mass : SparseSeed or BlockInverse
+        Inverse of the mass matrix, perhaps with constraints.
+    outcome : Outcome
+        ``GAINED_ENERGY``, ``NOT_FINITE`` or ``DIVERGED``.
+    step : int
+        Number of the last step.
+    now : float
+        Time after it [s].
+    path : Trajectory, optional
+        The states so far.
+    """
+    gain, _ = march.energy_gain
+    if outcome == Outcome.DIVERGED:
+        reason = f"the constraints cannot be met by step {step + 1}: they turn too far in it"
+    elif outcome == Outcome.NOT_FINITE:
+        reason = f"step {step + 1} leaves the range of numbers"
+    else:
+        load = system.loads.amplitudes(np.array([now]))[0]
+        q, _, _, lam = march.state
+        mass = mass_seed(system) if mass.n > system.n_free else mass
+        limit = integrator.tableau.interval / fastest_vibration(system, mass, q, load, lam)
+        reason = (
+            f"the motion has gained {gain:.3g} J that no load accounts for; the stable step, which "
+            f"stretching shortens, is now {limit:.3g} s"
+        )
+    return Instability(reason, now, step, dt, gain, "the whole scene", path)

@@ -1,0 +1,120 @@
+"""The last rung of the ladder: a step that cannot be solved is crossed in shorter ones."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ancfsparse.integrators import Implicit
+from ancfsparse.integrators.interface.time_grid import Clock
+from ancfsparse.nonlinear import Outcome
+from ancfsparse.results import Event
+from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
+from ancfsparse.solve.stepping.convergence_criterion import Criterion
+from ancfsparse.solve.stepping.implicit_setup import CAUSES, CURABLE
+from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators.interface.time_loops import ImplicitLoop
+    from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
+
+
+class Halving:
+    """Cross failed steps of a march in 2, 4, 8 ... parts.
+
+    The integrator's own acceleration and the multipliers get no correction for the change of step:
+    for some steps the multipliers are of first order.
+
+    Parameters
+    ----------
+    system, march, iteration
+        What moves, and its compiled loops.
+    integrator
+        As in `simulate`.
+    clock : Clock
+        Times of the steps.
+    criterion : Criterion
+        Bounds for steps of another length.
+    most : int
+        Halvings of a step that are allowed.
+
+    Attributes
+    ----------
+    events : list of Event
+        The steps that were crossed.
+    short_steps : int
+        Parts of steps that were accepted.
+    seconds : float
+        Time of the compiled march in them [s].
+    stuck : bool
+        Whether the march stands inside a step, in a state that is not one of the run.
+    unsettled : int
+        Always 0: the next steps need no care.
+    """
+
+    unsettled = 0
+
+    def __init__(
+        self,
+        system: System,
+        march: ImplicitLoop,
+        iteration: NonlinearLoop,
+        integrator: Implicit,
+        criterion: Criterion,
+        clock: Clock,
+        most: int,
+    ) -> None:
+        self._system, self._march, self._iteration = system, march, iteration
+        self._integrator, self._criterion, self._most = integrator, criterion, most
+        self._clock, self._dt = clock, clock.dt
+        march.may_shorten()
+        iteration.halves = True
+        self.events: list[Event] = []
+        self.short_steps, self.seconds = 0, 0.0
+        self.stuck = False
+
+    def cross(self, step: int, outcome: Outcome) -> Outcome:
+        """Try a step in parts, each time from where the last attempt came to.
+
+        Parameters
+        ----------
+        step : int
+            Number of the failed step, from 1.
+        outcome : Outcome
+            Why it failed.
+        """
+        cause, rate, level, left = outcome, self._iteration.contraction, 0, 1
+        n, m = self._system.n_all, self._system.n_multipliers
+        unused = [np.empty((1, width)) for width in (n, n, n, m)]
+        while left and outcome in CURABLE and level < self._most:
+            level, left = level + 1, 2 * left
+            self._iteration.halves = level < self._most
+            dt = self._dt / 2**level
+            self._change(dt)
+            outcome = Outcome.CONVERGED
+            while left and outcome == Outcome.CONVERGED:
+                self._iteration.step = step - 1
+                left -= 1
+                when = np.array([self._clock.at(step) - dt * left])
+                loads = inputs_at(self._system, when)
+                clock = time.perf_counter()
+                _, code = self._march.advance(self._iteration, 1, loads, 2, 0, *unused)
+                self.seconds += time.perf_counter() - clock
+                outcome = Outcome(code)
+                self.short_steps += outcome == Outcome.CONVERGED
+            left += outcome != Outcome.CONVERGED
+        self._iteration.halves = True
+        self._change(self._dt)
+        self.stuck = level > 0 and left > 0
+        if outcome == Outcome.CONVERGED:
+            what = f"{2**level} steps of {self._dt / 2**level:.3g} s"
+            self.events.append(Event(step, self._clock.at(step), what, CAUSES[cause], rate))
+        return outcome
+
+    def _change(self, dt: float) -> None:
+        none = np.zeros(self._system.n_all)
+        self._march.change_step(dt, self._integrator, none, none)
+        self._iteration.set_tolerance(self._criterion.at(dt))
+        self._iteration.mark_stale()

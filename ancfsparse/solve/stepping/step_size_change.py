@@ -1,0 +1,93 @@
+"""How a march goes on with steps of another length, or after a jump of the loads."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.integrators import Implicit
+from ancfsparse.seeds import Seed
+from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators.interface.time_loops import ControlledLoop
+
+Vector = NDArray[np.float64]
+
+
+class Passage:
+    """What such a change asks of the state.
+
+    Parameters
+    ----------
+    system, integrator, march
+        What moves, and how.
+    seed : SparseSeed or IncompleteSeed
+        It is left with another factor where one was needed.
+
+    Attributes
+    ----------
+    factors : int
+        Those that were made, each for one solution or two.
+    """
+
+    def __init__(
+        self, system: System, integrator: Implicit, march: ControlledLoop, seed: Seed
+    ) -> None:
+        self._system, self._integrator, self._march, self._seed = system, integrator, march, seed
+        self.factors = 0
+
+    def change(self, old: float, dt: float, now: float) -> None:
+        """Go from one step to another [s], with what keeps multipliers of second order."""
+        system, integrator = self._system, self._integrator
+        jerk = self._march.jerk
+        change_v = np.zeros(system.n_all)
+        if system.n_multipliers:
+            n = system.n_free
+            phi_q = system.constraints.jacobian(self._march.state[0])
+            rate = integrator.velocity_constant * (dt**2 - old**2) * (phi_q @ jerk)
+            # Across the constraints as they are now, not as they were when the seed was made; and
+            # spread by the stiffness: by the mass alone it would shake the nodes that are held.
+            self._factor(dt, system.loads.amplitudes(np.array([now]))[0])
+            change_v[:n] = self._seed.solve(np.concatenate([np.zeros(n), rate]))[:n]
+        change_b = integrator.shift * (dt - old) * jerk
+        self._march.change_step(dt, integrator, change_b, change_v)
+
+    def jump(self, dt: float, before: float, after: float) -> None:
+        """Let the accelerations follow a jump of the loads between two times.
+
+        Only the low-frequency part that a step can follow, as at the start (`resolved` in
+        `solve.initial_conditions.consistent_state`).
+        """
+        system = self._system
+        loads = system.loads.amplitudes(np.array([before, after]))
+        if np.array_equal(*loads):
+            return
+        q, v, _, lam = self._march.state
+        none, n = np.zeros(system.n_all), system.n_free
+        old, new = (
+            system.assembly.residual(q, v, none, lam, system.dead_load, load)[0] for load in loads
+        )
+        self._factor(dt, loads[1])
+        once = self._solution(old - new)
+        twice = self._solution(system.assembly.inertia(once))
+        change = 2.0 * once - twice
+        change[n:] = 0.0
+        self._march.jump(change, loads[1])
+
+    def _solution(self, force: Vector) -> Vector:
+        n, out = self._system.n_free, np.zeros(self._system.n_all)
+        right = np.concatenate([force[:n], np.zeros(self._system.n_multipliers)])
+        out[:n] = self._seed.solve(right)[:n]
+        return out
+
+    def _factor(self, dt: float, loads: Vector) -> None:
+        """Factor the matrix of a step here; of a stress that no mass carries, the material part."""
+        q, _, _, lam = self._march.state
+        scale, damping = self._integrator.scale * dt**2, self._integrator.damping_scale * dt
+        assembly = self._system.assembly
+        self.factors += 1
+        if self._seed.factor(assembly.matrix(1.0, scale, q, lam, loads, damping_factor=damping)):
+            self._seed.factor(assembly.material(1.0, scale, q, damping_factor=damping))

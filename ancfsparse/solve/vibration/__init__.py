@@ -1,0 +1,1 @@
+"""Modes, complex modes, modal superposition, buckling."""

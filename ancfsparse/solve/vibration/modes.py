@@ -1,0 +1,108 @@
+"""Vibrations of a scene about a state: natural frequencies and mode shapes."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.checks import check_count
+from ancfsparse.errors import ApproximateModes, InputError
+from ancfsparse.nonlinear import Newton
+from ancfsparse.results import Equilibrium
+from ancfsparse.scene import Scene
+from ancfsparse.solve.preparation.memory_estimate import NOTHING, check_factor, estimate, memory_for
+from ancfsparse.system import State
+
+if TYPE_CHECKING:
+    from ancfsparse.results.solutions.modes import Modes
+
+Vector = NDArray[np.float64]
+
+# Arrays of values on the pattern: four matrices, three of them from their triangles, with indices.
+MATRICES = 14
+
+
+def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | None = None) -> Modes:
+    """Find the n lowest natural frequencies and mode shapes of a scene.
+
+    The equations of motion are linearised about the state, with the stiffness of stress, loads and
+    joint forces there.  Prescribed motions and loads keep their values at the time of the state.
+
+    Parameters
+    ----------
+    of : Scene or Equilibrium
+        A scene, about its stress-free shape and without loads; or what `solve_static` has returned.
+    n : int, optional
+        How many modes, those of lowest frequency, after unstable ones and free rigid motions; of a
+        scene with more than 100 degrees of freedom at most half of all.
+    at : State or Equilibrium, optional
+        Another state, such as ``run.last``.  Its velocities count in the forces of
+        joints alone.
+
+    Returns
+    -------
+    Modes
+        Frequencies [Hz], shapes, damping ratios, and whether the state is `stable`.
+
+    Raises
+    ------
+    InputError
+        If an argument is invalid, there are fewer modes, the scene has a rotating frame, or the
+        factor cannot fit in memory.
+    ModesFailure
+        If the modes cannot be found to working accuracy.
+
+    Warns
+    -----
+    ApproximateModes
+        If some forces have no potential, such as functions of the motion and moments about fixed
+        axes in space: only the symmetric part of their stiffness counts, see `complex_modes`.
+
+    Notes
+    -----
+    Lanczos' method with one sparse factor at a shift below all eigenvalues; a second factor counts
+    the eigenvalues below a gap, so that none is missed.  The theory is in docs/theory.md.
+    """
+    from ancfsparse.results.solutions.modes import Modes  # what motions do not need
+    from ancfsparse.solve.linearization.linearized_system import linearised, scene_of
+    from ancfsparse.solve.vibration.symmetric_eigenproblem import (
+        BEYOND,
+        VECTORS,
+        all_motions,
+        lowest,
+        most_modes,
+    )
+
+    n = check_count("n", n)
+    scene = scene_of(of, at)
+    needed = estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)
+    with memory_for(needed):
+        pencil = linearised(of, at)
+        if pencil.system.gyroscopic is not None:
+            raise InputError(
+                "vibrations in a rotating frame are not modes with one phase, because of Coriolis "
+                "forces: take complex_modes"
+            )
+        vectors = 8.0 * VECTORS * (n + BEYOND) * pencil.seed.n
+        check_factor(replace(NOTHING, vectors=vectors), pencil.seed)
+        motions = all_motions(pencil)
+        most = most_modes(pencil, motions)
+        if n > most:
+            raise InputError(f"n must be at most {most} in this scene, got {n}")
+        values, motions, rounding = lowest(pencil, n, motions)
+    system = pencil.system
+    if not system.conservative:
+        warnings.warn(ApproximateModes(), stacklevel=2)
+    damping = np.zeros(n)
+    if system.damped:
+        damping = np.sum(motions * (pencil.damping() @ motions.T).T, axis=1)
+    shapes = np.zeros((n, system.n_all))
+    shapes[:, : system.n_free] = motions
+    values[np.abs(values) <= rounding] = 0.0
+    forces = [system.assembly.inertia(system.uniform(d)) for d in range(system.dim)]
+    masses = np.stack([shapes @ force for force in forces], axis=1) ** 2
+    return Modes(system, pencil.state, values, shapes, damping, rounding, masses)

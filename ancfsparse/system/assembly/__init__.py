@@ -1,0 +1,1 @@
+"""Sparsity pattern, compiled assembly, partition."""

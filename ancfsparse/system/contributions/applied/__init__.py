@@ -1,0 +1,1 @@
+"""Nodal loads, moments, follower and user forces."""

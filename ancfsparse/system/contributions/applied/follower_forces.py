@@ -1,0 +1,68 @@
+"""Forces that follow the sections they act on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector, unknowns
+from ancfsparse.system.loads.follower_loads import Follower
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+
+class Followers(Contribution):
+    """The following forces of a scene."""
+
+    pushes = True
+    conservative = False
+
+    def __init__(self, system: System) -> None:
+        self._n_free, self._n_all = system.n_free, system.n_all
+        self._all = Follower.joined(system.loads.followers)
+
+    def cliques(self) -> list[Unknowns]:
+        """Return the coordinates that each force acts on or depends on."""
+        return [unknowns(self._places(), self._n_free)]
+
+    def compile(self, pattern: Pattern) -> Compiled:
+        """Return the compiled forces."""
+        arrays = {
+            "place": self._all.place,
+            "weight": self._all.weight,
+            "column": self._all.column,
+            "factor": self._all.factor,
+            "slot": pattern.slots(*self.cliques()).ravel(),
+        }
+        made: Compiled = compiled("followers").Followers(self._n_all, arrays)
+        return made
+
+    def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:
+        """Return the power of the forces, shape (k,) [W]."""
+        each = self._all
+        power = np.zeros(len(q))
+        for place, weight, column, factor in zip(
+            each.place, each.weight, each.column, each.factor, strict=True
+        ):
+            rate = np.einsum("u,kud->kd", weight[0], v[:, place])
+            units = np.einsum("su,kud->skd", weight[1:], q[:, place])
+            if place.shape[1] == 2:
+                units = np.stack([units[0], np.stack([-units[0, :, 1], units[0, :, 0]], axis=1)])
+            for vector, number in zip(units, column, strict=True):
+                if number >= 0:
+                    unit = vector / np.linalg.norm(vector, axis=1, keepdims=True)
+                    power += factor * amplitudes[:, number] * np.sum(unit * rate, axis=1)
+        return power
+
+    def _places(self) -> NDArray[np.int32]:
+        return self._all.place.reshape(len(self._all.place), -1).copy()
+
+
+def of(system: System) -> list[Followers]:
+    """Return the following forces of a system."""
+    return [Followers(system)]

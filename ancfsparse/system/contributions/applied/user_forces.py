@@ -1,0 +1,97 @@
+"""Forces that are functions of the motion."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.errors import LoadFailure
+from ancfsparse.scene.force_elements.user_forces import Force
+from ancfsparse.scene.records.compiled_callbacks import capsule_of
+from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
+from ancfsparse.system.contributions.point_weights import Points
+from ancfsparse.system.loads.amplitudes import Clock
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+
+class CompiledForce(Compiled, Protocol):
+    """A function of the caller's as a contribution (_forces.pyx)."""
+
+    def power(self, q: Vector, v: Vector, amplitudes: Vector, /) -> float:
+        """Return the power of the force in a state [W]."""
+
+
+class UserForce(Contribution):
+    """A force of a system that a function of the caller's gives."""
+
+    pushes = True
+    conservative = False
+    foreseeable = False
+
+    def __init__(self, system: System, force: Force, clock: int) -> None:
+        self._n_free, self._force, self._clock = system.n_free, force, clock
+        self._points = Points.of(system, [[(1.0, node)] for node in force.points])
+        body = [node.beam for node in force.points]
+        # What motions are small beside: an element, and the speed of sound in its material.
+        self._way = min(each.shortest for each in body)
+        waves = [each.speed for each in body if each.speed is not None]
+        # Without waves the speed by which a body falls along its size.
+        falls = math.sqrt(self._way * float(np.linalg.norm(system.scene.gravity)))
+        self._speed = max(waves, default=falls or self._way)
+        self._compiled: CompiledForce
+
+    def cliques(self) -> list[Unknowns]:
+        """Return the coordinates of each point, or of all of them."""
+        return self._points.cliques(self._n_free, self._force.coupled)
+
+    def compile(self, pattern: Pattern) -> Compiled:
+        """Return the compiled force."""
+        points = self._points
+        self._compiled = compiled("forces").UserForce(
+            points.start,
+            points.place,
+            points.weight,
+            points.slots(pattern, self._n_free, self._force.coupled),
+            self._clock,
+            self._force.coupled,
+            self._way,
+            self._speed,
+            capsule_of(self._force.function),
+            self._force.checked,
+            self._failed,
+        )
+        return self._compiled
+
+    def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:
+        """Return the power of the force, shape (k,) [W]."""
+        return np.array(
+            [
+                self._compiled.power(*map(np.ascontiguousarray, state))
+                for state in zip(q, v, amplitudes, strict=True)
+            ]
+        )
+
+    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+        """Return its power: a C function gives no more."""
+        return [(f"the power of {self._force.what} [W]", self.power(q, v, amplitudes))]
+
+    def _failed(self, t: float, status: int) -> LoadFailure:
+        """Return the error for a C function that returned a status, or 0 and no finite force."""
+        reason = f"it returned {status}" if status else "a force is not finite"
+        return self._force.failure(t, reason)
+
+
+def of(system: System) -> list[UserForce]:
+    """Return the forces of a system that are functions of the motion."""
+    found = [each for each in system.scene.attached if isinstance(each, Force)]
+    if not found:
+        return []
+    clock = system.loads.n_amplitudes
+    system.loads.sources.append(Clock())
+    return [UserForce(system, each, clock) for each in found]

@@ -1,0 +1,1 @@
+"""Elements, masses, rotating frame, gravity."""

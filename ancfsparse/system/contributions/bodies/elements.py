@@ -1,0 +1,146 @@
+"""The elements of a scene, body by body: arrays for the calls of their kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.kernels.catalog import REFERENCE, ElementKind
+from ancfsparse.kernels.layout import Layout, pack
+from ancfsparse.scene import Beam, ElasticBody
+from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    Places,
+    Vector,
+    unknowns,
+)
+from ancfsparse.system.coordinates.numbering import reference
+
+if TYPE_CHECKING:
+    from ancfsparse.system.loads.time_dependent_eigenstrain import ChangingStrain
+    from ancfsparse.system.system import System
+
+
+class CompiledElements(Compiled, Protocol):
+    """The elements of all bodies (_elements.pyx)."""
+
+    @property
+    def groups(self) -> list[dict[str, Any]]:
+        """Arrays and kernels of each body."""
+
+    def divide(self, run_start: Any, runs: Any) -> None:
+        """Deal the elements out to threads."""
+
+
+class Elements(Contribution):
+    """The elements of a system."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._compiled: CompiledElements
+        # By the place of a body: its strains that change, and the first amplitude of these.
+        self._changing: dict[int, tuple[ChangingStrain, int]] = {}
+        for k, body in enumerate(system.scene.beams):
+            if isinstance(body, Beam) and body.strains_change:
+                self._changing[k] = _changing(system, body), system.loads.n_amplitudes
+                system.loads.sources.append(self._changing[k][0])
+
+    def cliques(self) -> list[Unknowns]:
+        """Return the coordinates of every element, a table for each body."""
+        return [self._unknowns(body) for body in self._system.scene.beams]
+
+    def compile(self, pattern: Pattern) -> Compiled:
+        """Return the compiled elements."""
+        groups = []
+        for k, body in enumerate(self._system.scene.beams):
+            kind = self._system.kind_of(body)
+            slots = pattern.slots(self._unknowns(body))
+            base = base_parameters(body, kind, body.stiffnesses())
+            layout = pack(kind, self._system.elements(body), slots, base)
+            del slots
+            groups.append(
+                {
+                    "layout": layout.compressed(),
+                    "kernels": kind.kernels,
+                    "tuned": self._tuned(k, layout, kind.lanes),
+                    **_damping(body, kind, self._system.elements(body)),
+                }
+            )
+        self._compiled = compiled("elements").Elements(groups, self._system.n_all)
+        return self._compiled
+
+    @property
+    def layouts(self) -> list[Layout]:
+        """Arrays of the elements of each body."""
+        return [group["layout"] for group in self._compiled.groups]
+
+    def divide(self, n_free: int, n_all: int, threads: int) -> bool:
+        """Deal the elements out to threads, if not too many would meet at the borders."""
+        from ancfsparse.system.assembly.thread_partition import share
+
+        dealt = share(self.layouts, n_free, n_all, threads)
+        if dealt is not None:
+            self._compiled.divide(*dealt)
+        return dealt is not None
+
+    def _tuned(self, k: int, layout: Layout, lanes: int) -> tuple[Places, Places, Vector] | None:
+        """Return parameters of a body that change, their amplitudes, and values without these."""
+        if k not in self._changing:
+            return None
+        strain, first = self._changing[k]
+        place, column = strain.places(layout.set_of, lanes)
+        return place, column + np.int32(first), layout.parameters.ravel()[place]
+
+    def _unknowns(self, body: ElasticBody) -> Unknowns:
+        return unknowns(self._system.elements(body), self._system.n_free)
+
+
+def of(system: System) -> list[Elements]:
+    """Return the elements of a system."""
+    return [Elements(system)]
+
+
+def _changing(system: System, body: Beam) -> ChangingStrain:
+    """Return what the changing eigenstrain of a beam does to its elements."""
+    from ancfsparse.system.loads.time_dependent_eigenstrain import (
+        ChangingStrain,  # few beams have any
+    )
+
+    kind, common = system.kind_of(body), body.stiffnesses()
+    base = base_parameters(body, kind, common)
+    return ChangingStrain(body, kind, reference(body)[body.ends], base)
+
+
+def _damping(body: ElasticBody, kind: ElementKind, places: Places) -> dict[str, Any]:
+    """Return what the assembly needs to damp a body, as few arrays as it can."""
+    flags = {"strains_damped": body.strains_damped, "masses_damped": body.masses_damped}
+    if not any(flags.values()):
+        return flags
+    layout = pack(kind, places, places, base_parameters(body, kind, body.viscosities()))
+    return flags | {"damping_set_of": layout.set_of, "damping_parameters": layout.parameters}
+
+
+def base_parameters(body: ElasticBody, kind: ElementKind, common: Mapping[str, float]) -> Vector:
+    """Return the base parameters of every element, (n_e, n_base), without changing eigenstrains.
+
+    Elements have lengths and, if curved, coordinates free of strain of their own.
+    """
+    base = np.empty((body.n_elements, len(kind.parameters)))
+    for k, name in enumerate(kind.parameters):
+        if not name.startswith(REFERENCE):
+            base[:, k] = body.lengths if name == "length" else common[name]
+    if kind.is_curved:
+        ends = body.free_of_stress(reference(body)[body.ends])
+        base[:, of_reference(kind)] = ends.reshape(body.n_elements, -1)
+    return base
+
+
+def of_reference(kind: ElementKind) -> NDArray[np.intp]:
+    """Return which base parameters are coordinates free of strain, in their order."""
+    return np.flatnonzero([name.startswith(REFERENCE) for name in kind.parameters])

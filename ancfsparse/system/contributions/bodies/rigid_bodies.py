@@ -1,0 +1,23 @@
+"""Masses of rigid bodies: constant entries of the mass matrix, alike in every direction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ancfsparse.system.contributions.bodies.masses import Entries, Masses, add
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+
+def of(system: System) -> list[Masses]:
+    """Return the masses of the bodies of a system that are not those of elements."""
+    entries: Entries = {}
+    for body, places in zip(system.scene.bodies, system.places, strict=True):
+        if body.masses is not None:
+            vectors = [places[0, body.kind.columns(name)] for name in body.kind.vectors]
+            for direction in np.array(vectors).T:
+                add(entries, direction, body.masses)
+    return [Masses(system.n_free, entries)]

@@ -1,0 +1,60 @@
+"""Gravity that changes with time: a force on each coordinate in proportion to its mass."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
+
+if TYPE_CHECKING:
+    from ancfsparse.system.assembly.assembly_protocol import Assembly
+    from ancfsparse.system.system import System
+
+
+class ChangingGravities(Contribution):
+    """Uniform accelerations of all masses that the contributions before it have."""
+
+    pushes = True
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._place = np.zeros(0, dtype=np.int32)
+        self._column, self._weight = np.zeros(0, dtype=np.int32), np.zeros(0)
+
+    def compile(self, pattern: Pattern) -> Compiled:
+        """Return the compiled loads."""
+        system = self._system
+        masses: Assembly = compiled("assembly").Assembly(
+            system.n_free,
+            system.n_all,
+            system.loads.n_amplitudes,
+            pattern.indptr,
+            system.parts,
+        )
+        places, columns, weights = [], [], []
+        for direction in range(system.dim):
+            force = masses.inertia(system.uniform(direction))
+            acting = np.flatnonzero(force)
+            for column in system.loads.gravity_column:
+                places.append(acting)
+                columns.append(np.full(len(acting), column[direction]))
+                weights.append(force[acting])
+        self._place = np.concatenate(places).astype(np.int32)
+        self._column = np.concatenate(columns).astype(np.int32)
+        self._weight = np.concatenate(weights)
+        made: Compiled = compiled("loads").Loads(self._place, self._column, self._weight)
+        return made
+
+    def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:
+        """Return the power of the accelerations, shape (k,) [W]."""
+        forces = self._weight * amplitudes[:, self._column]
+        return np.asarray(np.sum(v[:, self._place] * forces, axis=1))
+
+
+def of(system: System) -> list[ChangingGravities]:
+    """Return the changing gravity of a system."""
+    return [ChangingGravities(system)]

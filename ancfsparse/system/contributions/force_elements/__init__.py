@@ -1,0 +1,1 @@
+"""Springs, joint springs, ropes."""

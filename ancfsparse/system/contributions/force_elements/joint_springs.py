@@ -1,0 +1,158 @@
+"""Springs, stops and friction in joints."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.errors import InputError
+from ancfsparse.scene.force_elements.joint_springs import RUBBING, STOP, JointSpring
+from ancfsparse.scene.mechanisms.joint_freedoms import measure
+from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    Places,
+    Vector,
+    unknowns,
+)
+from ancfsparse.system.contributions.joints.joint_coordinate_constraints import flat
+from ancfsparse.system.coordinates.joint_lowering import Lowering
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+
+class Force(NamedTuple):
+    """The force of a joint as a sum over terms of its equations, as _joint_springs.pyx takes it."""
+
+    row: Places
+    other: Places
+    direction: Places
+    factor: Vector
+    about: Vector
+
+    def size(self, q: Vector, lam: Vector) -> Vector:
+        """Return its magnitude (k,) [N] in states q (k, n_all) with multipliers lam (k, m)."""
+        arms = np.where(self.other >= 0, q[:, self.other] - self.about, 1.0)
+        parts = self.factor * lam[:, self.row] * arms
+        along = [parts[:, self.direction == d].sum(axis=1) for d in range(3)]
+        return np.asarray(np.sqrt(np.sum(np.square(along), axis=0)))
+
+
+class JointSprings(Contribution):
+    """What acts along the freedoms of the joints of a system."""
+
+    pushes = True
+
+    def __init__(self, system: System, springs: list[JointSpring]) -> None:
+        self._n_free, self._springs = system.n_free, springs
+        lowering = Lowering(system.scene, system.kinds)
+        final = np.empty(lowering.n_raw, dtype=np.int32)
+        for raw, places in zip(lowering.raw, system.places, strict=True):
+            final[raw] = places
+        self._measures = [measure(lowering, s.joint, s.of).placed(final) for s in springs]
+        self._forces = [_force(system, s if s.law == RUBBING else None) for s in springs]
+        self.reacts = any(s.law == RUBBING for s in springs)
+
+    def cliques(self) -> list[Unknowns]:
+        """Return the coordinates of each measure, (1, m)."""
+        return [unknowns(each.place.copy(), self._n_free)[None] for each in self._measures]
+
+    def compile(self, pattern: Pattern) -> Compiled:
+        """Return the compiled springs."""
+        slots = [pattern.slots(each).ravel() for each in self.cliques()]
+        columns = {
+            name: np.array([getattr(each, name) for each in self._springs], dtype=float)
+            for name in ("low", "high", "stiffness", "damping", "slip")
+        }
+        made: Compiled = compiled("joint_springs").JointSprings(
+            flat(self._measures)
+            | columns
+            | _flat(self._forces)
+            | {
+                "law": np.array([each.law for each in self._springs], dtype=np.int32),
+                "slot": np.concatenate(slots),
+                "first_slot": np.cumsum([0, *(len(each) for each in slots)], dtype=np.int32),
+            }
+        )
+        return made
+
+    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+        """Return by how much stops are passed."""
+        out = []
+        for spring, along in zip(self._springs, self._measures, strict=True):
+            if spring.law == STOP:
+                x = along.values(q)
+                if along.is_angle:  # stops count turns to either side of the middle of their range
+                    middle = 0.5 * (spring.low + spring.high)
+                    x = middle + np.remainder(x - middle + np.pi, 2.0 * np.pi) - np.pi
+                passed = np.maximum(np.maximum(x - spring.high, spring.low - x), 0.0)
+                unit = "rad" if along.is_angle else "m"
+                out.append((f"the way beyond {spring.what} [{unit}]", passed))
+        return out
+
+    def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector | float:
+        """Return the power that friction by forces of joints takes, (k,) [W]."""
+        power = np.zeros(len(q))
+        for spring, along, force in zip(self._springs, self._measures, self._forces, strict=True):
+            if spring.law == RUBBING:
+                rate = np.sum(along.gradients(q) * v[:, along.place], axis=1)
+                most = spring.damping * force.size(q, lam)
+                power += most * rate**2 / np.hypot(rate, spring.slip)
+        return power
+
+    def holds(self, q: Vector) -> Any:
+        """Return the gradient of the measure of each spring, which resists its change."""
+        import scipy.sparse as sp
+
+        found = [m for m, s in zip(self._measures, self._springs, strict=True) if s.stiffness]
+        if not found:
+            return None
+        values = np.concatenate([each.gradients(q[None])[0] for each in found])
+        rows = np.repeat(np.arange(len(found)), [len(each.place) for each in found])
+        places = (rows, np.concatenate([each.place for each in found]))
+        return sp.csr_array((values, places), shape=(len(found), len(q)))
+
+
+def _force(system: System, spring: JointSpring | None) -> Force:
+    """Return the force on the first side of a joint that rubs, no terms of others."""
+    rows, factors = [], []
+    if spring is not None:
+        body = spring.joint.sides[0].beam
+        places = system.places[[id(each) for each in system.bodies].index(id(body))]
+        columns = places[:, system.kind_of(body).columns("r")]
+        direction = {int(p): d for d, column in enumerate(columns.T) for p in column}
+        c, mine = system.constraints, set(system.rows_of(spring.joint))
+        for row, i, j, factor, about in zip(c.row, c.i, c.j, c.coefficient, c.about, strict=True):
+            for one, other in ((i, j), (j, i)):
+                if row in mine and one in direction:
+                    rows.append((row, other, direction[one]))
+                    factors.append((factor, about))
+        if not rows:
+            raise InputError(
+                f"{spring.what} depends on the force of the joint, which joints by numbering do "
+                "not state: make a pin by as_constraint=True, or join another point than the "
+                "origin of a body"
+            )
+    integers = np.array(rows, dtype=np.int32).reshape(-1, 3)
+    reals = np.array(factors, dtype=float).reshape(-1, 2)
+    columns_of = [x.copy() for x in integers.T]
+    return Force(columns_of[0], columns_of[1], columns_of[2], *(x.copy() for x in reals.T))
+
+
+def _flat(forces: list[Force]) -> dict[str, Any]:
+    start = np.cumsum([0, *(len(each.row) for each in forces)], dtype=np.int32)
+    tables = {
+        f"force_{name}": np.concatenate([getattr(each, name) for each in forces])
+        for name in Force._fields
+    }
+    return tables | {"force_start": start}
+
+
+def of(system: System) -> list[JointSprings]:
+    """Return what acts along the freedoms of the joints of a system."""
+    springs = [each for each in system.scene.attached if isinstance(each, JointSpring)]
+    return [JointSprings(system, springs)] if springs else []

@@ -1,0 +1,145 @@
+"""Elastic ropes over points."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.scene import Node
+from ancfsparse.scene.force_elements.ropes import Rope
+from ancfsparse.scene.mechanisms.joint_freedoms import distance
+from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    Places,
+    Vector,
+    unknowns,
+)
+from ancfsparse.system.contributions.joints.joint_coordinate_constraints import flat
+from ancfsparse.system.coordinates.joint_lowering import Lowering
+from ancfsparse.system.loads.amplitudes import Source
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+
+class Ropes(Contribution):
+    """The elastic ropes of a system."""
+
+    pushes = True
+
+    def __init__(self, system: System, ropes: list[Rope]) -> None:
+        self._n_free, self._ropes = system.n_free, ropes
+        lowering = Lowering(system.scene, system.kinds)
+        final = np.empty(lowering.n_raw, dtype=np.int32)
+        for raw, places in zip(lowering.raw, system.places, strict=True):
+            final[raw] = places
+        self._fixed = np.zeros(len(ropes))
+        self._parts = []
+        for k, rope in enumerate(ropes):
+            parts = []
+            for one, other in pairwise(rope.points):
+                if isinstance(one, Node) or isinstance(other, Node):
+                    parts.append(distance(lowering, one, other).placed(final))
+                else:
+                    self._fixed[k] += float(np.linalg.norm(one - other))
+            self._parts.append(parts)
+        self._places = [np.unique(np.concatenate([m.place for m in p])) for p in self._parts]
+        self._column = np.full(len(ropes), -1, dtype=np.int32)
+        for k, rope in enumerate(ropes):
+            if rope.change is not None:
+                self._column[k] = system.loads.n_amplitudes
+                system.loads.sources.append(Source(rope.change))
+
+    def cliques(self) -> list[Unknowns]:
+        """Return the coordinates of each rope, (1, m), then those of each part of each."""
+        parts = [part.place for parts in self._parts for part in parts]
+        return [unknowns(each.copy(), self._n_free)[None] for each in (*self._places, *parts)]
+
+    def compile(self, pattern: Pattern) -> Compiled:
+        """Return the compiled ropes."""
+        slots = [pattern.slots(each).ravel() for each in self.cliques()]
+        n, parts = len(self._ropes), [part for parts in self._parts for part in parts]
+        own = [
+            np.searchsorted(places, part.place)
+            for places, mine in zip(self._places, self._parts, strict=True)
+            for part in mine
+        ]
+        columns = {
+            "natural": "length",
+            "stiffness": "stiffness",
+            "viscosity": "damping",
+            "width": "slack",
+        }
+        made: Compiled = compiled("ropes").Ropes(
+            flat(parts)
+            | {
+                name: np.array([getattr(each, field) for each in self._ropes], dtype=float)
+                for name, field in columns.items()
+            }
+            | {
+                "fixed": self._fixed,
+                "column": self._column,
+                "first": _starts(self._parts),
+                "begin": _starts(self._places),
+                "places": np.concatenate(self._places),
+                "own": np.concatenate(own).astype(np.int32),
+                "slot": np.concatenate(slots[:n]),
+                "first_slot": _starts(slots[:n]),
+                "slot_of_part": np.concatenate(slots[n:]),
+                "first_of_part": _starts(slots[n:]),
+            }
+        )
+        return made
+
+    def tension(self, rope: Rope, q: Vector, v: Vector, amplitudes: Vector) -> Vector:
+        """Return the tension of a rope in states (k, n_all), shape (k,) [N]."""
+        k = self._ropes.index(rope)
+        path, rate = np.full(len(q), self._fixed[k]), np.zeros(len(q))
+        for part in self._parts[k]:
+            path += part.values(q)
+            rate += part.rates(q, v)
+        change = amplitudes[:, self._column[k]] if self._column[k] >= 0 else 0.0
+        return rope.tension(path, rate, rope.length + change)
+
+    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+        """Return their tensions."""
+        return [
+            (f"the tension of {each.what} [N]", self.tension(each, q, v, amplitudes))
+            for each in self._ropes
+        ]
+
+    def has(self, rope: Rope) -> bool:
+        """Whether a rope is among these."""
+        return rope in self._ropes
+
+    def holds(self, q: Vector) -> Any:
+        """Return the gradient of each path; where it is taut, also the way across each part."""
+        import scipy.sparse as sp
+
+        lines: list[tuple[Places, Vector]] = []
+        for k, (rope, parts) in enumerate(zip(self._ropes, self._parts, strict=True)):
+            path = self._fixed[k] + sum(float(part.values(q[None])[0]) for part in parts)
+            if path > rope.length:
+                lines += [(part.place, part.weight[:, d]) for part in parts for d in range(3)]
+            slopes = np.concatenate([part.gradients(q[None])[0] for part in parts])
+            lines.append((np.concatenate([part.place for part in parts]), slopes))
+        rows = np.repeat(np.arange(len(lines)), [len(place) for place, _ in lines])
+        columns, values = (np.concatenate(each) for each in zip(*lines, strict=True))
+        table = sp.coo_array((values, (rows, columns)), shape=(len(lines), len(q))).tocsr()
+        table.eliminate_zeros()
+        return table[np.diff(table.indptr) > 0]
+
+
+def _starts(parts: list[Any]) -> Places:
+    return np.cumsum([0, *(len(each) for each in parts)], dtype=np.int32)
+
+
+def of(system: System) -> list[Ropes]:
+    """Return the elastic ropes of a system."""
+    found = [each for each in system.scene.attached if isinstance(each, Rope)]
+    return [Ropes(system, found)] if found else []

@@ -1,0 +1,1 @@
+"""Constraint equations, joint coordinates, sliding joints."""

@@ -1,0 +1,104 @@
+"""Constraint equations of `system.coordinates.constraint_terms`, and their multiplier forces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.scene.joints.joint import LINEAR
+from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    Places,
+    Vector,
+    unknowns,
+)
+
+if TYPE_CHECKING:
+    from ancfsparse.system.coordinates.constraint_terms import Constraints as Equations
+    from ancfsparse.system.system import System
+
+
+class Constraints(Contribution):
+    """The equations of a system that multipliers hold."""
+
+    def __init__(self, system: System) -> None:
+        self._n_free, self._constraints = system.n_free, system.constraints
+        self._massive = _terms_with_mass(system.constraints)
+
+    def cliques(self) -> list[Unknowns]:
+        """Return what meets in each term, (n_terms, 3), and in each equation with a mass, (1, k).
+
+        In a term it is its equation and the one or two coordinates in it.
+        """
+        c = self._constraints
+        row, i, j = (np.array(x, dtype=np.int32) for x in (c.row, c.i, c.j))
+        coordinates = (unknowns(x, self._n_free) for x in (i, j))
+        terms = np.stack([self._n_free + row, *coordinates], axis=1)
+        return [terms, *self._with_mass()]
+
+    def compile(self, pattern: Pattern) -> Compiled:
+        """Return the compiled constraints."""
+        c = self._constraints
+        # Pairs by rows: (row, row), (i, row), (i, i), (j, row), (j, i), (j, j).
+        pairs = pattern.slots(self.cliques()[0])
+        integers = {name: np.array(getattr(c, name), dtype=np.int32) for name in ("row", "i", "j")}
+        reals = {
+            name: np.array(getattr(c, name), float) for name in ("coefficient", "about", "offset")
+        }
+        slots = {"slot_i": pairs[:, 1], "slot_j": pairs[:, 3], "slot_ij": pairs[:, 4]}
+        copies = {name: column.copy() for name, column in slots.items()}
+        arrays, masses = integers | reals | copies, self._masses(pattern)
+        made: Compiled = compiled("constraints").Constraints(arrays, masses)
+        return made
+
+    def _with_mass(self) -> list[Unknowns]:
+        return [unknowns(places[None].copy(), self._n_free) for _, places, _, _ in self._massive]
+
+    def _masses(self, pattern: Pattern) -> dict[str, Places | Vector]:
+        """Return the equations with a mass: their terms, the gradients, and where squares go."""
+        none = np.empty(0, dtype=np.int32)
+        terms, places, own, other = (
+            (list(each) for each in zip(*self._massive, strict=True))
+            if self._massive
+            else ([], [], [], [])
+        )
+        slots = [pattern.slots(each).ravel() for each in self._with_mass()]
+        rows = [self._constraints.row[each[0]] for each in terms]
+        masses = [self._constraints.mass[row] for row in rows]
+        flat = {"term": terms, "own": own, "other": other, "slot": slots}
+        starts = {"first_term": terms, "first_place": places, "first_slot": slots}
+        return {
+            **{name: np.concatenate([none, *each]).astype(np.int32) for name, each in flat.items()},
+            **{
+                name: np.cumsum([0, *(len(each) for each in tables)], dtype=np.int32)
+                for name, tables in starts.items()
+            },
+            "mass": np.array(masses, dtype=float),
+        }
+
+
+def _terms_with_mass(constraints: Equations) -> list[tuple[Places, Places, Places, Places]]:
+    """Return for each equation with a mass its terms, its coordinates, and which of them they have.
+
+    The last is -1 in linear terms.
+    """
+    c, found = constraints, []
+    row, i, j = (np.array(x, dtype=np.int32) for x in (c.row, c.i, c.j))
+    order = np.argsort(row, kind="stable").astype(np.int32)
+    begins = np.searchsorted(row[order], np.arange(len(c.offset) + 1))
+    for k in np.flatnonzero(c.mass):
+        terms = order[begins[k] : begins[k + 1]]
+        both = np.concatenate([i[terms], j[terms][j[terms] != LINEAR]])
+        places = np.unique(both).astype(np.int32)
+        own, other = (np.searchsorted(places, x[terms]).astype(np.int32) for x in (i, j))
+        found.append((terms, places, own, np.where(j[terms] == LINEAR, -1, other)))
+    return found
+
+
+def of(system: System) -> list[Constraints]:
+    """Return the constraints of a system."""
+    return [Constraints(system)]

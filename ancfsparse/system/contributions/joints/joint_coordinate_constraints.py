@@ -1,0 +1,91 @@
+"""Angles, lengths and displacements of joints in constraint equations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.scene.kinematics.joint_coordinates import ANGLE, Measure
+from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+TURN = 2.0 * np.pi
+
+
+class Couplings(Contribution):
+    """The measures in the equations of a system."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        terms = system.constraints.measures
+        self._n_free = system.n_free
+        self._terms = [(k, c, each) for k, c, each in terms if isinstance(each, Measure)]
+
+    def cliques(self) -> list[Unknowns]:
+        """Return the equation and the coordinates of each measure, (1, 1 + m)."""
+        tables = []
+        for row, _, measure in self._terms:
+            coordinates = unknowns(measure.place.copy(), self._n_free)
+            tables.append(np.concatenate([[self._n_free + row], coordinates])[None])
+        return tables
+
+    def compile(self, pattern: Pattern) -> Compiled:
+        """Return the compiled measures."""
+        # Pairs by rows: (row, row), (i, row), (i, i), (j, row), (j, i), (j, j), ...
+        pairs = [pattern.slots(each).ravel() for each in self.cliques()]
+        lines = [np.split(each, _begins(each)[1:]) for each in pairs]
+        rows, factors, measures = zip(*self._terms, strict=True)
+        slots = [np.concatenate([line[1:] for line in each[1:]]) for each in lines]
+        arrays = flat(measures) | {
+            "row": np.array(rows, dtype=np.int32),
+            "factor": np.array(factors, dtype=float),
+            "slot": np.concatenate(slots).astype(np.int32),
+            "first_slot": np.cumsum([0, *(len(each) for each in slots)], dtype=np.int32),
+            "slot_of_row": np.array(
+                [line[0] for each in lines for line in each[1:]], dtype=np.int32
+            ),
+            "turn": self._turns(),
+        }
+        made: Compiled = compiled("couplings").Couplings(arrays)
+        return made
+
+    def _turns(self) -> Any:
+        """Return the angles at the start, those that are driven with the turns of their drive."""
+        system = self._system
+        start = [float(each.values(system.q0[None])[0]) for _, _, each in self._terms]
+        first = system.n_multipliers - system.prescribed.n_equations
+        values, failure = system.prescribed.tabulate(np.array([system.t0]))
+        if failure is None:
+            for k, (row, factor, measure) in enumerate(self._terms):
+                if row >= first and measure.kind == ANGLE:
+                    goal = values[0, 3 * system.prescribed.n + row - first] / factor
+                    start[k] += TURN * round((goal - start[k]) / TURN)
+        return np.array(start)
+
+
+def flat(measures: Sequence[Measure]) -> dict[str, Any]:
+    """Return measures as the arrays of measures.pxi."""
+    return {
+        "kind": np.array([each.kind for each in measures], dtype=np.int32),
+        "start": np.cumsum([0, *(len(each.place) for each in measures)], dtype=np.int32),
+        "place": np.concatenate([each.place for each in measures]),
+        "weight": np.concatenate([each.weight for each in measures]),
+        "constant": np.array([each.constant for each in measures]),
+    }
+
+
+def _begins(pairs: Any) -> Any:
+    """Return where the rows of a lower triangle begin that is stored by rows."""
+    n = int(np.sqrt(2 * len(pairs)))
+    return np.cumsum(np.arange(n))
+
+
+def of(system: System) -> list[Couplings]:
+    """Return the measures in the equations of a system."""
+    return [Couplings(system)]

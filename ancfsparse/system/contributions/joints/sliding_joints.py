@@ -1,0 +1,70 @@
+"""Points that slide along beams, in constraint equations."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.errors import LoadFailure
+from ancfsparse.scene.kinematics.track import Offset, Track
+from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+
+class Tracks(Contribution):
+    """A point of a system on its track."""
+
+    def __init__(self, system: System, rows: list[int], offset: Offset) -> None:
+        self._n_free, self._rows, self._offset = system.n_free, rows, offset
+        self._label = system.constraints.labels[rows[0]].split(", normal")[0]
+        self._start = offset.track.nearest(system.q0)
+
+    def cliques(self) -> list[Unknowns]:
+        """Return the equations, the point and an element, a row for each of these."""
+        coordinates = unknowns(self._offset.reach(), self._n_free)
+        rows = np.full((len(coordinates), len(self._rows)), self._n_free + np.array(self._rows))
+        return [np.concatenate([rows, coordinates], axis=1).astype(np.int32)]
+
+    def compile(self, pattern: Pattern) -> Compiled:
+        """Return the compiled track."""
+        track = self._offset.track
+        arrays = {
+            "ends": np.ascontiguousarray(track.ends, dtype=np.int32),
+            "arcs": track.arcs,
+            "point": np.ascontiguousarray(track.point.T, dtype=np.int32),
+            "weights": np.ascontiguousarray(track.weights, dtype=float),
+            "lateral": np.ascontiguousarray(track.lateral, dtype=float),
+            "row": np.array(self._rows, dtype=np.int32),
+            "slot": pattern.slots(self.cliques()[0]),
+            "s": self._start,
+        }
+        made: Compiled = compiled("tracks").Tracks(arrays, partial(ran_off, self._label, track))
+        return made
+
+
+def ran_off(label: str, track: Track, s: float) -> LoadFailure:
+    """Return the error for a point that has left its beam at an arc coordinate [m]."""
+    whole = float(track.arcs[-1])
+    where = "start" if s < 0.0 else "end"
+    reason = f"the {label} ran off its {where}, to s = {s:.6g} m of {whole:.6g} m"
+    advice = "end the run before, or stop the point by a spring"
+    return LoadFailure(f"{reason}: {advice}", math.nan)
+
+
+def of(system: System) -> list[Tracks]:
+    """Return the points of a system that slide along beams, one for each."""
+    rows: dict[int, list[int]] = {}
+    offsets: dict[int, Offset] = {}
+    for row, _, each in system.constraints.measures:
+        if isinstance(each, Offset):
+            owner = system.constraints.source[row][0]
+            rows.setdefault(owner, []).append(row)
+            offsets.setdefault(owner, each)
+    return [Tracks(system, rows[owner], offset) for owner, offset in offsets.items()]

@@ -1,0 +1,69 @@
+"""Points of beams as flat arrays: position = sum of weights q[places], per direction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ancfsparse.scene import Node
+from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.contributions.interface import Places, Vector, unknowns
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+
+@dataclass(frozen=True)
+class Points:
+    """Weighted sums of coordinates, such as points or differences of points.
+
+    Attributes
+    ----------
+    start : (n + 1,) int32
+        Where the coordinates of each begin.
+    place : (dim, m) int32
+        Their places in q, by direction.
+    weight : (m,) float
+        Their weights, the same for all directions.
+    """
+
+    start: Places
+    place: Places
+    weight: Vector
+
+    @classmethod
+    def of(cls, system: System, sums: Sequence[Sequence[tuple[float, Node]]]) -> Points:
+        """Add up points with factors; coordinates that several of a sum have count once."""
+        start = [0]
+        place: list[Places] = [np.empty((system.dim, 0), dtype=np.int32)]
+        weight: list[Vector] = [np.empty(0)]
+        for terms in sums:
+            parts = [(factor, system.point(node)) for factor, node in terms]
+            where = np.concatenate([places for _, (places, _) in parts], axis=1)
+            weights = np.concatenate([factor * each for factor, (_, each) in parts])
+            _, first, own = np.unique(where[0], return_index=True, return_inverse=True)
+            place.append(where[:, first])
+            weight.append(np.bincount(own, weights).astype(np.float64))
+            start.append(start[-1] + len(first))
+        return cls(
+            np.array(start, dtype=np.int32),
+            np.concatenate(place, axis=1).astype(np.int32),
+            np.concatenate(weight),
+        )
+
+    def cliques(self, n_free: int, together: bool = False) -> list[Unknowns]:
+        """Return the unknowns of each sum, coordinate by coordinate, (1, dim p); or of all."""
+        starts = self.start[[0, -1]] if together else self.start
+        return [
+            unknowns(np.array(self.place[:, begin:end].T.reshape(1, -1)), n_free)
+            for begin, end in pairwise(starts)
+        ]
+
+    def slots(self, pattern: Pattern, n_free: int, together: bool = False) -> Places:
+        """Return where the pairs of each sum are stored, one after the other."""
+        tables = (pattern.slots(each).ravel() for each in self.cliques(n_free, together))
+        return np.concatenate([np.empty(0, dtype=np.int32), *tables])

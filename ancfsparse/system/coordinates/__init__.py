@@ -1,0 +1,1 @@
+"""Numbering, lowering of joints, constraints, state."""

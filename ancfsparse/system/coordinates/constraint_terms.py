@@ -1,0 +1,188 @@
+"""Holonomic constraints as sums of terms ``c (q_i - a) (q_j - a)`` and ``c q_i``, a row for each.
+
+Quadratic terms reach further than they seem: rigid rods, rigid bodies in natural coordinates and
+nearly all joints between them are of this form, and its second derivative is constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.scene.joints.joint import LINEAR
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
+
+    from ancfsparse.scene.kinematics.joint_coordinates import Measure
+    from ancfsparse.scene.kinematics.track import Offset
+
+
+OF_TERMS = ("i", "j", "coefficient", "about")
+OF_ROWS = ("offset", "offset_size", "mass", "labels", "source")
+
+
+@dataclass
+class Constraints:
+    """Terms of all constraint equations, and where each equation comes from.
+
+    Attributes
+    ----------
+    row, i, j : lists of int
+        Equation of each term and the places it multiplies; ``j = LINEAR`` in a linear term.
+    coefficient : list of float
+        Its factor [1 or 1/m].
+    about : list of float
+        What both places of a quadratic term are counted from [m]: the square of a short way far
+        from the origin would be lost in the squares of long ones.
+    offset : list of float
+        Constant of each equation [m].
+    offset_size : list of float
+        Size of the terms that it was added up from [m].
+    mass : list of float
+        Weight of the gradients of each equation in the mass matrix [kg], see
+        ``ANCF_EQUATION_MASS`` in abi/system_abi.h.
+    labels : list of str
+        What each equation holds, for messages.
+    source : list of (int, int)
+        Which body or joint states each equation, by its ``id``, and the number of it among those.
+    measures : list of (int, float, Measure)
+        Terms that are not quadratic: equation, factor [1 or m] and an angle or a length of a joint,
+        or how far a point is off its track.
+    """
+
+    row: list[int] = field(default_factory=list)
+    i: list[int] = field(default_factory=list)
+    j: list[int] = field(default_factory=list)
+    coefficient: list[float] = field(default_factory=list)
+    about: list[float] = field(default_factory=list)
+    offset: list[float] = field(default_factory=list)
+    offset_size: list[float] = field(default_factory=list)
+    mass: list[float] = field(default_factory=list)
+    labels: list[str] = field(default_factory=list)
+    source: list[tuple[int, int]] = field(default_factory=list)
+    measures: list[tuple[int, float, Measure | Offset]] = field(default_factory=list)
+
+    def add(
+        self,
+        label: str,
+        offset: float,
+        *terms: tuple[float, int, int],
+        about: Sequence[float] = (),
+        size: float = 0.0,
+        mass: float = 0.0,
+        measures: Sequence[tuple[float, Measure | Offset]] = (),
+        source: tuple[int, int] = (0, 0),
+    ) -> None:
+        """Add the equation ``offset + sum of terms = 0``, the offset from terms of a size [m]."""
+        self.measures += [(len(self.offset), factor, each) for factor, each in measures]
+        for (coefficient, i, j), a in zip(terms, about or [0.0] * len(terms), strict=True):
+            self.row.append(len(self.offset))
+            self.i.append(int(i))
+            self.j.append(int(j))
+            self.coefficient.append(float(coefficient))
+            self.about.append(float(a))
+        self.offset.append(float(offset))
+        self.offset_size.append(max(size, abs(self.offset[-1])))
+        self.mass.append(float(mass))
+        self.labels.append(label)
+        self.source.append(source)
+
+    def without(self, n_free: int) -> list[int]:
+        """Return the equations that contain none of the first `n_free` coordinates."""
+        i, j = np.array(self.i, dtype=int), np.array(self.j, dtype=int)
+        free = (i < n_free) | ((j != LINEAR) & (j < n_free))
+        rows = np.array(self.row, dtype=int)[free]
+        of_measures = [row for row, _, each in self.measures if (each.place < n_free).any()]
+        rows = np.append(rows, of_measures).astype(int)
+        return np.flatnonzero(np.bincount(rows, minlength=len(self.offset)) == 0).tolist()
+
+    def ordered(self, order: NDArray[np.intp]) -> Constraints:
+        """Return the same equations in another order."""
+        new = np.empty(len(order), dtype=int)
+        new[order] = np.arange(len(order))
+        of_rows = {name: [getattr(self, name)[k] for k in order] for name in OF_ROWS}
+        measures = [(int(new[row]), factor, each) for row, factor, each in self.measures]
+        rows = [int(new[row]) for row in self.row]
+        return replace(self, row=rows, measures=measures, **of_rows)
+
+    def only(self, rows: Sequence[int]) -> Constraints:
+        """Return some of the equations, in ascending order."""
+        new = {row: k for k, row in enumerate(rows)}
+        terms = [k for k, row in enumerate(self.row) if row in new]
+        of_terms = {name: [getattr(self, name)[k] for k in terms] for name in OF_TERMS}
+        of_rows = {name: [getattr(self, name)[k] for k in rows] for name in OF_ROWS}
+        row = [new[self.row[k]] for k in terms]
+        measures = [(new[k], factor, each) for k, factor, each in self.measures if k in new]
+        return Constraints(**of_terms | of_rows | {"row": row}, measures=measures)
+
+    def arm(self, row: int) -> float:
+        """Return the length that an equation of angles alone counts them at [m], else 0."""
+        terms = [(factor, each.is_angle) for k, factor, each in self.measures if k == row]
+        if row in self.row or not all(is_angle for _, is_angle in terms):
+            return 0.0
+        return next((abs(factor) for factor, _ in terms), 0.0)
+
+    @property
+    def linear(self) -> bool:
+        """Whether no equation has a quadratic term."""
+        return not self.measures and all(j == LINEAR for j in self.j)
+
+    def sizes(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the sum of the magnitudes of the terms of each equation, shape (m,) [m]."""
+        i, j = np.array(self.i, dtype=np.int64), np.array(self.j, dtype=np.int64)
+        a = np.array(self.about)
+        terms = np.abs(self.coefficient) * (np.abs(q[i]) + np.abs(a))
+        terms *= np.where(j == LINEAR, 1.0, np.abs(q[j] - a))
+        out: NDArray[np.float64] = np.array(self.offset_size)
+        out = out + np.bincount(self.row, terms, minlength=len(self.offset))
+        for row, factor, measure in self.measures:
+            out[row] += abs(factor) * measure.size(q)
+        return out
+
+    def jacobian(self, q: NDArray[np.float64]) -> sp.csr_array:
+        """Return phi_q, sparse (m, n_all) [1]."""
+        import scipy.sparse as sp
+
+        row, i, j = (np.array(x, dtype=np.int64) for x in (self.row, self.i, self.j))
+        c, a = np.array(self.coefficient), np.array(self.about)
+        linear = j == LINEAR
+        by_i = np.where(linear, c, c * (q[j] - a))
+        rows, columns = [row, row[~linear]], [i, j[~linear]]
+        values = [by_i, (c * (q[i] - a))[~linear]]
+        for k, factor, measure in self.measures:
+            at, gradient = measure.entries(q)
+            rows.append(np.full(len(at), k))
+            columns.append(at.astype(np.int64))
+            values.append(factor * gradient)
+        places = (np.concatenate(rows), np.concatenate(columns))
+        return sp.csr_array((np.concatenate(values), places), shape=(len(self.offset), len(q)))
+
+    def reach(self, q: NDArray[np.float64]) -> sp.csr_array:
+        """Return a one for every coordinate that gradients may have, (m or more, n_all).
+
+        A point on a track has a row for each element that it may come to.
+        """
+        import scipy.sparse as sp
+
+        parts = [self.jacobian(q)]
+        parts[0].data[:] = 1.0
+        for places in (each.reach() for _, _, each in self.measures if each.is_track):
+            start = np.arange(len(places) + 1) * places.shape[1]
+            ones = np.ones(places.size)
+            parts.append(sp.csr_array((ones, places.ravel(), start), shape=(len(places), len(q))))
+        return parts[0] if len(parts) == 1 else sp.csr_array(sp.vstack(parts))
+
+    def curvature(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return (phi_q v)_q v, shape (m,) [m/s2]: what phi_q a must cancel."""
+        out = np.zeros(len(self.offset))
+        for row, i, j, c in zip(self.row, self.i, self.j, self.coefficient, strict=True):
+            if j != LINEAR:
+                out[row] += 2.0 * c * v[i] * v[j]
+        for row, c, measure in self.measures:
+            out[row] += c * measure.bending(q, v)
+        return out

@@ -1,0 +1,177 @@
+"""Where points, slopes and nodes of a scene stand among its coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.hermite import position_weights, slope_weights
+from ancfsparse.scene import Body, Node, check_point
+from ancfsparse.system.coordinates.nodal_vectors import inside, weighed
+from ancfsparse.system.coordinates.numbering import Places
+
+Vector = NDArray[np.float64]
+Handle = TypeVar("Handle", Body, Node)
+
+# Of a node, whose vectors are coordinates.
+NONE = np.ones(1)
+
+
+class Coordinates:
+    """The coordinates of a scene, body by body.
+
+    Attributes
+    ----------
+    dim : int
+        Dimension of the scene.
+    bodies : tuple of Body
+        Its bodies.
+    kinds : list of ElementKind
+        The element of each.
+    places : list of (n_rows, n_c) int32 arrays
+        Of each the place in q of every coordinate of every row.
+    """
+
+    dim: int
+    bodies: tuple[Body, ...]
+    kinds: list[ElementKind]
+    places: list[Places]
+    _index: dict[int, int]
+
+    def vectors(self, name: str) -> list[Places]:
+        """Return the places of a nodal vector, ``"r"`` or ``"r_x"``, ..., a table for each body.
+
+        Each has shape (n_rows, k), with as many columns as its element has components of it.
+        """
+        pairs = zip(self.kinds, self.places, strict=True)
+        return [places[:, kind.columns(name)] for kind, places in pairs]
+
+    @property
+    def positions(self) -> Places:
+        """Places of the positions of all rows, (n,), those that rows share several times."""
+        return np.concatenate([places.ravel() for places in self.vectors("r")])
+
+    def own(self, handle: Handle) -> Handle:
+        """Return a handle of the scene that was solved, for one of the scene a plan was made for.
+
+        The element or mesh of a beam was open there; its points are found by arc length.
+        """
+        body = handle.beam if isinstance(handle, Node) else handle
+        if not body.automatic or id(body) in self._index:
+            return handle
+        from ancfsparse.scene.bodies.auto_element import decided
+
+        return decided(self.bodies[self._of(body)], handle)
+
+    def rows(self, node: Node) -> Places:
+        """Return the places of the coordinates of all rows of a node, shape (k, n_c)."""
+        node = self.own(node)
+        return self.places[self._of(node.beam)][node.beam.rows_of(node.index)]
+
+    def place(self, node: Node) -> Places:
+        """Return the places of a node's coordinates, shape (n_c,).
+
+        Raises
+        ------
+        InputError
+            If the node of a mesh has more slopes than one.
+        """
+        rows = self.rows(node)
+        if len(rows) > 1:
+            raise InputError(
+                f"{node!r} has {len(rows)} slopes, one for each line through it: ask for a point "
+                "on an edge beside it, mesh.at(edge, s)"
+            )
+        return np.asarray(rows[0])
+
+    def elements(self, beam: Body) -> Places:
+        """Return the places of a beam's element coordinates, shape (n_e, 2 n_c)."""
+        beam = self.own(beam)
+        return self.places[self._of(beam)][beam.ends].reshape(beam.n_elements, -1)
+
+    def point(self, node: Node) -> tuple[Places, Vector]:
+        """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
+        node = self.own(check_point("a position", node))
+        if not node.xi:
+            return self._interpolate(node, "r", NONE)
+        straight = self.kind_of(node.beam).is_string
+        return self._interpolate(node, "r", position_weights(node.xi, self._length(node), straight))
+
+    def slope(self, node: Node) -> tuple[Places, Vector]:
+        """Return places (dim, p) and weights (p,) of the slope r'.
+
+        Raises
+        ------
+        InputError
+            At a node of a string, where it jumps.
+        """
+        node = self.own(check_point("a slope", node))
+        straight = self.kind_of(node.beam).is_string
+        if straight and node.is_node:
+            raise InputError(
+                f"the slope of a string jumps at its nodes, such as {node!r}: ask for it at a "
+                "point inside an element"
+            )
+        if not node.xi:
+            return self._interpolate(node, "r_x", NONE)
+        return self._interpolate(node, "r_x", slope_weights(node.xi, self._length(node), straight))
+
+    def frame(self, node: Node) -> Places:
+        """Return the places (3, dim) of those of r_x, r_y and r_z at a node that a moment acts on.
+
+        -1 stands for the others.  In the plane a moment cannot twist and acts on one vector.
+        """
+        places, kind = self.place(node), self.kind_of(node.beam)
+        out = np.full((3, self.dim), -1, dtype=np.int32)
+        for vector in kind.section if self.dim == 3 else kind.section[:1]:
+            out["xyz".index(vector[-1])] = places[kind.columns(vector)]
+        return out
+
+    def _interpolate(self, node: Node, vector: str, weights: Vector) -> tuple[Places, Vector]:
+        """Weigh the ends of an element, or take this vector of a node as it is."""
+        kind = self.kind_of(node.beam)
+        offsets = node.offsets if vector == "r" else ()
+        if offsets and not node.xi:
+            return weighed(kind, self.rows(node)[0], offsets)
+        if not node.xi:
+            places = self.rows(node)[0] if vector == "r" else self.place(node)
+            return places[kind.columns(vector)][:, None], NONE
+        ends = self.places[self._of(node.beam)][node.beam.ends[node.index]]
+        return inside(kind, ends, replace(node, offsets=offsets), weights)
+
+    @staticmethod
+    def _length(point: Node) -> float:
+        """Length of the element a point is inside of [m]; 1 at a node, where none is needed."""
+        return 1.0 if point.xi == 0.0 else float(point.beam.lengths[point.index])
+
+    def describe(self, place: int) -> str:
+        """Describe which beam, node and coordinate a place in q is."""
+        for beam, kind, places in zip(self.bodies, self.kinds, self.places, strict=True):
+            found = np.argwhere(places == place)
+            if len(found):
+                row, coordinate = found[0]
+                node = beam.row_nodes[row]
+                return f"{beam.name}, node {node}, {kind.node_coordinates[coordinate]}"
+        raise IndexError(f"no coordinate stands at place {place}")
+
+    def unit(self, place: int) -> str:
+        """Return the unit of the force that belongs to a place in q, N or N m."""
+        return "N" if any((places == place).any() for places in self.vectors("r")) else "N m"
+
+    def kind_of(self, beam: Body) -> ElementKind:
+        """Return the element that a beam of the scene is made of."""
+        return self.kinds[self._of(beam)]
+
+    def _of(self, beam: Body) -> int:
+        try:
+            return self._index[id(beam)]
+        except KeyError:
+            names = [each.name for each in self.bodies] if beam.automatic else []
+            if beam.name in names:
+                return names.index(beam.name)
+            raise InputError(f"{beam!r} is not part of this scene") from None

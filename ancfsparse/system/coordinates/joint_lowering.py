@@ -1,0 +1,256 @@
+"""What the joints of a scene are lowered to: coordinates held and shared, and equations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.hermite import position_weights
+from ancfsparse.scene import Body, Node, Scene
+from ancfsparse.scene.joints.joint import LINEAR, Led
+from ancfsparse.system.coordinates.constraint_terms import Constraints
+from ancfsparse.system.coordinates.nodal_vectors import inside, weighed
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.kinematics.joint_coordinates import Measure
+    from ancfsparse.scene.kinematics.track import Offset
+    from ancfsparse.scene.records.prescribed_motion import Course
+
+Places = NDArray[np.int32]
+
+# Share of the gradient of an equation by free coordinates that is rounding.
+IDLE = 1e-9
+
+
+class Lowering:
+    """The `Builder` that joints are given; it counts all coordinates, held and shared ones too.
+
+    Parameters
+    ----------
+    scene : Scene
+        The bodies and joints.
+    kinds : sequence of ElementKind
+        The element of each body.
+    turns, lines : bool, optional
+        Whether angles may be prescribed, and slides held, by numbering.
+
+    Attributes
+    ----------
+    turned : bool
+        Whether some are.
+    raw : list of (n_rows, n_c) int32 arrays
+        Per body the number of each coordinate of each row.
+    n_raw : int
+        How many there are.
+    on_lines : list of (k,) int32 arrays
+        Coordinates held in place of equations.
+    courses : list of Course
+        What coordinates follow that are prescribed.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        kinds: Sequence[ElementKind],
+        turns: bool = True,
+        lines: bool = True,
+    ) -> None:
+        self.turns, self.lines = turns, lines
+        self.turned = turns and any(joint.turns_body for joint in scene.joints)
+        self.raw: list[Places] = []
+        self.n_raw = 0
+        self._kinds = {id(body): kind for body, kind in zip(scene.bodies, kinds, strict=True)}
+        self._index: dict[int, int] = {}
+        for body, kind in zip(scene.bodies, kinds, strict=True):
+            self._index[id(body)] = len(self.raw)
+            self.raw.append(_counted(body, len(kind.node_coordinates), self.n_raw))
+            self.n_raw = int(self.raw[-1][-1, -1]) + 1
+        self._fixed: list[Places] = []
+        self.on_lines: list[Places] = []
+        self._driven: list[Places] = []
+        self.courses: list[Course] = []
+        self._led: list[Led | None] = []
+        self._one: list[Places] = []
+        self._other: list[Places] = []
+        self._equations = Constraints()
+        for body in scene.bodies:
+            self._source = id(body), 0
+            body.constrain(self)
+        for joint in scene.joints:
+            self._source = id(joint), 0
+            joint.lower(self)
+
+    def kind(self, node: Node) -> ElementKind:
+        """Return the element at a node."""
+        return self._kinds[id(node.beam)]
+
+    def rows(self, node: Node) -> Places:
+        """Return the coordinates of all rows of a node, (k, n_c)."""
+        return self.raw[self._index[id(node.beam)]][node.beam.rows_of(node.index)]
+
+    def position(self, node: Node) -> Places:
+        """Return the coordinates of the position of a node, (dim,)."""
+        return self.rows(node)[0, self.kind(node).columns("r")]
+
+    def ends(self, node: Node) -> Places:
+        """Return the coordinates of all rows that a point follows from, (k, n_c)."""
+        if not node.xi:
+            return self.rows(node)
+        return np.asarray(self.raw[self._index[id(node.beam)]][node.beam.ends[node.index]])
+
+    def point(self, node: Node) -> tuple[Places, NDArray[np.float64]]:
+        """Return coordinates (dim, p) and weights (p,) of a point."""
+        kind = self.kind(node)
+        if not node.xi:
+            return weighed(kind, self.rows(node)[0], node.offsets)
+        length = node.beam.lengths[node.index]
+        return inside(
+            kind, self.ends(node), node, position_weights(node.xi, length, kind.is_string)
+        )
+
+    def fix(self, coordinates: Places) -> None:
+        """Hold coordinates at their reference values."""
+        self._fixed.append(coordinates)
+
+    def hold(self, coordinates: Places) -> None:
+        """Hold coordinates in place of equations."""
+        self.on_lines.append(coordinates)
+
+    def drive(self, coordinates: Places, course: Course) -> None:
+        """Let coordinates follow a prescribed motion, one component of it each."""
+        self._driven.append(coordinates)
+        self.courses.append(course)
+
+    def share(self, one: Places, other: Places) -> None:
+        """Make coordinates one, pair by pair."""
+        self._one.append(one)
+        self._other.append(other)
+
+    def equation(
+        self,
+        label: str,
+        offset: float,
+        *terms: tuple[float, int, int],
+        about: Sequence[float] = (),
+        size: float = 0.0,
+        led: Led | None = None,
+        mass: float = 0.0,
+        measures: Sequence[tuple[float, Measure | Offset]] = (),
+    ) -> None:
+        """Hold an equation by a multiplier."""
+        self._led.append(led)
+        self._equations.add(
+            label,
+            offset,
+            *terms,
+            about=about,
+            size=size,
+            mass=mass,
+            measures=measures,
+            source=self._source,
+        )
+        self._source = self._source[0], self._source[1] + 1
+
+    def owner(self) -> Places | None:
+        """Return for each coordinate the lowest one that shares its place; None where none do."""
+        if not self._one:
+            return None
+        import scipy.sparse as sp
+        from scipy.sparse.csgraph import connected_components
+
+        one, other = np.concatenate(self._one), np.concatenate(self._other)
+        pairs = (np.ones(len(one), dtype=bool), (one, other))
+        graph = sp.coo_array(pairs, shape=(self.n_raw, self.n_raw))
+        _, group = connected_components(graph, directed=False)
+        _, lowest = np.unique(group, return_index=True)
+        owner: Places = lowest.astype(np.int32)[group]
+        return owner
+
+    def held(self, owner: Places | None) -> NDArray[np.bool_]:
+        """Return which coordinates are held, (n_raw,), of shared ones the owner."""
+        out = np.zeros(self.n_raw, dtype=bool)
+        if self._fixed or self.on_lines:
+            fixed = np.concatenate([each.ravel() for each in self._fixed + self.on_lines])
+            out[fixed if owner is None else owner[fixed]] = True
+        return out
+
+    def repeats(self, owner: Places | None, q: NDArray[np.float64]) -> bool:
+        """Whether what lines hold is held again, which equations name and numbering would not.
+
+        The coordinates ``q`` (n_raw,) are those of the reference shape.
+        """
+        others = [each.ravel() for each in self._fixed + self._driven]
+        every = np.concatenate(self.on_lines + others)
+        owners = every if owner is None else owner[every]
+        mine, rest = np.split(owners, [len(self.on_lines)])
+        if len(np.unique(mine)) < len(mine) or np.isin(mine, rest).any():
+            return True
+        held = np.zeros(self.n_raw, dtype=bool)
+        held[owners] = True
+        free = ~(held if owner is None else held[owner])
+        gradients = np.abs(self._equations.jacobian(q))
+        idle = gradients[:, free].sum(axis=1) <= IDLE * gradients.sum(axis=1)
+        return bool(idle[np.array(self._equations.mass) == 0.0].any())
+
+    def driven(self, owner: Places | None) -> Places:
+        """Return which coordinates follow `courses`, in their order; of shared ones the owner."""
+        if not self._driven:
+            return np.empty(0, dtype=np.int32)
+        driven = np.concatenate(self._driven)
+        return driven if owner is None else owner[driven]
+
+    @property
+    def led(self) -> list[Led]:
+        """What the last equations follow."""
+        return [led for led in self._led if led is not None]
+
+    def constraints(self, final: Places, still: range) -> Constraints:
+        """Return the equations by the places of coordinates; those that are led come last.
+
+        Equations of bodies that hold nothing because all their coordinates are held, in the range
+        `still`, or that repeat those of a body which shares its coordinates, are left out.
+        """
+        is_led = np.array([led is not None for led in self._led], dtype=bool)
+        out = self._equations.ordered(np.argsort(is_led, kind="stable"))
+        out.i = [int(final[i]) for i in out.i]
+        out.j = [LINEAR if j == LINEAR else int(final[j]) for j in out.j]
+        out.measures = [(row, c, each.placed(final)) for row, c, each in out.measures]
+        return _without_repeats(out, still)
+
+
+def _counted(body: Body, n_c: int, start: int) -> Places:
+    """Count the coordinates of a body from `start`, (n_rows, n_c), node by node."""
+    node, dim = body.row_nodes, body.dim
+    rows = np.arange(len(node), dtype=np.int32)
+    begins = rows.copy()  # the first row of the node that the row belongs to
+    begins[1:][node[1:] == node[:-1]] = 0
+    begins = np.maximum.accumulate(begins)
+    numbers = np.empty((len(node), n_c), dtype=np.int32)
+    numbers[:, 0] = start + dim * node + (n_c - dim) * begins
+    for k in range(1, dim):
+        numbers[:, k] = numbers[:, 0] + np.int32(k)
+    for k in range(n_c - dim):
+        numbers[:, dim + k] = start + dim * (node + 1) + (n_c - dim) * rows + np.int32(k)
+    return numbers
+
+
+def _without_repeats(equations: Constraints, still: range) -> Constraints:
+    """Leave out equations with a mass that are about held coordinates alone, or repeat others."""
+    if not any(equations.mass):
+        return equations
+    pairs: dict[int, list[tuple[int, int]]] = {}
+    for row, i, j in zip(equations.row, equations.i, equations.j, strict=True):
+        pairs.setdefault(row, []).append((min(i, j), max(i, j)))
+    kept, seen = [], set()
+    for row, mass in enumerate(equations.mass):
+        key = tuple(sorted(pairs.get(row, ())))
+        if mass and (key in seen or all(place in still for pair in key for place in pair)):
+            continue
+        if mass:
+            seen.add(key)
+        kept.append(row)
+    return equations.only(kept)

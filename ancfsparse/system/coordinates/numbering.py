@@ -1,0 +1,290 @@
+"""The places of nodal coordinates in the vector q: free ones first, fixed ones after."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.scene import Body, Node, Scene
+from ancfsparse.scene.records.transferable_functions import RigidMotion
+from ancfsparse.system.coordinates.constraint_terms import Constraints
+from ancfsparse.system.coordinates.joint_lowering import Lowering
+from ancfsparse.system.coordinates.prescribed_motion import Prescribed
+from ancfsparse.system.coordinates.state import SAME, State, carried_over
+
+# Share of the largest velocity by which two that must agree may differ: what is left of rounding.
+ROUNDING = 1e-9
+
+# Vectors of a row, in the order of `Body.vectors`.
+AXES = ("r_x", "r_y", "r_z")
+
+Places = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Numbering:
+    """Places in q, and the reference state there.
+
+    Attributes
+    ----------
+    n_free, n_all : int
+        Free coordinates, and all of them.
+    places : list of (n_rows, n_c) int32 arrays
+        Per beam: place of each coordinate of each row (see `scene.bodies.body`; a row of a beam
+        is a node); position first, then the slope r_x.
+    constraints : Constraints
+        The equations of joints that numbering cannot make.
+    prescribed : Prescribed
+        What the last coordinates and the last equations follow.
+    q_ref : (n_all,) float
+        Stress-free coordinates [m, 1].
+    q, v : (n_all,) float
+        Those at the start [m, 1], and velocities there [m/s, 1/s].
+    """
+
+    n_free: int
+    n_all: int
+    places: list[Places]
+    constraints: Constraints
+    prescribed: Prescribed
+    q_ref: NDArray[np.float64]
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+
+
+def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = None) -> Numbering:
+    """Give every coordinate of a scene its place.
+
+    Joints lower themselves to coordinates that are fixed or shared, and to equations for what
+    cannot be done that way.
+
+    Parameters
+    ----------
+    scene : Scene
+        The beams and joints.
+    kinds : sequence of ElementKind
+        The element of each beam.
+    start : State, optional
+        Where to start; by default in the reference shape with the velocities of the beams.
+
+    Raises
+    ------
+    InputError
+        If an initial velocity moves a held point, or the start is of another scene.
+    """
+    lowered = Lowering(scene, kinds)
+    owner = lowered.owner()
+    if lowered.on_lines and lowered.repeats(owner, _raw_reference(scene, lowered)):
+        lowered = Lowering(scene, kinds, lines=False)
+        owner = lowered.owner()
+    held, driven = lowered.held(owner), lowered.driven(owner)
+    if lowered.turned and _clash(owner, held, driven):
+        lowered = Lowering(scene, kinds, turns=False, lines=lowered.lines)
+        owner = lowered.owner()
+        held, driven = lowered.held(owner), lowered.driven(owner)
+    final, n_free, n_all = _ordered(owner, held, driven)
+    n_still = n_all - len(driven)
+    constraints = lowered.constraints(final, range(n_free, n_all))
+    places, raw = [], lowered.raw
+    while raw:  # one after the other, so that only one of them is there twice
+        places.append(final[raw.pop(0)])
+    del final, owner, held
+    q_ref, v = np.empty(n_all), np.zeros(n_all)
+    for beam, where in zip(scene.bodies, places, strict=True):
+        q_ref[where] = reference(beam)
+    q = q_ref
+    if start is not None:
+        q, v = carried_over(scene, start, places, q_ref)
+        _hold_in_place(scene, places, q, q_ref, slice(n_free, n_still))
+        _hold_still(scene, places, v, slice(n_free, n_still))
+    elif any(beam.velocity is not None for beam in scene.bodies):
+        v[:] = np.nan  # not known yet
+        for beam, where in zip(scene.bodies, places, strict=True):
+            _set_moving(beam, where, v)
+        _hold_still(scene, places, v, slice(n_free, n_still))
+    prescribed = Prescribed(lowered.courses, lowered.led)
+    return Numbering(n_free, n_all, places, constraints, prescribed, q_ref, q, v)
+
+
+def _raw_reference(scene: Scene, lowered: Lowering) -> NDArray[np.float64]:
+    q = np.empty(lowered.n_raw)
+    for body, raw in zip(scene.bodies, lowered.raw, strict=True):
+        q[raw] = reference(body)
+    return q
+
+
+def _clash(owner: Places | None, held: NDArray[np.bool_], driven: Places) -> bool:
+    """Whether joints hold or prescribe a coordinate twice, or leave none free."""
+    free = ~held
+    free[driven] = False
+    if owner is not None:
+        free &= owner == np.arange(len(owner), dtype=np.int32)
+    return bool(held[driven].any()) or len(np.unique(driven)) < len(driven) or not free.any()
+
+
+def _ordered(
+    owner: Places | None, held: NDArray[np.bool_], driven: Places
+) -> tuple[Places, int, int]:
+    """Return the place of every raw number, and how many are free and there.
+
+    Free ones come first, then held ones, and last those that are driven.
+    """
+    free = ~held
+    free[driven] = False
+    if owner is not None:
+        own = owner == np.arange(len(owner), dtype=np.int32)
+        free &= own
+        held = held & own
+    n_free, n_held = int(np.count_nonzero(free)), int(np.count_nonzero(held))
+    n_still = n_free + n_held
+    final = np.cumsum(free, dtype=np.int32)
+    final -= np.int32(1)
+    final[held] = n_free + np.arange(n_held, dtype=np.int32)
+    final[driven] = n_still + np.arange(len(driven), dtype=np.int32)
+    return final if owner is None else final[owner], n_free, n_still + len(driven)
+
+
+def _set_moving(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
+    """Write the velocities of a beam, rest included, and refuse what another beam contradicts."""
+    given = velocities(beam)
+    undefined = np.count_nonzero(~np.isfinite(given))
+    if undefined:
+        raise InputError(
+            f"the initial velocity of {beam.name} is not a number for {undefined} of {given.size} "
+            "coordinates: give a field that is defined beside the beam too, because slopes move "
+            "with its derivative"
+        )
+    known, r = v[where], beam.kind.columns("r")  # only positions are shared; NaN is nothing known
+    before, now = known[:, r], given[:, r]
+    clash = np.argwhere(np.abs(before - now) > ROUNDING * max(_largest(before), _largest(now)))
+    if len(clash):
+        row, column = clash[0]
+        more = f" ({len(clash)} coordinates in all)" if len(clash) > 1 else ""
+        raise InputError(
+            f"{_point(beam, row)} is connected to a beam whose initial velocity is another, "
+            f"{now[row, column]:.6g} m/s against {before[row, column]:.6g} m/s along "
+            f"{'xyz'[column]}{more}: give connected beams velocities that agree where they meet "
+            "(none: at rest)"
+        )
+    v[where] = given
+
+
+def _point(body: Body, row: int) -> Node:
+    return Node(body, int(body.row_nodes[row]))
+
+
+def _hold_in_place(
+    scene: Scene,
+    places: Sequence[Places],
+    q: NDArray[np.float64],
+    q_ref: NDArray[np.float64],
+    held: slice,
+) -> None:
+    """Set held coordinates to where joints hold them, which is where they are but for rounding."""
+    apart = np.abs(q[held] - q_ref[held])
+    if len(apart) and np.max(apart) > SAME * np.max(np.abs(q)):
+        point, is_place = _found(scene, places, held.start + int(np.argmax(apart)))
+        what, unit = ("position", " m") if is_place else ("slope", "")
+        raise InputError(
+            f"start has the {what} of {point!r} {np.max(apart):.3g}{unit} from where a joint of "
+            "this scene holds it: leave out the joint, or start from a state that it allows"
+        )
+    q[held] = q_ref[held]
+
+
+def _found(scene: Scene, places: Sequence[Places], place: int) -> tuple[Node, bool]:
+    """Return a node that has a coordinate, and whether that is one of its position."""
+    found = ((b, np.argwhere(w == place)) for b, w in zip(scene.bodies, places, strict=True))
+    body, (row, column) = next((body, at[0]) for body, at in found if len(at))
+    return _point(body, row), body.kind.vector_of(column) == "r"
+
+
+def _hold_still(
+    scene: Scene, places: Sequence[Places], v: NDArray[np.float64], still: slice
+) -> None:
+    """Set the velocity of held coordinates to zero, which it must be but for rounding."""
+    held = v[still]
+    moving = np.flatnonzero(np.abs(held) > ROUNDING * speeds(scene, places, v)[still])
+    if len(moving):
+        point, is_place = _found(scene, places, still.start + int(moving[0]))
+        what, unit = ("position", "m/s") if is_place else ("slope", "1/s")
+        raise InputError(
+            f"the initial velocity moves {len(moving)} held coordinate"
+            f"{'s, the first' if len(moving) > 1 else ','} of the {what} of {point} by "
+            f"{held[moving[0]]:.6g} {unit}: give a velocity that the joints allow there"
+        )
+    held[:] = 0.0
+
+
+def speeds(scene: Scene, places: Sequence[Places], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how fast coordinates move in a scene, (n_all,) [m/s, 1/s]: what rounding is beside.
+
+    The largest velocity of a node for all positions, or what an element makes of the slopes' rates,
+    since points between the nodes may move where no node does; for all slopes the largest of
+    theirs, or what an element makes of that velocity.
+    """
+    slopes = np.ones(len(v), dtype=bool)
+    for body, where in zip(scene.bodies, places, strict=True):
+        slopes[where[:, body.kind.columns("r")]] = False
+    straight, turning = _largest(v[~slopes]), _largest(v[slopes])
+    shortest = min(body.shortest for body in scene.bodies)
+    out = np.full(len(v), max(turning, straight / shortest))
+    out[~slopes] = max(straight, turning * shortest)
+    return out
+
+
+def _largest(values: NDArray[np.float64]) -> float:
+    return float(np.nanmax(np.abs(values), initial=0.0))
+
+
+def reference(body: Body) -> NDArray[np.float64]:
+    """Return the stress-free coordinates of all rows, (n_rows, n_c) [m, 1]."""
+    nodes, kind = body.row_nodes, body.kind
+    q = np.empty((len(nodes), len(kind.node_coordinates)))
+    q[:, kind.columns("r")] = (
+        body.positions if len(nodes) == body.n_nodes else body.positions[nodes]
+    )
+    for name in kind.vectors[1:]:
+        k = AXES.index(name)
+        # A planar beam has besides the stretch of its section along z.
+        q[:, kind.columns(name)] = body.vectors[:, k] if k < body.vectors.shape[1] else 1.0
+    return q
+
+
+def velocities(body: Body) -> NDArray[np.float64]:
+    """Return initial velocities of all rows, (n_rows, n_c) [m/s, 1/s].
+
+    Slopes move with the derivative of the velocity field along their vector.  Where it is no
+    `RigidMotion`, that is a central difference of fourth order over a thousandth of an element:
+    exact for rigid motions, and to twelve digits of the velocity per element for fields that the
+    mesh can follow.
+    """
+    field = body.velocity
+    nodes, kind = body.row_nodes, body.kind
+    v = np.zeros((len(nodes), len(kind.node_coordinates)))
+    if field is None:
+        return v
+    places = body.positions[nodes]
+    v[:, kind.columns("r")] = field(body.positions)[nodes]
+    rates = (
+        field.turned(np.broadcast_to(body.vectors, (len(nodes), *body.vectors.shape[1:])))
+        if isinstance(field, RigidMotion)
+        else None
+    )
+    reach = 5e-4 * body.shortest
+    for k, name in enumerate(AXES[: body.vectors.shape[1]]):
+        if name not in kind.vectors:
+            continue
+        if rates is not None:
+            v[:, kind.columns(name)] = rates[:, k]
+            continue
+        step = reach * body.vectors[:, k]
+        near = field(places + step) - field(places - step)
+        far = field(places + 2.0 * step) - field(places - 2.0 * step)
+        v[:, kind.columns(name)] = (8.0 * near - far) / (12.0 * reach)
+    return v

@@ -1,0 +1,265 @@
+"""What drives prescribe over time: coordinates with their rates, and what equations follow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import LoadFailure
+from ancfsparse.scene.joints.joint import Led
+from ancfsparse.system.loads.amplitudes import Source
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.records.prescribed_motion import Course
+
+Vector = NDArray[np.float64]
+Integers = NDArray[np.int_]
+
+# Points of a difference for the rates of a function that come without them, and the place of the
+# time itself among them.
+POINTS, MIDDLE = 6, 2
+# Share of the mean rate across these points below which the rounding inside a function may matter.
+BELIEVED = 1e-9
+
+
+class Motion(NamedTuple):
+    """What is prescribed at a time.
+
+    Attributes
+    ----------
+    q, v, a : (n,) float
+        Places of the driven coordinates [m], velocities, accelerations.
+    s, s_rate, s_second : (n_equations,) float
+        What the led equations have [m], and its rates.
+    """
+
+    q: Vector
+    v: Vector
+    a: Vector
+    s: Vector
+    s_rate: Vector
+    s_second: Vector
+
+
+class Prescribed:
+    """The motions that a scene prescribes.
+
+    Parameters
+    ----------
+    courses : sequence of Course
+        What the last coordinates follow.
+    led : sequence of Led
+        What the last equations follow.
+
+    Attributes
+    ----------
+    n, n_equations : int
+        Coordinates and equations.
+    courses : list of Course
+        All motions, each once.
+    """
+
+    def __init__(self, courses: Sequence[Course], led: Sequence[Led]) -> None:
+        of_equations = {id(each.course): each.course for each in led}
+        self.courses = [*courses, *of_equations.values()]
+        self._courses = [_Table(course) for course in courses]
+        tables = {key: _Table(course) for key, course in of_equations.items()}
+        self._led = [(tables[id(each.course)], each) for each in led]
+        self._tables = [*self._courses, *tables.values()]
+        self.n = sum(table.width for table in self._courses)
+        self.n_equations = len(led)
+
+    def __bool__(self) -> bool:
+        """Whether anything is prescribed."""
+        return self.n + self.n_equations > 0
+
+    @property
+    def differences(self) -> str:
+        """Name of a motion whose rates are differences, empty if there is none."""
+        return next((table.name for table in self._tables if not table.has_rates), "")
+
+    @property
+    def widths(self) -> list[int]:
+        """How many columns of `tabulate` belong together: motions, their rates, and equations."""
+        return [*[table.width for table in self._courses] * 3, *[1] * self.n_equations]
+
+    def resolve(self, step: float, begin: float, end: float) -> None:
+        """Set the distance of the points of differences and the times they lie between [s]."""
+        for table in self._tables:
+            table.step = min(step, (end - begin) / (POINTS - 1))
+            table.begin, table.end = begin, end
+
+    def tabulate(self, times: Vector, rates: bool = False) -> tuple[Vector, LoadFailure | None]:
+        """Return what is prescribed up to the first time at which a function fails, and how.
+
+        Parameters
+        ----------
+        times : (k,) float
+            Times [s].
+        rates : bool, optional
+            Whether to return the first two rates of what equations have, too.
+
+        Returns
+        -------
+        table : (j, 3 n + n_equations) float
+            Places, velocities, accelerations; what equations have, and then its rates.
+        failure : LoadFailure or None
+            What happened at time j.
+        """
+        courses, led, failure = self._evaluate(times)
+        parts = [courses[:, k] for k in range(3)]
+        parts += [led[:, k] for k in range(3 if rates else 1)]
+        return np.concatenate(parts, axis=1), failure
+
+    def at(self, time: float) -> Motion:
+        """Return what is prescribed at a time [s].
+
+        Raises
+        ------
+        LoadFailure
+            If a function fails.
+        """
+        courses, led, failure = self._evaluate(np.array([time]))
+        if failure is not None:
+            raise failure
+        return Motion(*courses[0], *led[0])
+
+    def rates(self, times: Vector) -> tuple[Vector, Vector]:
+        """Return velocities (k, n) and rates of equations (k, n_equations) [m/s]."""
+        courses, led, failure = self._evaluate(times)
+        if failure is not None:
+            raise failure
+        return courses[:, 1], led[:, 1]
+
+    def course_of(self, k: int) -> Course:
+        """Return what driven coordinate k follows."""
+        ends = np.cumsum([table.width for table in self._courses])
+        return self.courses[int(np.searchsorted(ends, k, side="right"))]
+
+    def speed_errors(self, time: float) -> Vector:
+        """Return how far velocities of coordinates that are differences may be off, (n,) [m/s]."""
+        errors = [table.rate_error(time) for table in self._courses]
+        return np.concatenate([np.zeros(0), *errors])
+
+    def rate_errors(self, time: float) -> Vector:
+        """Return how far rates of equations that are differences may be off, (n_equations,) [m/s].
+
+        Parameters
+        ----------
+        time : float
+            Time [s].
+        """
+        out = np.zeros(self.n_equations)
+        for k, (table, each) in enumerate(self._led):
+            course = table.tabulate(np.array([time]))[0][:, :, each.column]
+            off = course.copy()
+            off[:, 1] += table.rate_error(time)[each.column]
+            if each.scale is not None:
+                course, off = each.scale(course), each.scale(off)
+            out[k] = abs(off[0, 1] - course[0, 1])
+        return out
+
+    def fastest(self, times: Vector) -> float:
+        """Return the largest velocity of a coordinate at some times (k,) [m/s].
+
+        It is looked for up to the first time at which a function fails.
+        """
+        return float(np.max(np.abs(self._evaluate(times)[0][:, 1]), initial=0.0))
+
+    def _evaluate(self, times: Vector) -> tuple[Vector, Vector, LoadFailure | None]:
+        """Return values and rates of coordinates (j, 3, n) and equations (j, 3, n_equations)."""
+        rows, failure = len(times), None
+        found: dict[int, Vector] = {}
+        for table in self._tables:
+            found[id(table)], failed = table.tabulate(times[:rows])
+            rows, failure = len(found[id(table)]), failed or failure
+        courses = [np.empty((rows, 3, 0)), *(found[id(each)][:rows] for each in self._courses)]
+        led = np.empty((rows, 3, self.n_equations))
+        for k, (table, each) in enumerate(self._led):
+            course = found[id(table)][:rows, :, each.column]
+            led[:, :, k] = course if each.scale is None else each.scale(course)
+        return np.concatenate(courses, axis=2), led, failure
+
+
+class _Table:
+    """A prescribed motion and its rates at many times."""
+
+    def __init__(self, course: Course) -> None:
+        self._places = Source(course.places)
+        given = (course.rates, course.second_rates)
+        self._rates = [Source(each) for each in given if each is not None]
+        self.name, self.has_rates = course.places.what, bool(self._rates)
+        self.width = self._places.width
+        self.step = self.begin = self.end = 0.0
+
+    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+        """Return value and rates (j, 3, width), up to the first time at which a function fails."""
+        if not self.has_rates:
+            return self._by_differences(times)
+        rows, failure, columns = len(times), None, []
+        for source in (self._places, *self._rates):
+            column, failed = source.tabulate(times[:rows])
+            rows, failure = len(column), failed or failure
+            columns.append(column)
+        return np.stack([column[:rows] for column in columns], axis=1), failure
+
+    def rate_error(self, time: float) -> Vector:
+        """Return how far the rate at a time may be off, (width,) [m/s]: none if it was given.
+
+        With a point less the polynomial has another rate, by more than the error of the one with
+        all, or by their rounding: ten times that, a small share of the mean rate across the points,
+        and the rounding of places as large as all are.
+        """
+        if self.has_rates or self.step == 0.0:
+            return np.zeros(self.width)
+        values, middle, _ = self._around(np.array([time]))
+        centre = int(middle[0])
+        far = POINTS - 1 if centre < POINTS // 2 else 0
+        fewer = np.delete(values[0], far, axis=0)
+        rates = [
+            _weights(place, len(points))[0] @ (points - points[place])
+            for points, place in ((values[0], centre), (fewer, centre - (far == 0)))
+        ]
+        size = np.max(np.abs(values), initial=0.0) * np.sum(np.abs(_weights(centre)[0]))
+        rounding = 2.0 * np.finfo(float).eps * size
+        across = BELIEVED * np.max(np.abs(values[0] - values[0, centre]), axis=0)
+        return np.asarray((10.0 * np.abs(rates[1] - rates[0]) + across + rounding) / self.step)
+
+    def _by_differences(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+        """Differentiate the polynomial through points around each time, none beyond the run."""
+        if self.step == 0.0:  # no run is known: places alone
+            values, failure = self._places.tabulate(times)
+            return np.stack([values, 0.0 * values, 0.0 * values], axis=1), failure
+        values, middle, failure = self._around(times)
+        rows = len(values)
+        weights = np.stack([_weights(k) for k in range(POINTS)])[middle]
+        centre = values[np.arange(rows), middle]
+        apart = values - centre[:, None]  # so that weights are not rounded beside the whole
+        rates = np.einsum("kop,kpw->kow", weights, apart)
+        rates /= np.array([self.step, self.step**2])[None, :, None]
+        return np.concatenate([centre[:, None], rates], axis=1), failure
+
+    def _around(self, times: Vector) -> tuple[Vector, Integers, LoadFailure | None]:
+        """Return values (j, POINTS, width) around times, and which of them are at the times."""
+        before = np.floor((times - self.begin) / self.step + 1e-6)
+        after = np.floor((self.end - times) / self.step + 1e-6)
+        low = np.clip(POINTS - 1 - after, 0, POINTS - 1)
+        middle = np.clip(np.minimum(np.maximum(MIDDLE, low), before), 0, POINTS - 1).astype(int)
+        points = times[:, None] + self.step * (np.arange(POINTS) - middle[:, None])
+        points = np.clip(points, self.begin, self.end)
+        points[np.arange(len(times)), middle] = times
+        values, failure = self._places.tabulate(points.ravel())
+        rows = len(values) // POINTS
+        return values[: rows * POINTS].reshape(rows, POINTS, self.width), middle[:rows], failure
+
+
+@cache
+def _weights(middle: int, n: int = POINTS) -> Vector:
+    """Return weights of n equally spaced points for two derivatives at one of them, (2, n)."""
+    powers = np.vander(np.arange(n) - float(middle), n, increasing=True)
+    inverse = np.linalg.inv(powers)
+    return np.stack([inverse[1], 2.0 * inverse[2]])

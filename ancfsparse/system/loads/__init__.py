@@ -1,0 +1,1 @@
+"""Load amplitudes and generalized forces."""

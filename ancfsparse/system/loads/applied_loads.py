@@ -1,0 +1,240 @@
+"""Applied forces: what is constant becomes one vector, what changes columns of amplitudes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import LoadFailure
+from ancfsparse.kernels.hermite import integral_weights, position_weights
+from ancfsparse.scene import (
+    Body,
+    ChangingGravity,
+    DistributedForce,
+    ElasticBody,
+    Node,
+    PointForce,
+    PointMoment,
+    Scene,
+)
+from ancfsparse.system.loads.amplitudes import Amplitudes, Clock, Source
+
+if TYPE_CHECKING:
+    from ancfsparse.system.loads.follower_loads import Follower
+
+Vector = NDArray[np.float64]
+
+# Gauss points of an element for loads that follow it or vary along it: exact for the cubic times a
+# shape of degree six.
+POINTS = 5
+
+
+class Places(Protocol):
+    """Where the coordinates of a scene are."""
+
+    n_all: int
+    dim: int
+
+    def place(self, node: Node) -> NDArray[np.int32]:
+        """Return those of a node, (n_c,)."""
+
+    def point(self, node: Node) -> tuple[NDArray[np.int32], Vector]:
+        """Return places (dim, p) and weights (p,) of its position."""
+
+    def frame(self, node: Node) -> NDArray[np.int32]:
+        """Return places (3, dim) of those of r_x, r_y and r_z that a moment acts on, or -1."""
+
+    def elements(self, beam: Body) -> NDArray[np.int32]:
+        """Return those of the elements of a beam, (n_e, 2 n_c)."""
+
+
+@dataclass
+class Loads:
+    """Loads of a scene on its coordinates.
+
+    Attributes
+    ----------
+    constant : (n_all,) float
+        Constant forces without gravity [N, N m].
+    place, weight, column : lists
+        Changing forces: ``force[place] += weight * amplitude[column]``.
+    moment_place : list of (3, dim) int
+        Places of those of r_x, r_y and r_z that a moment acts on; -1 for the others.
+    moment_column : list of (1,) or (3,) int
+        Their amplitudes [N m].
+    moment_axes : list of (3, 3) int, or None
+        Places of r_x, r_y and r_z where a moment follows them.
+    followers : list of Follower
+        Forces that follow sections.
+    gravity_column : list of (dim,) int
+        Amplitudes of gravity that changes [m/s2].
+    sources : list of Amplitudes
+        Where the amplitudes come from, in order.
+    """
+
+    constant: Vector
+    place: list[int] = field(default_factory=list)
+    weight: list[float] = field(default_factory=list)
+    column: list[int] = field(default_factory=list)
+    moment_place: list[NDArray[np.int32]] = field(default_factory=list)
+    moment_column: list[list[int]] = field(default_factory=list)
+    moment_axes: list[NDArray[np.int32] | None] = field(default_factory=list)
+    followers: list[Follower] = field(default_factory=list)
+    gravity_column: list[list[int]] = field(default_factory=list)
+    sources: list[Amplitudes] = field(default_factory=list)
+
+    @property
+    def n_amplitudes(self) -> int:
+        """Number of amplitudes."""
+        return sum(source.width for source in self.sources)
+
+    @property
+    def growing(self) -> NDArray[np.bool_]:
+        """Which amplitudes are loads, that a share of the loads scales, and not the time."""
+        flags = [np.full(each.width, not isinstance(each, Clock)) for each in self.sources]
+        return np.concatenate([np.zeros(0, dtype=bool), *flags])
+
+    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+        """Return the amplitudes up to the first time at which a load fails, and how it fails.
+
+        Parameters
+        ----------
+        times : (k,) float
+            Times [s].
+
+        Returns
+        -------
+        table : (j, n_amplitudes) float
+            j is k if nothing fails [N or N m].
+        failure : LoadFailure or None
+            What happened at time j.
+        """
+        table, failure, start = np.empty((len(times), self.n_amplitudes)), None, 0
+        for source in self.sources:
+            rows, failed = source.tabulate(times[: len(table)])
+            table, failure = table[: len(rows)], failed or failure
+            table[:, start : start + source.width] = rows
+            start += source.width
+        return table, failure
+
+    def amplitudes(self, times: Vector) -> Vector:
+        """Return the amplitudes at the given times [s], shape (k, n_amplitudes) [N or N m].
+
+        Raises
+        ------
+        LoadFailure
+            If a load fails at one of them.
+        """
+        table, failure = self.tabulate(times)
+        if failure is not None:
+            raise failure
+        return table
+
+
+def loads_of(scene: Scene, system: Places) -> Loads:
+    """Spread the loads of a scene over its coordinates.
+
+    Parameters
+    ----------
+    scene : Scene
+        The loads.
+    system : System
+        Where the coordinates of its nodes and elements are.
+    """
+    out = Loads(np.zeros(system.n_all))
+    for load in scene.loads:
+        first = out.n_amplitudes
+        if isinstance(load, PointMoment):
+            width = 1 if scene.dim == 2 else 3
+            out.moment_place.append(system.frame(load.node))
+            out.moment_column.append(list(range(first, first + width)))
+            out.moment_axes.append(_axes(load, system) if load.follow else None)
+            out.sources.append(Source(load))
+            continue
+        if isinstance(load, ChangingGravity):
+            out.gravity_column.append(list(range(first, first + scene.dim)))
+            out.sources.append(Source(load))
+            continue
+        if load.follow:
+            out.followers.append(_follower(load, system, first))
+            out.sources.append(Source(load))
+            continue
+        if isinstance(load, PointForce):
+            places, weights = system.point(load.node)
+        else:
+            places, weights = _distributed(load, system.elements(load.beam))
+        if not callable(load.value):
+            np.add.at(out.constant, places, load.at(0.0)[:, None] * weights)
+            continue
+        for d in range(scene.dim):
+            out.place += [int(p) for p in places[d]]
+            out.weight += [float(w) for w in weights]
+            out.column += [first + d] * len(weights)
+        out.sources.append(Source(load))
+    return out
+
+
+def _axes(load: PointMoment, system: Places) -> NDArray[np.int32] | None:
+    """Return the places (3, 3) of r_x, r_y and r_z in space, about which a moment follows."""
+    kind, row = load.node.beam.kind, system.place(load.node)
+    if kind.dim == 2:
+        return None
+    return np.stack([row[kind.columns(name)] for name in ("r_x", "r_y", "r_z")])
+
+
+def _follower(load: PointForce | DistributedForce, system: Places, first: int) -> Follower:
+    """Return a following force at the points where it acts."""
+    from ancfsparse.system.loads.follower_loads import Follower, at_node, inside
+
+    column = np.full(system.dim, -1)
+    width = load.shape[0] if load.shape else 1
+    column[:width] = np.arange(first, first + width)
+    if isinstance(load, DistributedForce):
+        beam, kind = load.beam, load.beam.kind
+        xi, shares = _gauss()
+        n, points = beam.n_elements, len(xi)
+        ends = system.elements(beam).reshape(n, 2, -1).repeat(points, axis=0)
+        lengths = beam.lengths.repeat(points)
+        place, weight = inside(kind, ends, np.tile(xi, n), lengths)
+        factor = (beam.lengths[:, None] * shares * load.factors(_arcs(beam, xi))).ravel()
+    else:
+        node, kind, factor = load.node, load.node.beam.kind, np.ones(1)
+        if not node.xi:
+            place, weight = at_node(kind, system.place(node), node.offsets)
+        else:
+            ends = system.elements(node.beam)[node.index].reshape(1, 2, -1)
+            length = node.beam.lengths[[node.index]]
+            place, weight = inside(kind, ends, np.array([node.xi]), length, node.offsets)
+    return Follower(place, weight, np.tile(column, (len(place), 1)), factor)
+
+
+def _gauss() -> tuple[Vector, Vector]:
+    """Return points and weights for the integral from 0 to 1."""
+    points, weights = np.polynomial.legendre.leggauss(POINTS)
+    return 0.5 * (1.0 + points), 0.5 * weights
+
+
+def _arcs(beam: ElasticBody, xi: Vector) -> Vector:
+    """Return the arc coordinates of points of every element, (n_e, k) [m]."""
+    starts = np.concatenate([[0.0], np.cumsum(beam.lengths)[:-1]])
+    return np.asarray(starts[:, None] + beam.lengths[:, None] * xi)
+
+
+def _distributed(
+    load: DistributedForce, places: NDArray[np.int32]
+) -> tuple[NDArray[np.int32], Vector]:
+    """Places (dim, p) and weights (p,) of a force per length: integrated shape functions."""
+    ends, kind = places.reshape(len(places), 2, -1), load.beam.kind
+    each = [ends[:, end, kind.columns(name)] for end in (0, 1) for name in kind.axis]
+    lengths = load.beam.lengths
+    if load.along is None:
+        weights = integral_weights(lengths, kind.is_string)
+    else:
+        xi, shares = _gauss()
+        factors = lengths[:, None] * shares * load.factors(_arcs(load.beam, xi))
+        points = position_weights(xi, lengths[:, None], kind.is_string)
+        weights = np.einsum("eg,egk->ek", factors, points)
+    return np.stack(each, axis=1).transpose(2, 0, 1).reshape(load.beam.dim, -1), weights.ravel()

@@ -1,0 +1,129 @@
+"""Eigenstrains that change with time: what they do to the parameters of kernels, as amplitudes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import LoadFailure
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.layout import filled
+from ancfsparse.scene.bodies.beam import Beam
+from ancfsparse.scene.meshing.eigenstrain import strained_ends
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int32]
+
+# Times that are evaluated together.
+AT_ONCE = 64
+# Turns of a section along an element [rad] and elongations [-] that show which parameters change.
+TRIALS = (1e-3, -1e-2)
+
+
+class ChangingStrain:
+    """The parameters of the elements of a beam that change with its eigenstrain.
+
+    Elements with equal parameters share their columns.
+
+    Parameters
+    ----------
+    body : Beam
+        One with ``changing`` eigenstrains.
+    kind : ElementKind
+        Its element.
+    ends : (n_e, 2, n_c) float
+        Coordinates of both nodes of its elements in the reference shape.
+    base : (n_e, n_base) float
+        Base parameters of its elements, where nothing has changed.
+
+    Attributes
+    ----------
+    width : int
+        Number of amplitudes.
+    """
+
+    def __init__(self, body: Beam, kind: ElementKind, ends: Vector, base: Vector) -> None:
+        assert body.eigen is not None
+        self._body, self._kind = body, kind
+        still = filled(kind, base)
+        # The last element fills up its block, without stiffness.
+        element = np.minimum(np.arange(len(still)), body.n_elements - 1)
+        vectors = np.concatenate(
+            [ends[:, :, kind.columns(name)] for name in kind.vectors[1:]], axis=2
+        )
+        turned = vectors.reshape(body.n_elements, -1)[element]
+        keys = [still, body.eigen[element], turned]
+        _, first, self._row = np.unique(
+            np.hstack(keys), axis=0, return_index=True, return_inverse=True
+        )
+        self._row = self._row.ravel()
+        self._base, self._ends = still[first], ends[element[first]]
+        self._eigen, self._lengths = body.eigen[element[first]], body.lengths[element[first]]
+        self._reference = np.flatnonzero([name.startswith("reference") for name in kind.parameters])
+        self._still = kind.prepare(self._base)
+        trials = [self._derived(trial * self._unit()) for trial in TRIALS]
+        changed = np.any([each != self._still for each in trials], axis=(0, 1))
+        self._changed = np.flatnonzero(changed)
+        self.width = len(first) * len(self._changed)
+
+    def places(self, set_of: Places, lanes: int) -> tuple[Places, Places]:
+        """Return what the amplitudes change in the sets of parameters, and which amplitude does.
+
+        Parameters
+        ----------
+        set_of : (n_blocks,) int32
+            Which set each block has, see `Layout`.
+        lanes : int
+            Elements of a block.
+
+        Returns
+        -------
+        place : (k,) int32
+            In the flat array of parameters (n_sets, n_derived, lanes).
+        column : (k,) int32
+            Numbers of amplitudes, from that of the first.
+        """
+        _, block = np.unique(np.where(set_of < 0, ~set_of, set_of), return_index=True)
+        sets, changed, lane = np.ogrid[: len(block), : len(self._changed), :lanes]
+        row = self._row[block[sets] * lanes + lane]
+        place = (sets * self._still.shape[1] + self._changed[changed]) * lanes + lane
+        column = row * len(self._changed) + changed
+        return place.ravel().astype(np.int32), np.broadcast_to(column, place.shape).ravel().astype(
+            np.int32
+        )
+
+    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+        """Return the changes of parameters, (j, width), up to a time at which no length is left."""
+        changes = self._body.eigen_changes(times)
+        lowest = changes[:, None, 0] + self._eigen[None, :, 0]
+        wrong = np.flatnonzero(~(lowest > -1.0).all(axis=1))
+        failure = None
+        if len(wrong):
+            at = int(wrong[0])
+            failure = LoadFailure(
+                f"the eigenstrain of {self._body.name} at t = {times[at]:.6g} s is "
+                f"{lowest[at].min():g}: it must be above -1, where no length is left",
+                float(times[at]),
+            )
+            changes = changes[:at]
+        table = np.empty((len(changes), self.width))
+        for i in range(0, len(changes), AT_ONCE):
+            part = np.repeat(changes[i : i + AT_ONCE], len(self._base), axis=0)
+            derived = self._derived(part).reshape(-1, *self._still.shape) - self._still
+            table[i : i + AT_ONCE] = derived[:, :, self._changed].reshape(len(derived), -1)
+        return table, failure
+
+    def _unit(self) -> Vector:
+        """Return an elongation of 1 and a turn of 1 rad for each distinct element."""
+        out = np.ones_like(self._eigen)
+        out[:, 1:] /= self._lengths[:, None]
+        return out
+
+    def _derived(self, changes: Vector) -> Vector:
+        """Return derived parameters for changes of eigenstrain, (k rows, ...)."""
+        times = len(changes) // len(self._base)
+        base, ends = np.tile(self._base, (times, 1)), np.tile(self._ends, (times, 1, 1))
+        eigen = np.tile(self._eigen, (times, 1)) + changes
+        free = strained_ends(self._kind, ends, np.tile(self._lengths, times), eigen)
+        base[:, self._reference] = free.reshape(len(base), -1)
+        return np.asarray(self._kind.prepare(base))

@@ -1,0 +1,1 @@
+"""Reactions and end forces from a solution."""

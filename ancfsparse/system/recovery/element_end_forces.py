@@ -1,0 +1,62 @@
+"""What single elements put on their nodes, for many states at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.layout import pack
+from ancfsparse.scene import Beam, ElasticBody
+from ancfsparse.system.contributions.bodies.elements import base_parameters, of_reference
+from ancfsparse.system.coordinates.numbering import reference
+
+Array = NDArray[np.float64]
+
+
+def end_forces(
+    body: ElasticBody,
+    kind: ElementKind,
+    elements: NDArray[np.intp],
+    ends: Array,
+    rates: Array,
+    times: Array,
+) -> Array:
+    """Evaluate the generalised forces that hold elements in their shape, damping included.
+
+    Parameters
+    ----------
+    body : Beam or Mesh
+        What the elements are of.
+    kind : ElementKind
+        Its element.
+    elements : ndarray, shape (p,)
+        Numbers of the elements.
+    ends, rates : ndarray, shape (k, p, 2 n_c)
+        Coordinates of both their nodes in every state, and the rates of these.
+    times : ndarray, shape (k,)
+        Times of the states [s].
+
+    Returns
+    -------
+    ndarray, shape (k, p, 2 n_c)
+        What acts on the ends of each element [N, N m], nothing being summed at nodes.
+    """
+    q = np.ascontiguousarray(ends).ravel()
+    v = np.ascontiguousarray(rates).ravel()
+    out = np.zeros_like(q)
+    places = np.arange(q.size, dtype=np.int32).reshape(-1, kind.n_coordinates)
+    call = compiled("kernel_call").call
+    kernels = [("force", body.stiffnesses())]
+    if body.strains_damped:
+        kernels.append(("damping", body.viscosities()))
+    for name, common in kernels:
+        base = np.tile(base_parameters(body, kind, common)[elements], (len(ends), 1))
+        if isinstance(body, Beam) and body.strains_change:
+            free = body.free_of_stress_at(reference(body)[body.ends], elements, times)
+            base[:, of_reference(kind)] = free.reshape(len(base), -1)
+        layout = pack(kind, places, places, base)
+        arrays = layout.gather, layout.scatter, layout.set_of, layout.parameters
+        call(kind.kernels[name], *arrays, q, v, out, 1)
+    return out.reshape(ends.shape)

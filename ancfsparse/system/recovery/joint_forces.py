@@ -1,0 +1,312 @@
+"""Force and moment of one joint: from its multipliers, or from what its bodies lack without it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError, SingularSceneError
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.scene import Node, Scene
+from ancfsparse.scene.joints.joint import LINEAR, Joint, Led
+from ancfsparse.scene.kinematics.joint_coordinates import Measure
+from ancfsparse.scene.kinematics.track import Offset
+from ancfsparse.scene.records.prescribed_motion import Course
+from ancfsparse.system.coordinates.joint_lowering import Lowering
+
+if TYPE_CHECKING:
+    from ancfsparse.system.system import System
+
+Vector = NDArray[np.float64]
+Places = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class States:
+    """States of a system.
+
+    Attributes
+    ----------
+    q, v, a : (k, n_all) float
+        Coordinates and rates.
+    lam : (k, m) float
+        Multipliers [N].
+    t : (k,) float
+        Times [s].
+    """
+
+    q: Vector
+    v: Vector
+    a: Vector
+    lam: Vector
+    t: Vector
+
+
+@dataclass
+class Recorder:
+    """The `Builder` that shows what one joint is lowered to.
+
+    Attributes
+    ----------
+    lowering : Lowering
+        What gives the coordinates.
+    equations : list of (terms, about, measures)
+        Its equations, in the numbers of coordinates of `lowering`.
+    numbers : bool
+        Whether it fixes, drives or shares coordinates.
+    held : list of (k,) int
+        The coordinates that it fixes or drives.
+    shares : bool
+        Whether it shares any.
+    turns, lines : bool
+        Whether angles may be prescribed, and slides held, by numbering.
+    """
+
+    lowering: Lowering
+    turns: bool = True
+    lines: bool = True
+    equations: list[tuple[Any, Any, Any]] = field(default_factory=list)
+    numbers: bool = False
+    held: list[Places] = field(default_factory=list)
+    shares: bool = False
+
+    def kind(self, node: Node) -> ElementKind:
+        """Return the element at a node."""
+        return self.lowering.kind(node)
+
+    def rows(self, node: Node) -> Places:
+        """Return the coordinates of all rows of a node."""
+        return self.lowering.rows(node)
+
+    def position(self, node: Node) -> Places:
+        """Return the coordinates of the position of a node."""
+        return self.lowering.position(node)
+
+    def ends(self, node: Node) -> Places:
+        """Return the coordinates of all rows that a point follows from."""
+        return self.lowering.ends(node)
+
+    def point(self, node: Node) -> tuple[Places, Vector]:
+        """Return coordinates and weights of a point."""
+        return self.lowering.point(node)
+
+    def fix(self, coordinates: Places) -> None:
+        """Note that coordinates are held."""
+        self.numbers = True
+        self.held.append(coordinates.ravel())
+
+    def hold(self, coordinates: Places) -> None:
+        """Note that coordinates are held."""
+        self.fix(coordinates)
+
+    def drive(self, coordinates: Places, course: Course) -> None:
+        """Note that coordinates are prescribed."""
+        self.numbers = True
+        self.held.append(coordinates.ravel())
+
+    def share(self, one: Places, other: Places) -> None:
+        """Note that coordinates are shared."""
+        self.numbers = self.shares = True
+
+    def equation(
+        self,
+        label: str,
+        offset: float,
+        *terms: tuple[float, int, int],
+        about: Sequence[float] = (),
+        size: float = 0.0,
+        led: Led | None = None,
+        mass: float = 0.0,
+        measures: Sequence[tuple[float, Measure | Offset]] = (),
+    ) -> None:
+        """Note an equation."""
+        kept = list(terms)
+        self.equations.append((kept, list(about) or [0.0] * len(kept), measures))
+
+
+def joint_force(system: System, joint: Joint, states: States) -> tuple[Vector, Vector, Vector]:
+    """Return what a joint does to its first side: force, moment about its point there, and axes.
+
+    Parameters
+    ----------
+    system : System
+        What moves.
+    joint : Joint
+        One of its scene.
+    states : States
+        Of the system.
+
+    Returns
+    -------
+    force : (k, dim) float
+        Force [N].
+    moment : (k,) or (k, 3) float
+        Moment [N m], a number in the plane.
+    axes : (k, dim, dim) float
+        Axes of the joint as rows, which turn with its second side; not a number where that has
+        none.
+
+    Raises
+    ------
+    InputError
+        If it does not belong to the scene.
+    SingularSceneError
+        If other joints hold the same coordinates, so that their forces cannot be separated.
+    """
+    if not any(joint is each for each in system.joints):
+        raise InputError("the joint is not of the scene that moved: take one of its handles")
+    lowering = Lowering(_scene_with(system, system.joints), system.kinds)
+    by_numbers = not rows_of(system, joint)
+    record = Recorder(lowering, turns=by_numbers, lines=by_numbers)
+    joint.lower(record)
+    q = _raw(lowering, system, states.q)
+    a, _b = joint.sides
+    if not record.numbers:
+        forces = _of_multipliers(record, q, states.lam[:, rows_of(system, joint)])
+        wrench = _wrench(a, q, forces, lowering)
+    else:
+        wrench = _of_balance(system, joint, record, q, states)
+    return *wrench, _axes(lowering, joint, q)
+
+
+def rows_of(system: System, joint: Joint) -> list[int]:
+    """Return the equations of a joint, in their order."""
+    return [k for k, (owner, _) in enumerate(system.constraints.source) if owner == id(joint)]
+
+
+def _raw(lowering: Lowering, system: System, q: Vector) -> Vector:
+    """Return states by the numbers of a lowering."""
+    out = np.empty((len(q), lowering.n_raw))
+    for raw, places in zip(lowering.raw, system.places, strict=True):
+        out[:, raw] = q[:, places]
+    return out
+
+
+def _of_multipliers(record: Recorder, q: Vector, lam: Vector) -> Vector:
+    """Return ``-phi_q^T lam`` of the equations of a joint, (k, n_raw)."""
+    out = np.zeros_like(q)
+    for (terms, about, measures), push in zip(record.equations, lam.T, strict=True):
+        for (c, i, j), origin in zip(terms, about, strict=True):
+            if j == LINEAR:
+                out[:, i] -= c * push
+            else:
+                out[:, i] -= c * (q[:, j] - origin) * push
+                out[:, j] -= c * (q[:, i] - origin) * push
+        for factor, measure in measures:
+            measure.push(out, q, -factor * push)
+    return out
+
+
+def _of_balance(
+    system: System, joint: Joint, record: Recorder, q: Vector, states: States
+) -> tuple[Vector, Vector]:
+    """Return what is missing for the balance of a side without the joint."""
+    cut, lowering = _cut(system, joint), record.lowering
+    a, b = joint.sides
+    if b is None and not record.shares and not record.equations:
+        # It holds single coordinates against the ground: its forces act on these alone.
+        mine, free = np.concatenate(record.held), np.empty(lowering.n_raw, dtype=bool)
+        for raw, places in zip(lowering.raw, cut.places, strict=True):
+            free[raw] = places < cut.n_free
+        if free[mine].all():
+            forces = np.zeros_like(q)
+            forces[:, mine] = _raw(lowering, cut, _missing(system, cut, states))[:, mine]
+            return _wrench(a, q, forces, lowering)
+    side = next((n for n in (a, b) if n and np.all(cut.rows(n) < cut.n_free)), None)
+    if side is None:
+        raise SingularSceneError(
+            f"the force of the {joint.label} is not determined: other joints hold its coordinates "
+            "too, by numbering; join one of its points elsewhere than at the origin of a body, or "
+            "make a pin by as_constraint=True"
+        )
+    forces = _raw(lowering, cut, _missing(system, cut, states))
+    force, moment = _wrench(side, q, forces, lowering)
+    if side is a:
+        return force, moment
+    apart = _place(lowering, side, q) - _place(lowering, a, q)
+    return -force, -(moment + _cross(apart, force))
+
+
+def _cut(system: System, joint: Joint) -> System:
+    """Return the system without one joint."""
+    scene = _scene_with(system, [each for each in system.joints if each is not joint])
+    return type(system)(scene, system.state(system.t0, system.q0, system.v0))
+
+
+def _scene_with(system: System, joints: Sequence[Joint]) -> Scene:
+    """Return the scene as it was when the system was made, with these of its joints."""
+    scene: Scene = object.__new__(type(system.scene))
+    then = {"bodies": list(system.bodies), "joints": list(joints)}
+    scene.__dict__.update(system.scene.__dict__ | then)
+    return scene
+
+
+def _missing(system: System, cut: System, states: States) -> Vector:
+    """Return the forces that states of a system lack without a joint, (k, n_all of `cut`)."""
+    q, v, a = (np.zeros((len(states.t), cut.n_all)) for _ in range(3))
+    for there, here in zip(system.places, cut.places, strict=True):
+        for mine, its in ((q, states.q), (v, states.v), (a, states.a)):
+            mine[:, here] = its[:, there]
+    number = {source: k for k, source in enumerate(system.constraints.source)}
+    lam = np.zeros((len(states.t), cut.n_multipliers))
+    for k, source in enumerate(cut.constraints.source):
+        if source in number:  # others keep bodies rigid that shared vectors: inner forces
+            lam[:, k] = states.lam[:, number[source]]
+    amplitudes, out = cut.loads.amplitudes(states.t), np.empty_like(q)
+    for k in range(len(out)):
+        rest = cut.assembly.residual(q[k], v[k], a[k], lam[k], cut.dead_load, amplitudes[k])
+        out[k] = rest[0]
+    return out
+
+
+def _wrench(node: Node, q: Vector, forces: Vector, lowering: Lowering) -> tuple[Vector, Vector]:
+    """Add up generalized forces around a point to a force and a moment about it."""
+    kind, rows = lowering.kind(node), lowering.ends(node)
+    where = _place(lowering, node, q)
+    # The rows of one node share its position.
+    positions = np.unique(rows[:, kind.columns("r")], axis=0)
+    force = np.sum([forces[:, each] for each in positions], axis=0)
+    moment = np.sum([_cross(q[:, each] - where, forces[:, each]) for each in positions], axis=0)
+    for row in rows:
+        for name in kind.vectors[1:]:
+            places = row[kind.columns(name)]
+            if len(places) == node.beam.dim:  # not the stretch of a planar section
+                moment = moment + _cross(q[:, places], forces[:, places])
+    return force, moment
+
+
+def _place(lowering: Lowering, node: Node, q: Vector) -> Vector:
+    places, weights = lowering.point(node)
+    return np.asarray(q[:, places] @ weights)
+
+
+def _cross(one: Vector, other: Vector) -> Vector:
+    """Return cross products (k, 3), in the plane their component across it (k,)."""
+    if one.shape[1] == 2:
+        return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
+    return np.cross(one, other)
+
+
+def _axes(lowering: Lowering, joint: Joint, q: Vector) -> Vector:
+    """Return the axes of a joint over time, (k, dim, dim); not a number where there are none."""
+    from ancfsparse.scene.joints.frame_vectors import direction, spans
+    from ancfsparse.scene.mechanisms.two_body_joint import normals
+
+    dim = joint.nodes[0].beam.dim
+    first = np.eye(dim)[0] if joint.axis is None else joint.axis
+    rest = np.array([first, *normals(first)])
+    b = joint.sides[1]
+    if b is None:
+        return np.broadcast_to(rest, (len(q), dim, dim))
+    if not all(spans(b, each) for each in rest):
+        return np.full((len(q), dim, dim), np.nan)
+    out = np.empty((len(q), dim, dim))
+    for k, each in enumerate(rest):
+        found = direction(lowering, b, each)
+        for d, terms in enumerate(found.terms):
+            out[:, k, d] = found.constant[d] + sum(w * q[:, i] for i, w in terms.items())
+    return np.asarray(out / np.linalg.norm(out, axis=2, keepdims=True))

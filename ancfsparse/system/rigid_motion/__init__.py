@@ -1,0 +1,1 @@
+"""Rigid parts and corotated frames."""

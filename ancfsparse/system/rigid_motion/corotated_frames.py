@@ -1,0 +1,103 @@
+"""Which vectors of a system turn with which node: the frame of a co-rotated seed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.dispatch import compiled
+from ancfsparse.scene.joints.joint import LINEAR
+from ancfsparse.system.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.abi.nodal_frames import Frame
+
+Places = NDArray[np.int32]
+
+
+def frame_of(system: System) -> Frame:
+    """Return the compiled rotations of a system's nodes, see ``ancf_frame`` in solver_abi.h.
+
+    Positions and slopes turn with their own row; a position that several rows share, as at the
+    crossings of a net, turns with their average.  A vector stays as it is if one of its components
+    is fixed or stands in a linear constraint: those directions do not turn with the body.
+
+    Parameters
+    ----------
+    system : System
+        Its places, free coordinates and constraints are looked at.
+    """
+    dim, n_free = system.dim, system.n_free
+    turns = np.zeros(system.n_all, dtype=bool)
+    turns[:n_free] = True
+    turns[_in_linear_constraints(system)] = False
+
+    n_rows = sum(len(places) for places in system.places)
+    axes = np.full((n_rows, dim if dim == 2 else 6), -1, dtype=np.int32)
+    positions = np.empty((n_rows, dim), dtype=np.int32)
+    vectors, rotations = [], []
+    begin = 0
+    for kind, places in zip(system.kinds, system.places, strict=True):
+        rows = np.arange(begin, begin + len(places), dtype=np.int32)
+        across = [name for name in kind.section if name != "r_x"][: dim - 2]
+        for k, name in enumerate((*kind.axis[1:], *across)):
+            axes[rows, dim * k : dim * (k + 1)] = places[:, kind.columns(name)]
+        positions[rows] = places[:, kind.columns("r")]
+        for name in kind.vectors[1:]:
+            if len(kind.directions(name)) == dim:  # in the plane r_z stays as it is
+                vectors.append(places[:, kind.columns(name)])
+                rotations.append(rows)
+        begin += len(places)
+
+    single, shared, start, rows_of = _by_position(positions)
+    vectors += [positions[single], positions[shared]]
+    rotations += [single, n_rows + np.arange(len(shared), dtype=np.int32)]
+    where, rotation_of = np.concatenate(vectors), np.concatenate(rotations)
+    turning = turns[where].all(axis=1)
+    frame: Frame = compiled("rotation").Frame(
+        n_free + system.n_multipliers,
+        axes,
+        start,
+        rows_of,
+        np.ascontiguousarray(where[turning], dtype=np.int32),
+        np.ascontiguousarray(rotation_of[turning], dtype=np.int32),
+    )
+    return frame
+
+
+def _in_linear_constraints(system: System) -> Places:
+    """Places of the coordinates in constraints that are linear throughout."""
+    c = system.constraints
+    row, i, j = (np.array(x, dtype=np.int32) for x in (c.row, c.i, c.j))
+    curved = np.zeros(system.n_multipliers, dtype=bool)
+    curved[row[j != LINEAR]] = True
+    return np.asarray(i[~curved[row]])
+
+
+def _by_position(positions: Places) -> tuple[Places, Places, Places, Places]:
+    """Group rows by the position they have.
+
+    Parameters
+    ----------
+    positions : (n_rows, dim) int32
+        Places of the position of each row.
+
+    Returns
+    -------
+    single : (k,) int32
+        Rows that share their position with no other.
+    shared : (m,) int32
+        One row of each group that shares one.
+    start, rows : (m + 1,), (p,) int32
+        The rows of each such group, one group after another.
+    """
+    order = np.argsort(positions[:, 0], kind="stable").astype(np.int32)
+    first = positions[order, 0]
+    begins = np.flatnonzero(np.append(True, first[1:] != first[:-1]))
+    sizes = np.diff(np.append(begins, len(order)))
+    alone = sizes == 1
+    rows = order[np.repeat(~alone, sizes)]
+    start = np.concatenate([[0], np.cumsum(sizes[~alone])]).astype(np.int32)
+    return order[begins[alone]], order[begins[~alone]], start, rows

@@ -1,0 +1,303 @@
+"""Plans for three errors in many scenes, beside a search of elements, meshes, steps, integrators.
+
+Times are those of the processor, set-up included; those of a plan include its pilot runs, of which
+the last is the run itself where that is short.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from functools import partial
+from multiprocessing import get_context
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.errors import AncfError
+from ancfsparse.integrators import CentralDifference, Explicit, GeneralizedAlpha, Implicit, Newmark
+from ancfsparse.plans import plan
+from ancfsparse.plans.quantities.quantity import Quantity
+from ancfsparse.plans.trial_runs.cost_model import counted
+from ancfsparse.solve import stable_step
+from benchmarks.common.progress import bar
+from benchmarks.economy.reference import Reference, run_in, times_of, values_of
+from benchmarks.economy.scenes import CASES, RICHEST, Case, Made
+from benchmarks.peers.environment import environment
+
+REQUESTS = (0.03, 0.003, 0.0003)
+"""Errors that are asked for, over the size of the quantity [-]."""
+
+FEWEST, MOST = 25, 51200  # steps of the search, which are powers of two times the fewest
+INTEGRATORS: tuple[Implicit | Explicit, ...] = (
+    GeneralizedAlpha(0.9),
+    Newmark(0.0),
+    CentralDifference(),
+)
+# Runs that share the least time, of which it is taken, and how many of the cheapest are repeated.
+REPEATS, FINALISTS = 3, 3
+# Nothing is repeated that takes longer [s].
+LONG = 2.0
+# Runs expected to take longer than the cheapest accurate one so many times are not made.
+HOPELESS = 3.0
+# Error below which a run follows the motion, so that one which no longer falls is that of the mesh.
+FOLLOWS = 0.1
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A plan for one error, beside the best choice of the search.
+
+    Attributes
+    ----------
+    scene : str
+        Its name.
+    asked, predicted, reached : float
+        Errors over the size of the quantity [-]; NaN where the plan failed.
+    uncertain : float
+        Uncertainty of the reference, likewise [-].
+    choice, best : str
+        What the plan took, and what the search found; empty if it found nothing.
+    plan_seconds, run_seconds, best_seconds : float
+        Time of the processor [s]; that of a plan includes a run that it has made as a pilot.
+    plan_work, run_work, best_work : float
+        Counted work, in that of a residual of one coordinate, likewise [-].
+    is_made : bool
+        Whether the run was made as a pilot, so that it costs nothing more.
+    reason : str
+        Why the plan failed; empty if it did not.
+    """
+
+    scene: str
+    asked: float
+    predicted: float
+    reached: float
+    uncertain: float
+    choice: str
+    best: str
+    plan_seconds: float
+    run_seconds: float
+    best_seconds: float
+    plan_work: float
+    run_work: float
+    best_work: float
+    is_made: bool
+    reason: str
+
+    @property
+    def share(self) -> float:
+        """Error that was reached over the one asked for."""
+        return self.reached / self.asked
+
+    @property
+    def cost(self) -> float:
+        """Cost of plan and run over that of the best choice; NaN if there is none."""
+        return (self.pilot_seconds + self.run_seconds) / self.best_seconds
+
+    @property
+    def pilot_seconds(self) -> float:
+        """Time of the plan beside that of the run [s]."""
+        return self.plan_seconds - (self.run_seconds if self.is_made else 0.0)
+
+    @property
+    def work(self) -> float:
+        """Counted work of plan and run over that of the best choice; NaN if there is none."""
+        return (self.plan_work + (0.0 if self.is_made else self.run_work)) / self.best_work
+
+    @property
+    def run_cost(self) -> float:
+        """Cost of the run alone over that of the best choice."""
+        return self.run_seconds / self.best_seconds
+
+
+@dataclass(frozen=True)
+class Economy:
+    """Everything ``python -m benchmarks economy`` finds."""
+
+    outcomes: list[Outcome]
+    settings: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """A choice of the search: its error and time, and how to repeat it."""
+
+    name: str
+    error: float
+    seconds: float
+    work: float
+    again: Callable[[], Any]
+
+
+def economy(
+    scenes: Sequence[str] = tuple(CASES),
+    requests: Sequence[float] = REQUESTS,
+    jobs: int = 1,
+    progress: bool = False,
+) -> Economy:
+    """Plan every scene for every error, and search for what would have been cheapest.
+
+    Parameters
+    ----------
+    scenes : sequence of str, optional
+        Names of `CASES`.
+    requests : sequence of float, optional
+        Errors over the size of the quantity [-].
+    jobs : int, optional
+        Scenes that are looked at at once, each in a process of its own.
+    progress : bool, optional
+        Whether to draw a bar.
+    """
+    look = partial(_scene, requests=tuple(requests))
+    if jobs == 1:
+        found = [look(name) for name in bar(scenes, "scene", progress)]
+    else:
+        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+            tasks = [pool.submit(look, name) for name in scenes]
+            with bar(len(tasks), "scene", progress) as shown:
+                for _ in as_completed(tasks):
+                    shown.update()
+            found = [each.result() for each in tasks]
+    settings = {"requests": list(requests), "scenes": list(scenes), "jobs": jobs, **environment()}
+    return Economy([each for some in found for each in some], settings)
+
+
+def _scene(name: str, requests: Sequence[float]) -> list[Outcome]:
+    """Look at one scene."""
+    case = CASES[name]
+    reference = Reference(case, min(requests))
+    tried = list(_searched(case, reference, min(requests)))
+    return [_planned(name, case, reference, each, _best(tried, each)) for each in requests]
+
+
+def _searched(case: Case, reference: Reference, least: float) -> Iterator[_Tried]:
+    """Run elements, meshes, steps and integrators, as far as errors fall and time is not lost."""
+    hopeless = math.inf
+    thick = (RICHEST,) if reference.is_thick and RICHEST not in case.elements else ()
+    for element, options in (*case.elements, *thick):
+        for integrator in INTEGRATORS if case.t_end else INTEGRATORS[:1]:
+            for n in case.meshes:
+                best = math.inf
+                for steps in _steps(case, Made(element, n, options), integrator):
+                    found = _try(case, reference, Made(element, n, options), steps, integrator)
+                    if found is None:
+                        continue
+                    yield found
+                    if found.error <= least:
+                        hopeless = min(hopeless, HOPELESS * found.seconds)
+                    settled = found.error <= FOLLOWS and found.error > 0.8 * best
+                    if settled or found.seconds > hopeless:
+                        break
+                    best = found.error
+
+
+def _steps(case: Case, made: Made, integrator: Implicit | Explicit) -> Sequence[int]:
+    """Return the numbers of steps that are tried."""
+    if case.t_end is None:
+        return (1,)
+    steps = [FEWEST << k for k in range((min(case.steps // 2, MOST) // FEWEST).bit_length())]
+    if not isinstance(integrator, Explicit):
+        return steps
+    try:
+        limit = stable_step(case.build(made)[0], integrator)
+    except AncfError:
+        return ()
+    least = math.ceil(1.1 * case.t_end / limit)
+    return [n for n in (least, 2 * least) if n <= 2 * case.steps]
+
+
+def _try(
+    case: Case, reference: Reference, made: Made, steps: int, integrator: Implicit | Explicit
+) -> _Tried | None:
+    """Run one choice; None if it fails."""
+
+    def solve() -> tuple[Quantity, Any]:
+        scene, quantity = case.build(made)
+        return quantity, run_in(scene, case.t_end, steps, integrator)
+
+    begin = time.process_time()
+    try:
+        quantity, run = solve()
+    except AncfError:
+        return None
+    seconds = time.process_time() - begin
+    error = reference.error(times_of(run), values_of(quantity, run))
+    options = "".join(f" {value}" for value in made.options.values())
+    name = f"{made.n} {made.element}{options}"
+    if case.t_end is not None:
+        name += f", {steps} steps of {integrator!r}"
+    work = counted(run.stats, steps, len(run.system.q0)).amount
+    return _Tried(name, error, seconds, work, solve)
+
+
+def _best(tried: Sequence[_Tried], asked: float) -> _Tried | None:
+    """Return the cheapest choice that is accurate enough, of a few measured again."""
+    able = sorted((each for each in tried if each.error <= asked), key=lambda each: each.seconds)
+    if not able:
+        return None
+    return min(
+        (replace(each, seconds=_least_time(each.again)) for each in able[:FINALISTS]),
+        key=lambda each: each.seconds,
+    )  # fmt: skip
+
+
+def _least_time(call: Callable[[], Any]) -> float:
+    times = []
+    for _ in range(REPEATS):
+        begin = time.process_time()
+        call()
+        times.append(time.process_time() - begin)
+        if sum(times) > LONG:
+            break
+    return min(times)
+
+
+def _planned(
+    name: str, case: Case, reference: Reference, asked: float, best: _Tried | None
+) -> Outcome:
+    """Plan and run; what fails is an outcome too."""
+    times: list[tuple[float, float]] = []
+    found: dict[str, Any] = {"predicted": math.nan, "reached": math.nan, "choice": ""}
+    found |= {"plan_work": math.nan, "run_work": math.nan, "is_made": False}
+    reason = ""
+    for _ in range(REPEATS):
+        scene, quantity = case.build(Made("auto", "auto"))
+        begin = time.process_time()
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                made = plan(scene, case.t_end, quantity, f"{100.0 * asked:g} %")
+                middle = time.process_time()
+                run = replace(made, answer=None).run()
+        except AncfError as failure:
+            reason = f"{type(failure).__name__}: {failure}"
+            times.append((time.process_time() - begin, 0.0))
+            break
+        times.append((middle - begin, time.process_time() - middle))
+        found = {
+            "predicted": made.error / reference.size,
+            "reached": reference.error(times_of(run), values_of(quantity, run)),
+            "choice": made.choice,
+            "plan_work": made.cost["counted"],
+            "run_work": counted(run.stats, made.steps, run.q.shape[1]).amount,
+            "is_made": made.answer is not None,
+        }
+        if sum(map(sum, times)) > LONG:
+            break
+    planned, ran = np.min(times, axis=0)
+    return Outcome(
+        scene=name,
+        asked=asked,
+        uncertain=reference.uncertain,
+        best="" if best is None else best.name,
+        plan_seconds=float(planned),
+        run_seconds=float(ran),
+        best_seconds=math.nan if best is None else best.seconds,
+        best_work=math.nan if best is None else best.work,
+        reason=reason,
+        **found,
+    )

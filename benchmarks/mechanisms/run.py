@@ -1,0 +1,270 @@
+"""Named mechanisms of cables, by our program and by Exudyn: error of the steps, and time.
+
+Both take generalised-alpha with the same damping on the same elements, so that their errors at a
+step are the same and their times can be compared directly.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse import problems
+from ancfsparse.checks import check_choice, check_count
+from ancfsparse.integrators import GeneralizedAlpha
+from ancfsparse.nonlinear import Outcome
+from ancfsparse.problems import Mechanism
+from ancfsparse.results import Equilibrium
+from ancfsparse.scene import Beam
+from ancfsparse.solve import solve_static
+from ancfsparse.solve.motion.arguments import check_request
+from ancfsparse.solve.motion.runs import build_run
+from ancfsparse.solve.motion.simulate import system_at_start
+from ancfsparse.solve.stepping.state_recorder import Record
+from benchmarks.common.progress import bar as progress_bar
+from benchmarks.common.race import OURS
+from benchmarks.common.target import Target
+from benchmarks.peers import exudyn_mechanisms as exudyn
+from benchmarks.peers.environment import environment
+from benchmarks.peers.exudyn import ExudynError
+
+Array = NDArray[np.float64]
+
+INTEGRATOR = GeneralizedAlpha(exudyn.SPECTRAL_RADIUS)
+# States that are compared, evenly over the run.
+INSTANTS = 20
+# The longest step is divided by these, and by those for the reference, which is extrapolated.
+FINER, FINEST = (1, 2, 4), (16, 32)
+WANTED = 8.0
+# Errors that differ by no more than this share are equal.
+EQUAL = 0.05
+
+
+@dataclass(frozen=True)
+class Case:
+    """How a mechanism is run.
+
+    Attributes
+    ----------
+    t_end, dt : float
+        Simulated time and longest step [s].
+    watched : tuple of (str, int)
+        Nodes of cables whose positions are compared.
+    build : callable
+        Adds it to a scene of Exudyn.
+    """
+
+    t_end: float
+    dt: float
+    watched: tuple[tuple[str, int], ...]
+    build: Callable[[exudyn.Builder], None]
+
+
+TURN = 2.0 * math.pi / 150.0
+CASES = {
+    "spin_up": Case(10.0, 2e-2, (("rod", 16),), exudyn.spin_up),
+    "elastic_slider_crank": Case(TURN, TURN / 1000, (("rod", 8),), exudyn.elastic_slider_crank),
+    "double_pendulum_bob": Case(
+        1.0, 2e-3, (("lower", 0), ("lower", 16)), exudyn.double_pendulum_bob
+    ),
+    "elastic_four_bar": Case(2.0, 2e-3, (("coupler", 8), ("coupler", 16)), exudyn.elastic_four_bar),
+    "spaghetti": Case(5.0, 1e-2, (("rod", 0), ("rod", 32)), exudyn.spaghetti),
+    "moving_supports": Case(1.0, 2e-3, (("rope", 8),), exudyn.moving_supports),
+}
+"""Mechanisms by name; each runs until its motion is no longer smooth, or a turn."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One way to run a mechanism with one step.
+
+    Attributes
+    ----------
+    scene : str
+        Key of `CASES`.
+    dt : float
+        Time step [s].
+    program, newton : str
+        Who solves its steps, and how.
+    seconds : float
+        Least processor time of the solver alone [s], which does not depend on what else runs;
+        not a number if it failed.
+    error : float
+        Largest distance from the reference in any coordinate [m].
+    iterations : float
+        Per step.
+    """
+
+    scene: str
+    dt: float
+    program: str
+    newton: str
+    seconds: float
+    error: float
+    iterations: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All runs.
+
+    Attributes
+    ----------
+    rows : list of Row
+        By mechanism, step and program, ours first.
+    settings : dict
+        How, and on what.
+    """
+
+    rows: list[Row]
+    settings: dict[str, Any]
+
+    def pairs(self) -> list[tuple[Row, Row]]:
+        """Return for each mechanism and step ours, and the fastest of Exudyn's of equal error."""
+        found = []
+        for ours in (row for row in self.rows if row.program == OURS):
+            others = [
+                row
+                for row in self.rows
+                if (row.scene, row.dt) == (ours.scene, ours.dt)
+                and row.program != OURS
+                and row.error <= (1.0 + EQUAL) * ours.error
+            ]
+            if others:
+                found.append((ours, min(others, key=lambda row: row.seconds)))
+        return found
+
+    def findings(self) -> list[str]:
+        """Return sentences worked out from the numbers."""
+        pairs = self.pairs()
+        ratios = [other.seconds / ours.seconds for ours, other in pairs]
+        apart = max(abs(other.error / ours.error - 1.0) for ours, other in pairs)
+        worst, best = int(np.argmin(ratios)), int(np.argmax(ratios))
+        fewer = [other.iterations / ours.iterations for ours, other in pairs]
+        slowest, fastest = pairs[worst][0], pairs[best][0].scene
+        return [
+            f"On the same elements, with the same integrator and step, both programs have the same "
+            f"error to {100.0 * apart:.1g} %.",
+            f"Ours takes {ratios[worst]:.1f} times less processor time ({slowest.scene}, step "
+            f"{slowest.dt:.2g} s) to {ratios[best]:.0f} times ({fastest}), "
+            f"{math.exp(float(np.mean(np.log(ratios)))):.0f} times in the geometric mean, than the "
+            "fastest of Exudyn's settings that has that error.",
+            f"Exudyn's takes {min(fewer):.1f} to {max(fewer):.1f} times as many iterations.",
+        ]
+
+    def targets(self) -> list[Target]:
+        """Return how many times faster ours is, by mechanism."""
+        out = []
+        for scene in dict.fromkeys(row.scene for row in self.rows):
+            ratios = [b.seconds / a.seconds for a, b in self.pairs() if a.scene == scene]
+            if ratios:
+                out.append(Target(f"Exudyn / ours at equal error: {scene}", min(ratios), WANTED))
+        return out
+
+
+def mechanisms(
+    names: Sequence[str] = tuple(CASES), rounds: int = 9, progress: bool = False
+) -> Comparison:
+    """Run mechanisms by both programs, in turn.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or Exudyn is not installed.
+    """
+    check_count("rounds", rounds)
+    rows: list[Row] = []
+    with progress_bar(len(names) * len(FINER), "step", progress) as bar:
+        for name in names:
+            check_choice("mechanism", name, CASES)
+            reference = _reference(name)
+            for finer in FINER:
+                rows += _race(name, finer, reference, rounds)
+                bar.update()
+    settings = {"rounds": rounds, "integrator": repr(INTEGRATOR), **environment()}
+    return Comparison(rows, settings)
+
+
+def _race(name: str, finer: int, reference: Array, rounds: int) -> list[Row]:
+    case = CASES[name]
+    steps = finer * round(case.t_end / case.dt)
+    dt = case.t_end / steps
+    kept: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
+    for _ in range(rounds):
+        seconds, places, iterations = _ours(name, steps)
+        error = float(np.max(np.abs(places - reference)))
+        kept.setdefault((OURS, "auto"), []).append((seconds, error, iterations))
+        for newton, how in exudyn.NEWTON.items():
+            found = (math.nan, math.nan, math.nan)
+            problem, rest = _set_up(name)
+            start = None if rest is None else rest.state
+            try:
+                run = exudyn.run_mechanism(
+                    problem, case.build, start, case.watched, how, case.t_end, dt, INSTANTS
+                )
+            except ExudynError:
+                pass  # a row without numbers
+            else:
+                error = float(np.max(np.abs(run.tip - reference)))
+                found = run.seconds, error, run.iterations_per_step
+            kept.setdefault(("Exudyn", newton), []).append(found)
+    return [Row(name, dt, *key, *min(runs)) for key, runs in kept.items()]
+
+
+def _set_up(name: str) -> tuple[Mechanism, Equilibrium | None]:
+    problem = getattr(problems, name)()
+    return problem, solve_static(problem.scene) if problem.settles else None
+
+
+def _ours(name: str, steps: int, tolerance: str | float = "default") -> tuple[float, Array, float]:
+    """Return processor time of the march, positions over time and iterations per step."""
+    case = CASES[name]
+    problem, start = _set_up(name)
+    request = check_request(
+        problem.scene,
+        case.t_end,
+        case.t_end / steps,
+        accuracy=None,
+        integrator=INTEGRATOR,
+        solver="auto",
+        seed="auto",
+        tolerance=tolerance,
+        max_energy_gain=0.01,
+        max_halvings=0,
+        threads=1,
+        save_every=steps // INSTANTS,
+        save_nodes=None,
+        output=None,
+        progress=False,
+        start=start,
+    )
+    system = system_at_start(request)
+    record = Record(system, request.rows, None, None, request.settings)
+    march = build_run(request, system, request.memory())
+    with record.open() as recorder:
+        begin = time.process_time()
+        outcome = march.march(recorder)
+        seconds = time.process_time() - begin
+    run = record.trajectory()
+    if outcome != Outcome.CONVERGED:
+        raise march.failure(outcome, run)
+    places = []
+    for body, index in case.watched:
+        beam = problem.bodies[body]
+        assert isinstance(beam, Beam)
+        places.append(run.position(beam.node(index))[1:])
+    return seconds, np.concatenate(places, axis=1), run.stats.iterations / run.stats.steps
+
+
+def _reference(name: str) -> Array:
+    """Return positions extrapolated from two fine steps, which are as far apart as they are off."""
+    case = CASES[name]
+    steps = round(case.t_end / case.dt)
+    coarse, fine = (_ours(name, by * steps, 1e-12)[1] for by in FINEST)
+    return np.asarray(fine + (fine - coarse) / 3.0)

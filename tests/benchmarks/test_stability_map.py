@@ -1,0 +1,329 @@
+"""The stability map as shipped: its claims, and its borders run again."""
+
+import csv
+import itertools
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import pendulum
+from benchmarks.commands import main
+from benchmarks.stability.cells import (
+    FAILED,
+    FINISHED,
+    GAINED,
+    INTEGRATORS,
+    OUTCOMES,
+    RECOVERED,
+    SOLVERS,
+    Place,
+    Run,
+    ends_by_chance,
+    energy_balance,
+    largest_changes,
+    run_at,
+    saved_shares,
+    unsure_work,
+    work_of,
+)
+from benchmarks.stability.findings import findings
+from benchmarks.stability.report import integrator_chart, solver_chart
+from benchmarks.stability.run import (
+    CALM_SHARE,
+    FOR_ALL_SOLVERS,
+    MOST_GAIN,
+    STEPS,
+    STIFFNESSES,
+    Stability,
+    places,
+    read,
+)
+from benchmarks.stability.scenes import PUSH, SCENES, Case
+
+SHIPPED = Path(__file__).parents[2] / "docs" / "data" / "stability.csv"
+
+# Where steps are so long that elements change by this much of their length within one, which of two
+# motions a step finds is open, and the watch may look beside a peak.
+ROUGH = 0.05
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    return read(SHIPPED)
+
+
+def borders_of(result, gain=0.5 * MOST_GAIN):
+    """Pairs of neighbours in time step: the first completes, the second does not.
+
+    Complete runs must be further from gaining energy than `gain` to be a border: one that is at the
+    watch's limit is decided by rounding.
+    """
+    found = []
+    for run in result.runs:
+        if run.whole and run.gain < gain and run.place.dt in STEPS[:-1]:
+            longer = STEPS[STEPS.index(run.place.dt) + 1]
+            after = result.at.get(run.place._replace(dt=longer))
+            if after is not None and not after.whole:
+                found.append((run, after))
+    return found
+
+
+def some(runs, n):
+    """Take n of them, evenly."""
+    runs = list(runs)
+    return [runs[k] for k in np.linspace(0, len(runs) - 1, min(n, len(runs))).astype(int)]
+
+
+def test_the_table_is_the_whole_cut(shipped):
+    wanted = places(tuple(SCENES), STIFFNESSES, STEPS)
+    assert [run.place for run in shipped.runs] == wanted
+    n_cut = 2 * len(INTEGRATORS) + len(FOR_ALL_SOLVERS) * (len(SOLVERS) - 2)
+    assert len(wanted) == len(SCENES) * len(STIFFNESSES) * len(STEPS) * n_cut
+    assert {run.outcome for run in shipped.runs} == set(OUTCOMES)
+    assert SHIPPED.stat().st_size < 1e6
+
+
+def test_what_newton_solves_the_others_solve(shipped):
+    assert shipped.worse_than_newton(FAILED) == []
+    assert shipped.worse_than_newton(GAINED) == []
+
+
+def test_chance_is_what_ends_newton_either_way_too(shipped):
+    chance = shipped.by_chance()
+    assert 1 <= len(chance) <= 4
+    assert all(shipped.at[run.place._replace(solver="Newton")].whole for run in chance)
+    shortest = min(chance, key=lambda run: run.place.youngs_modulus)
+    assert ends_by_chance(shortest.place)
+    completes, _ = borders_of(shipped)[0]
+    assert not ends_by_chance(completes.place)
+
+
+def test_no_run_ends_well_with_energy_from_nowhere(shipped):
+    assert shipped.hidden_gains() == []
+
+
+def test_calm_steps_hardly_need_damped_newton(shipped):
+    others = shipped.calm_beside_newton()
+    assert len(others) > 0.6 * len(list(shipped.beside_newton()))
+    assert max(run.newton for run in others) <= CALM_SHARE
+
+
+def test_the_shipped_borders_are_where_runs_end_today(shipped):
+    borders = borders_of(shipped)
+    assert len(borders) > 100
+    for scene in SCENES:
+        of_scene = [pair for pair in borders if pair[0].place.scene == scene]
+        for completes, fails in some(of_scene, 8):
+            assert run_at(completes.place).whole, completes
+            assert not run_at(fails.place).whole, fails
+
+
+def test_newton_and_the_others_agree_today(shipped):
+    # Independent of what is shipped: at the edge of what Newton solves, the others run once more.
+    edges = [
+        completes for completes, _ in borders_of(shipped) if completes.place.solver == "Newton"
+    ]
+    for completes in some(edges, 6):
+        newton = run_at(completes.place)
+        assert newton.whole
+        for solver in SOLVERS:
+            place = completes.place._replace(solver=solver)
+            if place in shipped.at:
+                run = run_at(place)
+                assert run.outcome != FAILED, run
+                assert run.whole or ends_by_chance(place), run
+                assert run.gain < MOST_GAIN, run
+
+
+def test_energies_are_those_of_a_formula_of_ones_own():
+    # A truss: EA L e^2 / 2 with Green's strain, and a consistent mass of cubic shape functions.
+    case = SCENES["truss pendulum"](1e9)
+    path = ancf.simulate(case.scene, 0.2, 1e-3, integrator=ancf.Newmark(0.0), tolerance=1e-6)
+    u, weight = np.polynomial.legendre.leggauss(6)
+    x, weight = 0.5 * (u + 1.0), 0.5 * weight
+    length, given = case.rod.length, case.rod.stiffnesses()
+    shapes = np.stack([1 - 3 * x**2 + 2 * x**3, length * (x - 2 * x**2 + x**3),
+                       3 * x**2 - 2 * x**3, length * (x**3 - x**2)])  # fmt: skip
+    ends = [case.rod.start, case.rod.end]
+    speed = np.zeros((len(path.t), 6, 2))
+    rates = [np.gradient(path.slope(node), path.t, axis=0, edge_order=2) for node in ends]
+    for k, node in enumerate(ends):
+        speed += shapes[2 * k][None, :, None] * path.velocity(node)[:, None]
+        speed += shapes[2 * k + 1][None, :, None] * rates[k][:, None]
+    kinetic = 0.5 * given["mass_per_length"] * length * np.sum(speed**2, axis=2) @ weight
+    np.testing.assert_allclose(kinetic[1:-1], path.energy.kinetic[1:-1], rtol=2e-3)
+
+
+def test_work_of_a_force_is_force_times_way():
+    scene = ancf.Scene((0.0, 0.0))
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Rectangle(0.05, 0.05),
+                         ancf.Material(1e8, 4000.0))  # fmt: skip
+
+    def force(t):
+        return 10.0 * t, 0.0
+
+    scene.point_force(rod.end, force)
+    case = Case(scene, rod, force)
+    path = ancf.simulate(scene, 0.2, 1e-3, integrator=ancf.Newmark(0.0))
+    # A free rod of 10 kg: a = t, so half its speed squared times its mass, but for vibrations.
+    assert work_of(path, case)[-1] == pytest.approx(0.5 * 10.0 * (0.2**2 / 2) ** 2, rel=0.05)
+    gain, loss = energy_balance(path, case)
+    assert gain < 1e-3
+    assert loss < 1e-3
+
+
+def test_work_is_unsure_where_the_force_jumps_and_nowhere_else():
+    case = SCENES["sudden force"](1e8)
+    path = ancf.simulate(case.scene, 0.6, 1e-3)
+    unsure, way = unsure_work(path, case), np.diff(path.position(case.rod.end)[:, 1])
+    expected = np.zeros(len(path.t))
+    for jump in case.jumps:
+        after = int(np.argmax(path.t > jump))
+        expected[after:] += 0.5 * PUSH * 0.8 * 9.81 * abs(way[after - 1])
+    np.testing.assert_allclose(unsure, expected)
+    assert energy_balance(path, case)[0] < MOST_GAIN
+    assert not unsure_work(path, SCENES["compressed beam"](1e8)).any()
+
+
+def test_turns_and_stretches_are_those_of_the_chords():
+    case = SCENES["truss pendulum"](1e10)
+    path = ancf.simulate(case.scene, 0.1, 1e-3)
+    turn, stretch = largest_changes(path, case)
+    assert turn == pytest.approx(1e-3 * 7.72 / 3.0443, rel=1e-3)
+    assert stretch < 1e-6
+
+
+def test_saved_steps_are_counted_by_rung():
+    scene, _ = pendulum("l2t2")
+    solver = ancf.ModifiedNewton(max_iterations=2)
+    path = ancf.simulate(scene, 0.5, 1e-3, solver=solver, tolerance="paper")
+    seed, newton = saved_shares(path)
+    assert (seed + newton) * path.stats.steps == pytest.approx(path.stats.recoveries)
+    assert ancf.simulate(scene, 0.1, 1e-3).stats.recoveries == 0
+
+
+@pytest.mark.parametrize("dt", [2e-3, 4e-3, 5e-3, 1e-2, 2e-2, 5e-2])
+def test_ten_seconds_where_fixed_steps_are_known_to_fail(dt):
+    # Strong damping of second order comes through; the trapezoidal rule is stopped and says so.
+    for integrator in (ancf.GeneralizedAlpha(0.5), ancf.HHT(0.3)):
+        energy = ancf.simulate(pendulum("thin").scene, 10.0, dt, integrator=integrator).energy
+        above = (energy.total - energy.total[0]) / energy.kinetic.max()
+        assert above.max() < 1e-3
+        assert -0.4 < above[-1] < 0.0
+    for rho, longest in ((0.8, 5e-3), (0.9, 2e-3)):
+        if dt <= longest:
+            integrator = ancf.GeneralizedAlpha(rho)
+            energy = ancf.simulate(pendulum("thin").scene, 10.0, dt, integrator=integrator).energy
+            assert (energy.total - energy.total[0]).max() < 1e-3 * energy.kinetic.max()
+    with pytest.raises(ancf.StepFailure, match=r"smaller dt|GeneralizedAlpha") as stop:
+        ancf.simulate(pendulum("thin").scene, 10.0, dt, integrator=ancf.Newmark(0.0))
+    assert stop.value.time < 10.0
+
+
+def test_rows_survive_the_table():
+    place = Place("pendulum", 1e8, 1e-3, "Newmark(0)", "auto")
+    run = Run(place, RECOVERED, 2000, "", 2.25, 0.25, 0.125, 0.01, 1e-3, 0.0, 1e-4)
+    assert Run.of({name: str(value) for name, value in run.record().items()}) == run
+
+
+def test_a_small_map(tmp_path, capsys):
+    page = tmp_path / "page.md"
+    marks = [f"<!-- {name}:{end} -->" for name, end in
+             itertools.product(("stability", "stability-solvers"), ("begin", "end"))]  # fmt: skip
+    page.write_text("\n".join(marks), encoding="utf-8")
+    words = ["--scene", "truss pendulum", "--stiffness", "1e6", "--stiffness", "2e11",
+             "--step", "0.01", "--step", "0.02"]  # fmt: skip
+    with pytest.raises(SystemExit) as left:
+        main(["stability", *words, "--output", str(tmp_path), "--page", str(page)])
+    assert left.value.code == 0
+    out = capsys.readouterr().out
+    assert f"{2 * 2 * 34} runs: " in out
+    with (tmp_path / "stability.csv").open(encoding="utf-8") as file:
+        table = list(csv.DictReader(file))
+    assert len(table) == 2 * 2 * 34
+    assert {row["outcome"] for row in table} <= set(OUTCOMES)
+    assert all(math.isfinite(float(row["gain"])) for row in table)
+    soft = [row for row in table if row["youngs_modulus"] == "1000000.0"]
+    assert {row["outcome"] for row in soft} == {FINISHED}
+    data = json.loads((tmp_path / "stability.json").read_text(encoding="utf-8"))
+    assert "damped Newton saved at most" in " ".join(data["findings"])
+    assert "| GeneralizedAlpha(0.5) | 0.0" in page.read_text(encoding="utf-8")
+    for name in ("stability.png", "stability-solvers.png"):
+        assert (tmp_path / "gallery" / name).stat().st_size > 10_000
+
+
+def test_charts_and_tables_come_from_the_table_too(tmp_path, capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["stability", "--from", str(SHIPPED), "--output", str(tmp_path)])
+    assert left.value.code == 0
+    assert re.search(r"^  bfgs, 10 pairs +GeneralizedAlpha\(0\.8\) ", capsys.readouterr().out, re.M)
+    assert (tmp_path / "stability.csv").read_bytes() == SHIPPED.read_bytes()
+    for name in ("stability.png", "stability-solvers.png"):
+        assert (tmp_path / name).stat().st_size > 10_000
+
+
+def test_the_charts_can_be_read(shipped, readable):
+    readable(integrator_chart(shipped))
+    readable(solver_chart(shipped))
+
+
+def test_a_table_that_is_none_is_refused(tmp_path, capsys):
+    rows = SHIPPED.read_text(encoding="utf-8").splitlines()
+    table = tmp_path / "table.csv"
+    cases = {
+        "leave out": (rows[0], ["--step", "0.01"]),
+        "holds no run": (rows[0], []),
+        "column or number is missing": (rows[0].replace("outcome", "end") + "\n" + rows[1], []),
+        "No such file": (None, []),
+    }
+    for message, (text, words) in cases.items():
+        table.unlink(missing_ok=True)
+        if text is not None:
+            table.write_text(text + "\n", encoding="utf-8")
+        with pytest.raises(SystemExit) as left:
+            main(["stability", "--from", str(table), *words, "--output", str(tmp_path)])
+        assert left.value.code == 2
+        assert message in capsys.readouterr().err
+
+
+def made_up(solver, outcome, dt=0.01):
+    place = Place("pendulum", 1e8, dt, "Newmark(0)", solver)
+    return Run(place, outcome, 1, "", 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5)
+
+
+def test_the_solver_chart_shows_the_worst_and_frames_what_differs():
+    runs = [made_up("Newton", FINISHED), made_up("Newton", FAILED, 0.02)]
+    for solver in SOLVERS:
+        if solver != "Newton":
+            bad = solver in ("auto", "modified Newton")
+            runs.append(made_up(solver, GAINED if bad else FINISHED))
+            runs.append(made_up(solver, FAILED if bad else RECOVERED, 0.02))
+    with_both = [replace(run, place=run.place._replace(integrator="GeneralizedAlpha(0.8)"))
+                 for run in runs]  # fmt: skip
+    result = Stability(runs + with_both, {})
+    assert findings(result)[0].startswith(
+        "Other solvers beside Newton at the same 40 points: 0 failed and 4 were stopped for energy "
+        "where Newton finished, 16 finished where Newton did not."
+    )
+    newton, kept, full, *_ = solver_chart(result).axes
+    worst = [[OUTCOMES[int(k)] for k in ax.images[0].get_array().ravel()]
+             for ax in (newton, kept, full)]  # fmt: skip
+    assert worst == [[FINISHED, FAILED], [GAINED, FAILED], [FINISHED, RECOVERED]]
+    assert [text.get_text() for text in kept.texts] == ["2", "2", "67 %"]
+    frames = [[(p.get_x() + 0.5, p.get_linestyle()) for p in ax.patches]
+              for ax in (newton, kept, full)]  # fmt: skip
+    assert frames == [[], [(0.0, "-"), (1.0, ":")], [(1.0, ":")]]
+    assert list(newton.lines) == []  # losses belong to integrators, and are marked in their chart
+
+
+def test_unknown_scenes_and_bad_steps_are_refused():
+    for words, name in ((["--scene", "pendulums"], "scene"), (["--step", "-1"], "step")):
+        with pytest.raises(SystemExit) as left:
+            main(["stability", *words])
+        assert left.value.code != 0, name
