@@ -3,7 +3,6 @@
 A `Scene` describes a model; `simulate` computes its motion, `solve_static` its equilibrium.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from ancfsparse.errors import (
@@ -34,6 +33,7 @@ from ancfsparse.integrators import (
     RungeKuttaNystrom,
 )
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.on_demand import on_demand
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import (
     Circle,
@@ -187,9 +187,4 @@ _ON_DEMAND = {
     "velocity": "plans",
 }
 
-
-def __getattr__(name: str) -> object:
-    """Load what motions do not need where it is asked for."""
-    if name not in _ON_DEMAND:
-        raise AttributeError(f"module 'ancfsparse' has no attribute {name!r}")
-    return getattr(import_module(f"ancfsparse.{_ON_DEMAND[name]}"), name)
+__getattr__ = on_demand(__name__, _ON_DEMAND)

@@ -1,4 +1,4 @@
-"""Time-dependent loads of `system.loads.applied_loads`; constant ones are a vector of the system."""
+"""Time-dependent loads of `system.loads.applied_loads`; constant ones are one system vector."""
 
 from __future__ import annotations
 
