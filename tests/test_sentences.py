@@ -9,10 +9,10 @@ from ancfsparse.checks import check_count, check_positive
 from ancfsparse.cli.options import as_option
 from ancfsparse.errors import (
     InputError,
-    LoadFailure,
+    LoadError,
     Parameter,
     Sentence,
-    StepFailure,
+    StepError,
     in_python,
 )
 
@@ -76,8 +76,8 @@ def test_errors_survive_pickling():
     reason = Sentence(
         "no end in 25 iterations{aside}", aside=Parameter("max_iterations", aside=True)
     )
-    failure = pickle.loads(pickle.dumps(StepFailure(reason, 1.0, 2, 0.5, 3.0, "beam 0")))
+    failure = pickle.loads(pickle.dumps(StepError(reason, 1.0, 2, 0.5, 3.0, "beam 0")))
     assert failure.reason == "no end in 25 iterations (max_iterations)"
     assert "no end in 25 iterations." in failure.sentence(as_option)
-    late = pickle.loads(pickle.dumps(LoadFailure("the load failed", 1.0)))
+    late = pickle.loads(pickle.dumps(LoadError("the load failed", 1.0)))
     assert (str(late), late.time) == ("the load failed", 1.0)

@@ -16,7 +16,7 @@ from ancfsparse.cli.elements import element as element_command
 from ancfsparse.cli.options import RunError, in_options
 from ancfsparse.cli.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendulum
 from ancfsparse.cli.plan import plan
-from ancfsparse.errors import AccuracyFailure, InputError, StepFailure
+from ancfsparse.errors import AccuracyError, InputError, StepError
 
 EXIT_FAILURE, EXIT_INPUT = 1, 2
 
@@ -239,7 +239,7 @@ def run_app(program: typer.Typer, name: str, arguments: Sequence[str] | None = N
         program(args=arguments, prog_name=name)
     except (InputError, OSError) as error:
         _exit(EXIT_INPUT, name, error)
-    except (RunError, StepFailure, AccuracyFailure) as error:
+    except (RunError, StepError, AccuracyError) as error:
         _exit(EXIT_FAILURE, name, error)
 
 

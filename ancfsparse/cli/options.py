@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from ancfsparse.errors import (
-    AccuracyFailure,
+    AccuracyError,
     AncfError,
     InputError,
-    Instability,
+    InstabilityError,
     Parameter,
-    StepFailure,
+    StepError,
     in_python,
 )
 
@@ -51,7 +51,7 @@ def in_options() -> Iterator[None]:
         yield
     except InputError as error:
         raise InputError(error.sentence(as_option)) from error
-    except (StepFailure, AccuracyFailure) as error:
+    except (StepError, AccuracyError) as error:
         raise RunError(_ended(error)) from error
 
 
@@ -71,11 +71,11 @@ def as_option(parameter: Parameter) -> str:
     return " ".join([OPTIONS[name], *owner, *[parameter.value] * bool(parameter.value)])
 
 
-def _ended(error: StepFailure | AccuracyFailure) -> str:
+def _ended(error: StepError | AccuracyError) -> str:
     """Return why a run ended, with advice that the command can follow; it keeps no states."""
-    if isinstance(error, Instability):
+    if isinstance(error, InstabilityError):
         error.advice = ADVICE_ON_EXPLICIT
-    elif isinstance(error, StepFailure):
+    elif isinstance(error, StepError):
         error.advice = ADVICE_ON_ACCURACY if error.trajectory is None else ADVICE
     error.trajectory = None
     return error.sentence(as_option)

@@ -20,7 +20,7 @@ from ancfsparse.plans.execution.planned_trajectory import PlannedRun
 from ancfsparse.problems import pendulum
 from ancfsparse.problems.undecided import UNDECIDED
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Node
+from ancfsparse.scene import Point
 from ancfsparse.solve import simulate
 
 Array = NDArray[np.float64]
@@ -152,7 +152,7 @@ def contest(element: str, error: float) -> Contest:
     def reference(steps: int, dt: float) -> Array:
         return simulate(fine_scene, steps * dt, dt, accuracy=ACCURATE).position(fine_rod.end)
 
-    def exact(run: Trajectory, tip: Node) -> float:
+    def exact(run: Trajectory, tip: Point) -> float:
         dt = float(run.t[1] - run.t[0])
         steps = int(np.floor(t_end / dt + 1e-9))
         apart: Array = run.position(tip)[: steps + 1, :2] - reference(steps, dt)

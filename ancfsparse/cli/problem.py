@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice
-from ancfsparse.errors import InputError, RedundantConstraints
+from ancfsparse.errors import InputError, RedundantConstraintsWarning
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.messages import numbers, shown
 from ancfsparse.problems.mechanism import Case
@@ -86,7 +86,7 @@ def _quantities(
     if abs(steps * dt - end) > 1e-9 * end:
         raise InputError(f"the last time {end:g} s is not a whole number of steps of {dt:g} s")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RedundantConstraints)  # known for these scenes
+        warnings.simplefilter("ignore", RedundantConstraintsWarning)  # known for these scenes
         if accuracy is None:
             run: Trajectory = simulate(
                 scene, end, dt, integrator=case.integrator, tolerance=TIGHT, start=start

@@ -6,7 +6,7 @@ from ancfsparse.errors.inputs import AncfError
 from ancfsparse.errors.message import Face, in_python, with_unit
 
 
-class EquilibriumFailure(AncfError, RuntimeError):
+class EquilibriumError(AncfError, RuntimeError):
     """No static equilibrium was found.
 
     Parameters
@@ -52,7 +52,7 @@ class EquilibriumFailure(AncfError, RuntimeError):
         )
 
 
-class AssemblyFailure(AncfError, RuntimeError):
+class AssemblyError(AncfError, RuntimeError):
     """Joints and drives cannot be satisfied together.
 
     Parameters
@@ -80,7 +80,7 @@ class AssemblyFailure(AncfError, RuntimeError):
         )
 
 
-class UnstableEquilibrium(UserWarning):
+class UnstableEquilibriumWarning(UserWarning):
     """The static equilibrium that was found is unstable: small perturbations grow.
 
     Parameters
@@ -104,7 +104,7 @@ class UnstableEquilibrium(UserWarning):
         )
 
 
-class ModesFailure(AncfError, RuntimeError):
+class ModesError(AncfError, RuntimeError):
     """Natural frequencies were not found to working accuracy.
 
     Parameters
@@ -125,7 +125,7 @@ class ModesFailure(AncfError, RuntimeError):
         )
 
 
-class ApproximateModes(UserWarning):
+class ApproximateModesWarning(UserWarning):
     """Some forces have no potential, and modes use only the symmetric part of their stiffness."""
 
     def __str__(self) -> str:

@@ -49,36 +49,5 @@ class SingularSceneError(InputError):
     """The scene leaves a motion undetermined, or determines one twice."""
 
 
-class RedundantConstraints(UserWarning):
+class RedundantConstraintsWarning(UserWarning):
     """Constraints repeat others: the motion is determined, the forces of these are not."""
-
-
-KEPT = " The states up to here are in the attribute `trajectory` of this error."
-
-
-class LoadFailure(InputError):
-    """A load function failed, or returned something other than a load.
-
-    Parameters
-    ----------
-    reason : str
-        Which load, when, and what it did; a sentence.  What a function raised is the cause of this
-        error.
-    time : float
-        The time it was called with [s].
-    trajectory : Trajectory, optional
-        The states up to there.
-    """
-
-    def __init__(self, reason: str, time: float, trajectory: Any = None) -> None:
-        super().__init__(reason)
-        self.args = (reason, time, trajectory)  # for pickling
-        self.reason = reason
-        self.time = time
-        self.trajectory = trajectory
-
-    def sentence(self, face: Face = in_python) -> str:
-        """Compose the message a reader meets."""
-        if self.trajectory is None:
-            return self.reason
-        return f"{self.reason.rstrip('.')}." + KEPT

@@ -6,11 +6,13 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from ancfsparse.errors.inputs import KEPT, AncfError
+from ancfsparse.errors.inputs import AncfError
 from ancfsparse.errors.message import Face, Parameter, Sentence, in_python, with_unit
 
+KEPT = " The states up to here are in the attribute `trajectory` of this error."
 
-class StepFailure(AncfError, RuntimeError):
+
+class StepError(AncfError, RuntimeError):
     """A time step could not be accepted.
 
     Parameters
@@ -72,7 +74,11 @@ class StepFailure(AncfError, RuntimeError):
         )
 
 
-class EnergyGain(StepFailure):
+class ConvergenceError(StepError):
+    """The equations of a time step were not solved; the parameters are those of `StepError`."""
+
+
+class EnergyIncreaseError(StepError):
     """A run was stopped because it gained energy that nothing had given it.
 
     Parameters
@@ -83,7 +89,7 @@ class EnergyGain(StepFailure):
     limit : float
         Share of it that was allowed.
     time, step, dt, trajectory, advice
-        As in `StepFailure`.  The step was not accepted if it took many corrections, since then its
+        As in `StepError`.  The step was not accepted if it took many corrections, since then its
         energy is looked at first; else the states may be some steps past where the gain began.
     when : int, optional
         The step after which the motion had that much, if it was found at the end of the run: what
@@ -125,10 +131,10 @@ class EnergyGain(StepFailure):
         )
 
 
-class Instability(StepFailure):
+class InstabilityError(StepError):
     """An explicit run was stopped: its step has become too long for the motion.
 
-    The parameters are those of `StepFailure`; `residual` is the energy gained [J].
+    The parameters are those of `StepError`; `residual` is the energy gained [J].
     """
 
     def __init__(
@@ -156,7 +162,7 @@ class Instability(StepFailure):
         )
 
 
-class OutputFailure(AncfError, RuntimeError):
+class OutputError(AncfError, RuntimeError):
     """The file of a run can no longer be written, as when the disk is full.
 
     Parameters
@@ -188,7 +194,7 @@ class OutputFailure(AncfError, RuntimeError):
         )
 
 
-class AccuracyFailure(AncfError, RuntimeError):
+class AccuracyError(AncfError, RuntimeError):
     """The requested accuracy of a motion was not reached.
 
     Parameters
@@ -239,7 +245,7 @@ class AccuracyFailure(AncfError, RuntimeError):
         )
 
 
-class PlanFailure(AncfError, RuntimeError):
+class PlanError(AncfError, RuntimeError):
     """The error of a quantity cannot be predicted.
 
     Parameters
@@ -272,12 +278,10 @@ class PlanFailure(AncfError, RuntimeError):
         self.quantity, self.asked, self.apart = quantity, asked, apart
         self.unit, self.runs, self.t, self.causes = unit, runs, t, causes
 
-    def because(self, causes: Sequence[str]) -> PlanFailure:
+    def because(self, causes: Sequence[str]) -> PlanError:
         """Return the same with further causes."""
         every = (*self.causes, *causes)
-        return PlanFailure(
-            self.quantity, self.asked, self.apart, self.unit, self.runs, self.t, every
-        )
+        return PlanError(self.quantity, self.asked, self.apart, self.unit, self.runs, self.t, every)
 
     def sentence(self, face: Face = in_python) -> str:
         """Compose the message a reader meets."""
@@ -301,5 +305,33 @@ class PlanFailure(AncfError, RuntimeError):
         )
 
 
-class PlanChanged(UserWarning):
+class PlanChangedWarning(UserWarning):
     """A run has left the range that its plan assumed, and was planned again."""
+
+
+class LoadError(AncfError, RuntimeError):
+    """A load function failed, or returned something other than a load.
+
+    Parameters
+    ----------
+    reason : str
+        Which load, when, and what it did; a sentence.  What a function raised is the cause of this
+        error.
+    time : float
+        The time it was called with [s].
+    trajectory : Trajectory, optional
+        The states up to there.
+    """
+
+    def __init__(self, reason: str, time: float, trajectory: Any = None) -> None:
+        super().__init__(reason)
+        self.args = (reason, time, trajectory)  # for pickling
+        self.reason = reason
+        self.time = time
+        self.trajectory = trajectory
+
+    def sentence(self, face: Face = in_python) -> str:
+        """Compose the message a reader meets."""
+        if self.trajectory is None:
+            return self.reason
+        return f"{self.reason.rstrip('.')}." + KEPT

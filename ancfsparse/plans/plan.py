@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ancfsparse.checks import check_choice, check_positive
-from ancfsparse.errors import InputError, LoadFailure, PlanFailure
+from ancfsparse.errors import InputError, LoadError, PlanError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.integrators.interface.time_grid import count_steps_from
 from ancfsparse.plans.discretization_error.error_model import Found, neighbours
@@ -75,9 +75,9 @@ def plan(
     ------
     InputError
         If an argument is invalid, the scene does not have the quantity, or nothing is open.
-    StepFailure
+    StepError
         If no step is short enough to finish.
-    PlanFailure
+    PlanError
         If motions do not approach each other as steps are halved.
 
     Examples
@@ -110,7 +110,7 @@ def plan(
     arguments = t_end, asked, named, steps, start, begin
     try:
         return _planned(scene, flat, *arguments)
-    except LoadFailure:
+    except LoadError:
         if flat is None:
             raise
     return _planned(scene, None, *arguments)  # a function may have left the plane
@@ -141,7 +141,7 @@ def _planned(
     check_start(chosen.pilots, chosen.found.judge)
     try:
         found = confirmed(chosen.pilots, chosen.found)
-    except PlanFailure as failure:  # steps have surprised, so that no other way was tried yet
+    except PlanError as failure:  # steps have surprised, so that no other way was tried yet
         chosen = choose(pilots, finer, steps, named is None and steps is None, failure)
         found = confirmed(chosen.pilots, chosen.found)
     chosen = replace(chosen, found=found)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ancfsparse.problems.benchmarks import pendulum
-from ancfsparse.scene import Beam, Circle, Material, Node, Rectangle, Scene
+from ancfsparse.scene import Beam, Circle, Material, Point, Rectangle, Scene
 
 # Lines of the net in each direction, and the distance between them [m].
 LINES, APART = 5, 0.2
@@ -20,7 +20,7 @@ class Undecided(NamedTuple):
     ----------
     scene : Scene
         Its beams have ``element="auto"`` and ``n_elements="auto"``.
-    point : Node
+    point : Point
         The point whose position is asked for.
     t_end : float or None
         Time at the end [s]; None: the equilibrium is asked for.
@@ -29,7 +29,7 @@ class Undecided(NamedTuple):
     """
 
     scene: Scene
-    point: Node
+    point: Point
     t_end: float | None
     error: str
 

@@ -5,7 +5,7 @@ validated here; no motion is computed.
 """
 
 from ancfsparse.scene.bodies.beam import Beam
-from ancfsparse.scene.bodies.body import Body, ElasticBody, Node
+from ancfsparse.scene.bodies.body import Body, ElasticBody, Point
 from ancfsparse.scene.bodies.mesh import Mesh
 from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.joints.connect import Connect
@@ -42,8 +42,8 @@ __all__ = [
     "Load",
     "Material",
     "Mesh",
-    "Node",
     "Pin",
+    "Point",
     "PointForce",
     "PointMoment",
     "Polygon",

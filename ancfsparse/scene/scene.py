@@ -209,12 +209,12 @@ class Scene(
 
         Parameters
         ----------
-        handle : Beam, Mesh or Node
+        handle : Beam, Mesh or Point
             A handle in another scene, on a body of the same name.
 
         Returns
         -------
-        Beam, Mesh or Node
+        Beam, Mesh or Point
             The body of that name, or the point at the same place on it.
 
         Raises

@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection, wait
 from typing import TYPE_CHECKING
 
 from ancfsparse.sweeps.point import Row, Task, evaluate_all
-from ancfsparse.sweeps.samples import Point
+from ancfsparse.sweeps.samples import ParameterPoint
 
 if TYPE_CHECKING:
     from multiprocessing.context import ForkProcess
@@ -49,7 +49,7 @@ class _Worker:
 
     def __init__(self, task: Task, others: list[_Worker]) -> None:
         context = mp.get_context("fork")
-        self.batch: list[Point] = []
+        self.batch: list[ParameterPoint] = []
         self.pipe, theirs = context.Pipe()
         ends = [self.pipe, *(each.pipe for each in others)]
         self._process: ForkProcess = context.Process(
@@ -60,7 +60,7 @@ class _Worker:
             self._process.start()
         theirs.close()
 
-    def give(self, batch: list[Point]) -> None:
+    def give(self, batch: list[ParameterPoint]) -> None:
         """Let it work on points."""
         self.batch = batch
         self.pipe.send(batch)
@@ -94,8 +94,8 @@ def _serve(task: Task, pipe: Connection, ends: list[Connection]) -> None:
 
 
 def run_forked(
-    task: Task, points: list[Point], workers: int, each: float
-) -> Iterator[tuple[Point, Row]]:
+    task: Task, points: list[ParameterPoint], workers: int, each: float
+) -> Iterator[tuple[ParameterPoint, Row]]:
     """Run points in forked processes, and yield them as they end.
 
     Parameters
@@ -119,7 +119,7 @@ def run_forked(
     size = min(most, max(1, round(BATCH_SECONDS / max(each, 1e-6))))
     batches = deque(points[k : k + size] for k in range(0, len(points), size))
     crew: list[_Worker] = []
-    suspects: list[Point] = []
+    suspects: list[ParameterPoint] = []
     try:
         while batches or crew:
             while batches and len(crew) < workers:

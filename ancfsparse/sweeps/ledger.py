@@ -12,7 +12,7 @@ from typing import Any, TextIO
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
 from ancfsparse.sweeps.point import Row, Task
-from ancfsparse.sweeps.samples import Point
+from ancfsparse.sweeps.samples import ParameterPoint
 
 # First key of the first line.
 MARK = "ancfsparse sweep"
@@ -101,15 +101,15 @@ class Ledger:
             finally:
                 self._file = None
 
-    def __contains__(self, point: Point) -> bool:
+    def __contains__(self, point: ParameterPoint) -> bool:
         """Whether a point is done."""
         return key(point) in self._rows
 
-    def __getitem__(self, point: Point) -> Row:
+    def __getitem__(self, point: ParameterPoint) -> Row:
         """Return the row of a point."""
         return self._rows[key(point)]
 
-    def add(self, point: Point, row: Row) -> None:
+    def add(self, point: ParameterPoint, row: Row) -> None:
         """Add a row, and write it at once."""
         self._rows[key(point)] = row
         self._write({"point": point, **asdict(row)})
@@ -130,7 +130,7 @@ class Ledger:
         )
 
 
-def key(point: Point) -> str:
+def key(point: ParameterPoint) -> str:
     """Return a text that is equal for equal points alone."""
     return json.dumps(point, sort_keys=True)
 

@@ -14,7 +14,7 @@ from ancfsparse.errors import AncfError, InputError
 from ancfsparse.messages import shown
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
-from ancfsparse.sweeps.samples import Point
+from ancfsparse.sweeps.samples import ParameterPoint
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Row:
     seconds: float = math.nan
 
 
-def evaluate(task: Task, point: Point) -> Row:
+def evaluate(task: Task, point: ParameterPoint) -> Row:
     """Run one point.
 
     Whatever the functions of the caller raise belongs to this point alone, and becomes its reason.
@@ -86,7 +86,7 @@ def evaluate(task: Task, point: Point) -> Row:
     return Row(values, reason, time.perf_counter() - begin)
 
 
-def evaluate_all(task: Task, points: list[Point]) -> list[Row]:
+def evaluate_all(task: Task, points: list[ParameterPoint]) -> list[Row]:
     """Run several points one after another."""
     return [evaluate(task, point) for point in points]
 

@@ -13,14 +13,14 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
 from ancfsparse.system_memory import check_room
 
-Point = dict[str, Any]
+ParameterPoint = dict[str, Any]
 """A value for every parameter, by name."""
 
 # What a file of results can keep exactly.
 KINDS = (bool, int, float, str)
 
 
-def grid(**values: Iterable[Any]) -> list[Point]:
+def grid(**values: Iterable[Any]) -> list[ParameterPoint]:
     """Combine all values of all parameters.
 
     Parameters
@@ -51,7 +51,7 @@ def grid(**values: Iterable[Any]) -> list[Point]:
     return [dict(zip(columns, each, strict=True)) for each in product(*columns.values())]
 
 
-def latin_hypercube(n: int, seed: int = 0, **ranges: tuple[float, float]) -> list[Point]:
+def latin_hypercube(n: int, seed: int = 0, **ranges: tuple[float, float]) -> list[ParameterPoint]:
     """Draw points that fill ranges evenly, one in each of n strips of every parameter.
 
     Parameters
@@ -101,7 +101,7 @@ def latin_hypercube(n: int, seed: int = 0, **ranges: tuple[float, float]) -> lis
     return [dict(zip(ranges, row, strict=True)) for row in (low + unit * (high - low)).tolist()]
 
 
-def checked_points(points: Any) -> list[Point]:
+def checked_points(points: Any) -> list[ParameterPoint]:
     """Return points as dictionaries of plain values, all with the same names.
 
     Parameters
@@ -120,7 +120,7 @@ def checked_points(points: Any) -> list[Point]:
             f"points of a sweep must be a list of dictionaries, got {shown(points)}: try "
             "ancf.grid(length=[1.0, 2.0])"
         )
-    out: list[Point] = []
+    out: list[ParameterPoint] = []
     for k, row in enumerate(rows):
         if not isinstance(row, Mapping) or not all(isinstance(name, str) for name in row):
             raise InputError(f"point {k} of the sweep must be a dictionary, got {shown(row)}")

@@ -16,7 +16,7 @@ from ancfsparse.solve.preparation.progress_bar import progress_bar
 from ancfsparse.sweeps.forks import can_fork, run_forked
 from ancfsparse.sweeps.ledger import Ledger, key
 from ancfsparse.sweeps.point import Row, Task, evaluate
-from ancfsparse.sweeps.samples import Point, checked_points
+from ancfsparse.sweeps.samples import ParameterPoint, checked_points
 from ancfsparse.sweeps.workers import connected, run_on
 from ancfsparse.system_memory import processors
 
@@ -132,8 +132,8 @@ def _checked(
 
 
 def _rows(
-    task: Task, points: list[Point], workers: int, cluster: Any
-) -> Iterator[tuple[Point, Row]]:
+    task: Task, points: list[ParameterPoint], workers: int, cluster: Any
+) -> Iterator[tuple[ParameterPoint, Row]]:
     """Yield the rows of all points, in any order; the first is run here and measures the time."""
     if not points:
         return
@@ -149,5 +149,5 @@ def _rows(
             yield from run_on(client, task, points[1:], row.seconds)
 
 
-def _line(point: Point, row: Row) -> dict[str, Any]:
+def _line(point: ParameterPoint, row: Row) -> dict[str, Any]:
     return {**point, **row.values, "reason": row.reason, "seconds": row.seconds}

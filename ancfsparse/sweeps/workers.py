@@ -11,7 +11,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
 from ancfsparse.sweeps.forks import ENDED
 from ancfsparse.sweeps.point import Row, Task, evaluate_all
-from ancfsparse.sweeps.samples import Point
+from ancfsparse.sweeps.samples import ParameterPoint
 
 # Time that a call should take beside the milliseconds that a cluster needs for it [s], and the
 # fewest calls for each worker, so that all end together.
@@ -70,8 +70,8 @@ def connected(workers: int, cluster: Any) -> Iterator[Any]:
 
 
 def run_on(
-    client: Any, task: Task, points: list[Point], each: float
-) -> Iterator[tuple[Point, Row]]:
+    client: Any, task: Task, points: list[ParameterPoint], each: float
+) -> Iterator[tuple[ParameterPoint, Row]]:
     """Run points in batches, and yield them as they end.
 
     Parameters
@@ -99,12 +99,12 @@ def run_on(
     size = min(most, max(1, round(BATCH_SECONDS / max(each, 1e-6))))
     batches = [points[k : k + size] for k in range(0, len(points), size)]
 
-    def submit(batch: list[Point]) -> Any:
+    def submit(batch: list[ParameterPoint]) -> Any:
         future = client.submit(evaluate_all, task, batch, pure=False)
         future.points = batch
         return future
 
-    suspects: list[Point] = []  # whatever was on a worker when it ended
+    suspects: list[ParameterPoint] = []  # whatever was on a worker when it ended
     for future in as_completed([submit(batch) for batch in batches]):
         try:
             yield from zip(future.points, future.result(), strict=True)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.errors import InputError, LoadFailure
-from ancfsparse.scene import Joint, Node, Scene, check_scene
+from ancfsparse.errors import InputError, LoadError
+from ancfsparse.scene import Joint, Point, Scene, check_scene
 from ancfsparse.system.assembly.sparsity_pattern import build
 from ancfsparse.system.contributions import contributions_of
 from ancfsparse.system.coordinates.coordinates import Coordinates
@@ -233,7 +233,7 @@ class System(Coordinates):
         rows = zip(q, amplitudes, strict=True)
         return np.array([self.assembly.strain_energy(*row) for row in rows])
 
-    def inputs(self, times: Vector, rates: bool = False) -> tuple[Vector, LoadFailure | None]:
+    def inputs(self, times: Vector, rates: bool = False) -> tuple[Vector, LoadError | None]:
         """Return all that changes with time, up to the first time at which a function fails.
 
         Parameters
@@ -247,7 +247,7 @@ class System(Coordinates):
         -------
         table : (j, n_inputs) float
             Amplitudes of the loads, then what is prescribed.
-        failure : LoadFailure or None
+        failure : LoadError or None
             What happened at time j.
         """
         table, failure = self.loads.tabulate(times)
@@ -295,7 +295,7 @@ class System(Coordinates):
         return any(each.reacts for each in self.contributions)
 
     def reaction(
-        self, node: Node, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector
+        self, node: Point, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector
     ) -> Vector:
         """Return the force of the joints on a node's position, shape (k, dim) [N].
 

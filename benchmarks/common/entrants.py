@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ancfsparse.errors import EnergyGain, Instability, StepFailure
+from ancfsparse.errors import EnergyIncreaseError, InstabilityError, StepError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.solve import simulate, stable_step
 from benchmarks.common import methods
@@ -124,11 +124,11 @@ def task(
                 save_every=round(t_end / INSTANTS / dt),
                 save_nodes=[rod.end],
             )
-        except Instability as failure:
+        except InstabilityError as failure:
             raise FailedError(f"unstable at t = {failure.time:.2g} s") from failure
-        except EnergyGain as failure:
+        except EnergyIncreaseError as failure:
             raise FailedError(f"gained energy at t = {failure.time:.2g} s") from failure
-        except StepFailure as failure:
+        except StepError as failure:
             raise FailedError(f"no convergence at t = {failure.time:.2g} s") from failure
         stats = path.stats
         counts = {

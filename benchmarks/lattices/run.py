@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from ancfsparse.errors import EquilibriumFailure, InputError, StepFailure
+from ancfsparse.errors import EquilibriumError, InputError, StepError
 from ancfsparse.problems import lattice
 from ancfsparse.solve import simulate, solve_static
 from ancfsparse.solve.preparation.choose_factorization import groups_of
@@ -88,7 +88,7 @@ def run(job: Job) -> dict[str, Any]:
     base = peak_memory()
     try:
         record = _statics(job) if job.case == "statics" else _march(job)
-    except (InputError, StepFailure, EquilibriumFailure, MemoryError) as error:
+    except (InputError, StepError, EquilibriumError, MemoryError) as error:
         return {"note": str(error) or type(error).__name__}
     record |= {"peak_bytes": peak_memory(), "base_bytes": base}
     if job.seed == "exact" and job.case != "statics":

@@ -13,9 +13,9 @@ from benchmarks.common.tables import Table
 from benchmarks.long_runs.run import MOST_RISE, NOISE, LongRun, LongRuns, long_runs
 
 REASONS = {
-    "EnergyGain": "gained energy",
-    "Instability": "gained energy",
-    "StepFailure": "no convergence",
+    "EnergyIncreaseError": "gained energy",
+    "InstabilityError": "gained energy",
+    "ConvergenceError": "no convergence",
 }
 """Exceptions of a march in words."""
 

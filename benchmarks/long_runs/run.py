@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_count
-from ancfsparse.errors import StepFailure
+from ancfsparse.errors import StepError
 from ancfsparse.problems import pendulum
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
@@ -213,6 +213,6 @@ def _march(entrant: Entrant, dt: float, steps: int) -> tuple[Trajectory, float, 
             scene, steps * dt, dt, integrator=INTEGRATORS[entrant.name],
             save_every=max(1, steps // SAVED), max_halvings=entrant.max_halvings,
         )  # fmt: skip
-    except StepFailure as stop:
+    except StepError as stop:
         return stop.trajectory, stop.time, type(stop).__name__
     return path, math.nan, ""

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from ancfsparse.errors import EnergyGain, StepFailure
+from ancfsparse.errors import EnergyIncreaseError, StepError
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.nonlinear import Method
 from ancfsparse.nonlinear.methods import UPDATES
@@ -135,7 +135,7 @@ def lattices(n_nodes: int = 8, steps: int = 20, progress: bool = False) -> list[
                 scene, steps * dt, dt, integrator=INTEGRATOR, solver=method, seed="incomplete",
                 save_every=steps,
             ).stats  # fmt: skip
-        except (StepFailure, EnergyGain) as error:
+        except (StepError, EnergyIncreaseError) as error:
             stats, failed = error.trajectory.stats, True
         taken, (update, pairs, carry) = max(stats.steps, 1), key
         rows.append(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene import Beam, Connect, Node, Pin, Scene
+from ancfsparse.scene import Beam, Connect, Pin, Point, Scene
 from benchmarks.peers.exudyn import Model, Setting
 
 # The absolute tolerance that is small enough: 1e-6 lies below the rounding of 1e4 elements.
@@ -48,7 +48,7 @@ def _model(scene: Scene) -> Model:
             raise InputError(f"{body!r} is not handed to Exudyn: make it of beams")
     model = Model(scene)
 
-    def number(node: Node) -> int:
+    def number(node: Point) -> int:
         return model.nodes[node.beam.name][node.index]
 
     for joint in scene.joints:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any, cast
 
-from ancfsparse.errors import InputError, StepFailure
+from ancfsparse.errors import InputError, StepError
 from ancfsparse.integrators import Newmark
 from ancfsparse.nonlinear import Method
 from ancfsparse.problems import chain, net
@@ -95,7 +95,7 @@ def run(job: Job, base: int) -> dict[str, Any]:
                 record: dict[str, Any] = march_exudyn(job.scene(), setting, job.dt, job.steps)
                 return record | {"base_bytes": base, "peak_bytes": peak_memory()}
         return _ours(job) | {"base_bytes": base, "peak_bytes": peak_memory()}
-    except (InputError, StepFailure, ExudynError, MemoryError) as error:
+    except (InputError, StepError, ExudynError, MemoryError) as error:
         return {"note": str(error) or type(error).__name__}
 
 

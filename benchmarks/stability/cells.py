@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import EnergyGain, StepFailure
+from ancfsparse.errors import EnergyIncreaseError, StepError
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
 from benchmarks.common import methods
@@ -143,9 +143,9 @@ def run_at(place: Place) -> Run:
             solver=SOLVERS[place.solver],
         )  # fmt: skip
         outcome = RECOVERED if path.stats.recoveries else FINISHED
-    except EnergyGain as stop:
+    except EnergyIncreaseError as stop:
         path, outcome, reason = stop.trajectory, GAINED, "energy"
-    except StepFailure as stop:
+    except StepError as stop:
         path, outcome = stop.trajectory, FAILED
         reason = path.stats.events[-1].cause if path.stats.events else stop.reason
     new_seed, newton = saved_shares(path)

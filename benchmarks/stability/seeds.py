@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from ancfsparse.checks import check_choice
-from ancfsparse.errors import EnergyGain, StepFailure
+from ancfsparse.errors import EnergyIncreaseError, StepError
 from ancfsparse.problems import lattice, octet
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
@@ -117,9 +117,9 @@ def _run(name: str, integrator: str, modulus: float, dt: float, seed: str) -> Ro
             scene, MOST_STEPS * dt, dt, integrator=INTEGRATORS[integrator], seed=seed,
             save_every=MOST_STEPS,
         ).stats  # fmt: skip
-    except EnergyGain as error:
+    except EnergyIncreaseError as error:
         stats, outcome = error.trajectory.stats, "gained energy"
-    except StepFailure as error:
+    except StepError as error:
         stats, outcome = error.trajectory.stats, "failed"
     over = "an exact seed" in stats.solver
     return Row(

@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import StepFailure
+from ancfsparse.errors import StepError
 from ancfsparse.integrators import Newmark
 from ancfsparse.integrators.interface.time_grid import count_steps
 from ancfsparse.nonlinear import Method
@@ -192,7 +192,7 @@ class Bench:
         fill = partial(self._march, divide=divide) if column in METHODS else self._integrate
         try:
             found = repeated(lambda: fill(column), self._runs)
-        except StepFailure as failure:
+        except StepError as failure:
             return replace(empty, note=f"failed at {failure.time:.3g} s")
         except OutOfTimeError:
             return replace(empty, note=f"> {self._cap:g} s")

@@ -49,7 +49,7 @@ def test_what_is_missed_or_fails_stays():
         [
             outcome(),
             outcome(scene="b", reached=0.012),
-            outcome(scene="c", reached=nan, predicted=nan, choice="", reason="StepFailure: no"),
+            outcome(scene="c", reached=nan, predicted=nan, choice="", reason="StepError: no"),
             outcome(scene="d", uncertain=0.002),
             outcome(scene="e", best="", best_seconds=nan),
             outcome(scene="f", best_seconds=0.5, plan_seconds=0.5, run_seconds=1.0),
@@ -68,7 +68,7 @@ def test_what_is_missed_or_fails_stays():
     text = "\n".join(STUDY.findings(result))
     assert "Of 5 requests with a reference certain to a fifth of them, 3 are met." in text
     assert "b to 0.3 %: 4 times the error asked for." in text
-    assert "c to 0.3 %: no plan, StepFailure: no." in text
+    assert "c to 0.3 %: no plan, StepError: no." in text
     assert "Not judged, since the reference is not certain enough: d to 0.3 %." in text
     assert "The search by hand reaches no such error: e to 0.3 %." in text
     plt.close(STUDY.charts["economy"](result))

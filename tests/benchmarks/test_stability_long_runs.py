@@ -38,7 +38,7 @@ def test_the_trapezoidal_rule_dies_sooner_with_longer_steps():
     ends = [run.stopped for run in runs]
     assert len(ends) == 3
     assert ends[0] > ends[1] > ends[2]
-    assert {run.reason for run in runs} <= {"EnergyGain", "StepFailure"}
+    assert {run.reason for run in runs} <= {"EnergyIncreaseError", "StepError"}
     assert not any(run.kept for run in runs)
 
 
@@ -49,7 +49,9 @@ def test_what_is_said_follows_the_numbers():
         energy = np.array([0.0, 0.5 * end, end])
         return LongRun(label, 1e-3, t, energy, 2.0, reason, 1.0, growth)
 
-    result = LongRuns([run("a", -0.5), run("b", -0.01), run("c", 0.02, "EnergyGain", 9e6)], {})
+    result = LongRuns(
+        [run("a", -0.5), run("b", -0.01), run("c", 0.02, "EnergyIncreaseError", 9e6)], {}
+    )
     sentences = findings(result)
     assert "a; b. The one that keeps most is b: -1 % in 2 s." in sentences[0]
     assert sentences[1] == "c was stopped at 2 s: gained energy."
@@ -58,8 +60,9 @@ def test_what_is_said_follows_the_numbers():
 
 def test_the_chart_can_be_read(readable):
     t = np.geomspace(0.1, 500.0, 50)
-    runs = [LongRun(each.label, 1e-3, t, 1e-3 * np.sin(t), 500.0, "EnergyGain" * (k > 5), 1.0, 0.0)
-            for k, each in enumerate(ENTRANTS)]  # fmt: skip
+    ended = ["" if k <= 5 else "EnergyIncreaseError" for k in range(len(ENTRANTS))]
+    runs = [LongRun(each.label, 1e-3, t, 1e-3 * np.sin(t), 500.0, reason, 1.0, 0.0)
+            for each, reason in zip(ENTRANTS, ended, strict=True)]  # fmt: skip
     readable(chart(LongRuns(runs, {})))
 
 

@@ -221,7 +221,7 @@ def test_ten_seconds_where_fixed_steps_are_known_to_fail(dt):
             integrator = ancf.GeneralizedAlpha(rho)
             energy = ancf.simulate(pendulum("thin").scene, 10.0, dt, integrator=integrator).energy
             assert (energy.total - energy.total[0]).max() < 1e-3 * energy.kinetic.max()
-    with pytest.raises(ancf.StepFailure, match=r"smaller dt|GeneralizedAlpha") as stop:
+    with pytest.raises(ancf.StepError, match=r"smaller dt|GeneralizedAlpha") as stop:
         ancf.simulate(pendulum("thin").scene, 10.0, dt, integrator=ancf.Newmark(0.0))
     assert stop.value.time < 10.0
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from ancfsparse.errors import InputError, StepFailure
+from ancfsparse.errors import InputError, StepError
 from benchmarks.common import paper
 from benchmarks.table1 import cells, figures, report
 from benchmarks.table1.report import findings
@@ -166,7 +166,7 @@ def test_bad_settings_are_refused_before_anything_runs(how, sentence):
 def test_cell_that_fails_is_named_and_the_rest_goes_on(monkeypatch):
     def march(problem, column, *rest):
         if column == "Davidon" and rest[-1] > 1:
-            raise StepFailure("no convergence", 0.01, 20, 5e-4, 1.0, "rod, node 1, r_1")
+            raise StepError("no convergence", 0.01, 20, 5e-4, 1.0, "rod, node 1, r_1")
         return real(problem, column, *rest)
 
     real = cells.march

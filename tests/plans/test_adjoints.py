@@ -53,7 +53,7 @@ def test_of_a_chaotic_motion_the_adjoint_blows_up_where_plans_fail():
     assert max(each[1] for each in swept) > 1e5
     scene, _ = adjoints.double(1)
     scene = scene.replaced(scene.beams[1], n_elements="auto")
-    with pytest.raises(ancf.PlanFailure, match="does not converge as meshes and steps are refined"):
+    with pytest.raises(ancf.PlanError, match="does not converge as meshes and steps are refined"):
         ancf.plan(scene, 10.0, ancf.position(scene.beams[1].end), "1 %")
 
 

@@ -106,7 +106,7 @@ def test_what_does_not_converge_is_no_plan():
     scene.pin(rope.start)
     scene.pin(rope.end)
     scene.point_force(rope.at(0.6), (5.0, 0.0))
-    with pytest.raises(ancf.PlanFailure, match="does not converge as meshes and steps are refined"):
+    with pytest.raises(ancf.PlanError, match="does not converge as meshes and steps are refined"):
         ancf.plan(scene, 0.5, ancf.position(rope.at(0.6)), "0.3 %")
 
 
@@ -159,5 +159,5 @@ def test_a_drive_that_fails_on_the_way_is_named():
         return 0.1 * (1 - np.cos(6 * t)), 0.0
 
     scene.drive(rod.start, place)
-    with pytest.raises(ancf.LoadFailure, match=r"failed at t = 0\.5.*beyond the rail"):
+    with pytest.raises(ancf.LoadError, match=r"failed at t = 0\.5.*beyond the rail"):
         ancf.plan(scene, 2.0, ancf.position(rod.end), "3 %")

@@ -195,7 +195,7 @@ def test_a_function_that_leaves_the_plane_later_stops_the_run():
         lambda scene, beam: scene.point_force(beam.end, lambda t: (1.0, max(0.0, t - 0.1), 0.0))
     )
     found = planar(scene)
-    with pytest.raises(ancf.LoadFailure, match="leaves the plane of the scene: solve the scene in"):
+    with pytest.raises(ancf.LoadError, match="leaves the plane of the scene: solve the scene in"):
         ancf.simulate(found.scene, 0.2, dt=1e-2)
 
 

@@ -106,7 +106,7 @@ def test_all_printed_positions(name):
     make, dt, tolerance, printed = PRINTED[name]
     problem = make()
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ancf.RedundantConstraints)
+        warnings.simplefilter("ignore", ancf.RedundantConstraintsWarning)
         run = ancf.simulate(problem.scene, max(printed), dt, integrator=ancf.DormandPrince())
     found = problem.quantities(run)
     for time, values in printed.items():
@@ -117,7 +117,7 @@ def test_all_printed_positions(name):
 
 def exactly(problem, t_end, dt):
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ancf.RedundantConstraints)
+        warnings.simplefilter("ignore", ancf.RedundantConstraintsWarning)
         return ancf.simulate(problem.scene, t_end, dt, integrator=ancf.DormandPrince())
 
 

@@ -26,7 +26,7 @@ def run_of(name, solver):
     case = MECHANISMS[name]
     problem, dt = case.make(), COARSER * case.dt
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ancf.RedundantConstraints)
+        warnings.simplefilter("ignore", ancf.RedundantConstraintsWarning)
         start = ancf.solve_static(problem.scene) if problem.settles else None
         return ancf.simulate(
             problem.scene, STEPS * dt, dt, integrator=case.integrator, solver=solver, start=start,

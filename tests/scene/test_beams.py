@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene import Circle, Material, Node, Rectangle, Scene, Section
+from ancfsparse.scene import Circle, Material, Point, Rectangle, Scene, Section
 
 SQUARE = Rectangle(0.01, 0.01)
 RUBBER = Material(1e8, 4000.0, 0.3)
@@ -137,7 +137,7 @@ def test_points_on_a_beam():
     np.testing.assert_allclose(inside.position, [1.25, 0.0])
     np.testing.assert_array_equal(rod.end.position, [2.0, 0.0])
     assert repr(inside) == "rod at s = 1.25 m"
-    assert len({rod.start, Node(rod, 0), rod.end}) == 2
+    assert len({rod.start, Point(rod, 0), rod.end}) == 2
 
 
 @pytest.mark.parametrize(

@@ -18,10 +18,10 @@ from ancfsparse.checks import (
 )
 from ancfsparse.errors import (
     AncfError,
-    EquilibriumFailure,
+    EquilibriumError,
     InputError,
     SingularSceneError,
-    StepFailure,
+    StepError,
 )
 from ancfsparse.messages import shown
 
@@ -30,12 +30,12 @@ def test_every_error_is_one_of_ours_and_of_the_builtin_kind():
     assert issubclass(InputError, AncfError)
     assert issubclass(InputError, ValueError)
     assert issubclass(SingularSceneError, InputError)
-    assert issubclass(StepFailure, RuntimeError)
-    assert issubclass(EquilibriumFailure, RuntimeError)
+    assert issubclass(StepError, RuntimeError)
+    assert issubclass(EquilibriumError, RuntimeError)
 
 
 def test_step_failure_reads_as_sentences():
-    error = StepFailure(
+    error = StepError(
         "no convergence in 25 iterations",
         0.206,
         412,
@@ -56,11 +56,11 @@ def test_step_failure_reads_as_sentences():
 
 
 def test_failures_survive_the_way_between_processes():
-    failure = StepFailure("reason", 1.0, 2, 0.5, 1e-3, "beam 0", None, "Try less.")
+    failure = StepError("reason", 1.0, 2, 0.5, 1e-3, "beam 0", None, "Try less.")
     step = pickle.loads(pickle.dumps(failure))
     assert str(step) == str(failure)
     assert (step.reason, step.step, step.where, step.trajectory) == ("reason", 2, "beam 0", None)
-    still = pickle.loads(pickle.dumps(EquilibriumFailure("no convergence.", 0.25, 7.0, "node 3")))
+    still = pickle.loads(pickle.dumps(EquilibriumError("no convergence.", 0.25, 7.0, "node 3")))
     assert still.load_fraction == 0.25
     assert "no equilibrium at 25 % of the load: no convergence. The" in str(still)
     assert "residual is 7 at node 3" in str(still)

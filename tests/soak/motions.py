@@ -35,9 +35,9 @@ def attempt(drawn, integrator, solver):
         path = ancf.simulate(
             drawn.scene, drawn.t_end, drawn.dt, integrator=integrator, solver=solver
         )
-    except ancf.EnergyGain as stop:
+    except ancf.EnergyIncreaseError as stop:
         return Report("gained energy", alarm(drawn, integrator, stop), tried)
-    except ancf.StepFailure:
+    except ancf.StepError:
         return Report("failed", [], tried)
     except ancf.AncfError as refused:
         return Report(f"refused ({type(refused).__name__})", [], tried)
@@ -88,7 +88,7 @@ def finishes_by_newton(drawn, integrator):
                 integrator=integrator,
                 solver=ancf.Newton(),
             )
-        except ancf.StepFailure:
+        except ancf.StepError:
             continue
         return True
     return False

@@ -32,7 +32,7 @@ def test_the_error_is_at_most_twice_the_accuracy(seed, index):
 def test_a_chaotic_motion_ends_early_by_an_implicit_integrator():
     # Its errors go up and down without a trend, which took 31 million steps to notice.  How soon it
     # shows is chance: 7 runs or 8, each of twice the steps.
-    with pytest.raises(ancf.AccuracyFailure, match="chaotic motion") as caught:
+    with pytest.raises(ancf.AccuracyError, match="chaotic motion") as caught:
         accuracy.solve(*accuracy.trial(51, 351))
     assert caught.value.trajectory.stats.residual_evaluations < 300_000
 

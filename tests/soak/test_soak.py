@@ -107,7 +107,7 @@ def test_a_step_that_rises_is_compared_with_all_that_newton_would_try():
         path = ancf.simulate(
             drawn.scene, drawn.t_end, drawn.dt, integrator=integrator, solver=solver
         )
-    except ancf.StepFailure as stop:
+    except ancf.StepError as stop:
         path = stop.trajectory
     exchanged = 2.04e6
     steps = Steps(drawn, integrator, path)
@@ -128,7 +128,7 @@ def test_where_rounding_decides_what_newton_finds_most_of_its_solutions_count(mo
     monkeypatch.setattr(motions, "gain_by_newton", lambda *_: next(gains))
     monkeypatch.setattr(motions, "gain_of_run", lambda *_: 131.0)
     monkeypatch.setattr(motions, "finishes_by_newton", lambda *_: True)
-    stop = ancf.EnergyGain(131.0, 5500.0, 0.01, 1.9, 189, 0.01)
+    stop = ancf.EnergyIncreaseError(131.0, 5500.0, 0.01, 1.9, 189, 0.01)
     assert bool(motions.alarm(None, None, stop)) == (often == 7)
 
 
@@ -161,12 +161,12 @@ def test_what_a_scheme_adds_where_a_load_turns_falls_with_the_steps_and_is_none_
 def test_an_alarm_must_be_one_for_newton_too():
     scene, rod = pendulum("thin")
     drawn, integrator = Drawn(scene, [rod], 5e-3, 2000), ancf.Newmark(0.0)
-    with pytest.raises(ancf.EnergyGain) as caught:
+    with pytest.raises(ancf.EnergyIncreaseError) as caught:
         ancf.simulate(drawn.scene, drawn.t_end, drawn.dt, integrator=integrator)
     stop = caught.value
     assert motions.alarm(drawn, integrator, stop) == []
     # Up to its hundredth step the run gained nothing.
-    false = ancf.EnergyGain(
+    false = ancf.EnergyIncreaseError(
         stop.gain, stop.exchanged, stop.limit, 100 * drawn.dt, 100, drawn.dt, stop.trajectory
     )
     assert "Newton's solutions of its steps" in motions.alarm(drawn, integrator, false)[0]
@@ -179,7 +179,7 @@ def test_an_alarm_that_newton_does_not_give_needs_a_gain_and_no_run_that_finishe
     monkeypatch.setattr(motions, "gain_by_newton", lambda *_: -68.0)
     monkeypatch.setattr(motions, "gain_of_run", lambda *_: gain)
     monkeypatch.setattr(motions, "finishes_by_newton", lambda *_: finishes)
-    stop = ancf.EnergyGain(131.0, 5500.0, 0.01, 1.9, 189, 0.01)
+    stop = ancf.EnergyIncreaseError(131.0, 5500.0, 0.01, 1.9, 189, 0.01)
     assert motions.alarm(None, None, stop) != []
 
 

@@ -26,7 +26,11 @@ KINDS = {
     "files": files.run,
     "interruptions": interruptions.run,
 }
-ON_PURPOSE = (ancf.UnstableEquilibrium, ancf.RedundantConstraints, ancf.ApproximateModes)
+ON_PURPOSE = (
+    ancf.UnstableEquilibriumWarning,
+    ancf.RedundantConstraintsWarning,
+    ancf.ApproximateModesWarning,
+)
 # Longest time of a trial on a processor [s], of which a run takes seconds; and how many times that
 # by the clock, if the machine has more to do, before it is taken to wait for ever.
 LIMIT, IDLE = 60.0, 5.0

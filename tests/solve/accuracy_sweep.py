@@ -42,7 +42,7 @@ def fixed_steps(case, exact):
                 case.scene, case.t_end, case.t_end / steps, integrator=integrator,
                 save_every=steps // SAVED, max_energy_gain=math.inf, **options,
             )  # fmt: skip
-        except (ancf.StepFailure, ancf.InputError):
+        except (ancf.StepError, ancf.InputError):
             return repr(integrator), math.inf, math.inf
         return repr(integrator), cost(found.stats), distance(positions(system, found.q), exact)
 

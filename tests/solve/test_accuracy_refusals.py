@@ -8,7 +8,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.cli import main
-from ancfsparse.errors import AccuracyFailure
+from ancfsparse.errors import AccuracyError
 from ancfsparse.problems import pendulum
 from tests.solve.accuracy_problems import MATERIAL, SECTION, swing, swinging_pendulum
 
@@ -64,7 +64,7 @@ def test_an_error_that_stays_whatever_the_steps_is_told(monkeypatch):
     monkeypatch.setattr(
         "ancfsparse.solve.error_control.implicit_candidate.distance", lambda *_: 1.0
     )
-    with pytest.raises(AccuracyFailure, match="no longer follows the steps") as caught:
+    with pytest.raises(AccuracyError, match="no longer follows the steps") as caught:
         ancf.simulate(
             swinging_pendulum(), 0.05, accuracy=1e-4, integrator=ancf.GeneralizedAlpha(0.9)
         )
@@ -91,7 +91,7 @@ def test_an_accuracy_near_rounding_ends_with_what_is_in_reach(monkeypatch):
         "ancfsparse.solve.error_control.error_controlled_run.EPSILON", 1e-10
     )  # as if by fewer digits
     scene, _ = pendulum("l2t2", 2)
-    with pytest.raises(AccuracyFailure, match="the rounding of so many steps") as caught:
+    with pytest.raises(AccuracyError, match="the rounding of so many steps") as caught:
         ancf.simulate(scene, 0.02, accuracy=1e-10, integrator=ancf.GeneralizedAlpha(0.9))
     failure = caught.value
     assert failure.trajectory.t[-1] == 0.02
@@ -101,7 +101,7 @@ def test_an_accuracy_near_rounding_ends_with_what_is_in_reach(monkeypatch):
 
 
 def test_an_accuracy_failure_can_be_sent():
-    failure = AccuracyFailure(1e-6, 1e-5, 3, 5e-5)
+    failure = AccuracyError(1e-6, 1e-5, 3, 5e-5)
     assert str(pickle.loads(pickle.dumps(failure))) == str(failure)
 
 
@@ -123,7 +123,7 @@ def test_a_motion_that_forgets_its_start_ends_early():
     scene = ancf.Scene((0.0, -9.81))
     cable = scene.add_beam("thin", (0, 0), (1, 0), 3, SECTION, MATERIAL)
     scene.clamp(cable.start)
-    with pytest.raises(AccuracyFailure, match="a chaotic motion forgets its start") as caught:
+    with pytest.raises(AccuracyError, match="a chaotic motion forgets its start") as caught:
         ancf.simulate(scene, 7.0, accuracy=1e-3)
     assert caught.value.error > 0.05
     assert caught.value.trajectory.stats.residual_evaluations < 800_000  # a second or two
@@ -140,7 +140,7 @@ def test_a_motion_that_amplifies_rounding_is_recognised_by_repeating_it():
     ]
     scene.pin(cables[0].start)
     scene.connect(cables[0].end, cables[1].start)
-    with pytest.raises(AccuracyFailure, match="a chaotic motion forgets its start") as caught:
+    with pytest.raises(AccuracyError, match="a chaotic motion forgets its start") as caught:
         ancf.simulate(scene, 10.0, 0.2, accuracy=1e-7)
     assert caught.value.error > 0.05
     assert caught.value.trajectory.stats.residual_evaluations < 8_000_000

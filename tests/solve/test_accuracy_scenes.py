@@ -55,7 +55,7 @@ def test_a_run_that_completed_counts_where_the_next_one_fails(monkeypatch):
         begun.append(stepper)
         states = plain(stepper)
         if len(begun) == 2:
-            raise ancf.EnergyGain(1.0, 2.0, 0.01, 0.1, 7, 1e-3)
+            raise ancf.EnergyIncreaseError(1.0, 2.0, 0.01, 0.1, 7, 1e-3)
         return states
 
     monkeypatch.setattr(Stepper, "run", second_fails)

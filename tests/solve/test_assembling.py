@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.errors import AssemblyFailure, InputError
+from ancfsparse.errors import AssemblyError, InputError
 
 SOFT = ancf.Material(1e7, 1000.0)
 
@@ -146,7 +146,7 @@ def test_what_is_in_place_stays_there_and_what_cannot_be_is_named():
     apart.pin(one.origin)
     apart.pin(other.origin)
     apart.connect(one.end, other.end, apart=True)
-    with pytest.raises(AssemblyFailure, match=r"cannot be assembled: the .* stays violated"):
+    with pytest.raises(AssemblyError, match=r"cannot be assembled: the .* stays violated"):
         ancf.assemble(apart)
     with pytest.raises(InputError, match="t "):
         ancf.assemble(scene, t=math.nan)

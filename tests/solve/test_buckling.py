@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.errors import ApproximateModes, InputError, SingularSceneError
+from ancfsparse.errors import ApproximateModesWarning, InputError, SingularSceneError
 
 mpl.use("Agg")
 
@@ -146,5 +146,5 @@ def test_what_cannot_buckle_is_named():
         ancf.buckling(free)
     follower, tip = column("free", 4)
     follower.point_force(tip.end, (-1.0, 0.0), follow=True)
-    with pytest.warns(ApproximateModes):
+    with pytest.warns(ApproximateModesWarning):
         ancf.buckling(follower)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.errors import InputError, LoadFailure
+from ancfsparse.errors import InputError, LoadError
 
 SOFT = ancf.Material(1e7, 1000.0)
 
@@ -151,5 +151,5 @@ def test_a_scene_with_changing_gravity_is_written_and_checked(tmp_path):
     rod = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), SOFT)
     scene.clamp(rod.start)
     scene.changing_gravity(lambda t: (0.0, 1.0) if t < 1.0 else (0.0, math.inf))
-    with pytest.raises(LoadFailure, match="changing gravity"):
+    with pytest.raises(LoadError, match="changing gravity"):
         ancf.solve_static(scene, t=2.0)

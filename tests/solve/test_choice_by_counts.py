@@ -50,7 +50,7 @@ def test_auto_costs_little_more_than_the_best_method(name, finer):
     problem, dt = case.make(), case.dt / finer
     found = {}
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ancf.RedundantConstraints)
+        warnings.simplefilter("ignore", ancf.RedundantConstraintsWarning)
         start = ancf.solve_static(problem.scene) if problem.settles else None
         for label, solver in {"auto": "auto", **FIXED}.items():
             run = ancf.simulate(

@@ -16,7 +16,7 @@ from ancfsparse.problems import andrews, bricard, four_bar, n_four_bar, slider_c
         (bricard, 2e-3),
     ],
 )
-@pytest.mark.filterwarnings("ignore::ancfsparse.RedundantConstraints")
+@pytest.mark.filterwarnings("ignore::ancfsparse.RedundantConstraintsWarning")
 def test_small_ones_keep_a_dense_inverse(make, dt):
     scene = make().scene
     auto = ancf.simulate(scene, 300 * dt, dt)

@@ -160,7 +160,7 @@ def test_short_steps_stay_on_incomplete_seeds():
 
 def test_a_step_that_fails_is_solved_on_an_exact_seed(monkeypatch):
     scene, t_end, dt = lattice(5, "rough", **STEEL).scene, 0.25, 0.05
-    with pytest.raises(ancf.StepFailure):
+    with pytest.raises(ancf.StepError):
         ancf.simulate(scene, t_end, dt, seed="incomplete")
     run = ancf.simulate(scene, t_end, dt)
     assert run.stats.steps == 5
@@ -168,7 +168,7 @@ def test_a_step_that_fails_is_solved_on_an_exact_seed(monkeypatch):
     assert f"from step {event.step} on an exact seed" in run.stats.solver
     # Without room for it the run ends as it would have.
     monkeypatch.setattr(switch_to_direct, "available", lambda: 1e5)
-    with pytest.raises(ancf.StepFailure):
+    with pytest.raises(ancf.StepError):
         ancf.simulate(scene, t_end, dt)
 
 

@@ -295,7 +295,7 @@ def test_a_failed_run_can_be_tried_again_from_its_last_state():
 
     scene, rod = pendulum("thin", 6)
     scene.point_force(rod.end, force)
-    with pytest.raises(ancf.LoadFailure) as failed:
+    with pytest.raises(ancf.LoadError) as failed:
         ancf.simulate(scene, 1.0, 1e-3)
     last = failed.value.trajectory.last
     calm, rod = pendulum("thin", 6)

@@ -359,9 +359,9 @@ def test_a_drive_that_fails_keeps_the_motion_so_far():
         return (0.0, 0.0)
 
     scene, _ = pendulum(motion, rate=lambda t: (0.0, 0.0), second_rate=lambda t: (0.0, 0.0))
-    with pytest.raises(ancf.LoadFailure, match=r"the drive at beam 0 .*the motor is off") as stop:
+    with pytest.raises(ancf.LoadError, match=r"the drive at beam 0 .*the motor is off") as stop:
         ancf.simulate(scene, 0.5, 1e-3)
     assert stop.value.trajectory.t[-1] == pytest.approx(0.2)
     scene, _ = pendulum(lambda t: (math.nan, 0.0) if t > 0.3 else (0.0, 0.0))
-    with pytest.raises(ancf.LoadFailure, match="the drive at beam 0"):
+    with pytest.raises(ancf.LoadError, match="the drive at beam 0"):
         ancf.simulate(scene, 0.5, 1e-3)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.errors import LoadFailure
+from ancfsparse.errors import LoadError
 from ancfsparse.integrators import CentralDifference, EnergyMomentum, RungeKuttaNystrom
 from ancfsparse.results import hdf5_reader
 from ancfsparse.results.export.hdf5_writer import Writer
@@ -58,7 +58,7 @@ def test_a_load_that_fails_late_leaves_everything_before(tmp_path, kind, to_file
     force, message = LATE[kind]
     scene, rod = pendulum(force)
     path = tmp_path / "run.h5" if to_file else None
-    with pytest.raises(LoadFailure, match=message) as caught:
+    with pytest.raises(LoadError, match=message) as caught:
         ancf.simulate(scene, 0.5, 1e-4, output=path)
     assert caught.value.time == pytest.approx(0.4901)
     run = caught.value.trajectory
@@ -87,7 +87,7 @@ def test_a_load_that_fails_late_leaves_everything_before(tmp_path, kind, to_file
 @pytest.mark.parametrize("save_every", [1, 7, 10000])
 def test_the_last_step_before_the_failure_is_recorded(integrator, dt, save_every):
     scene, _ = pendulum(lambda t: (0.0, 1.0) if t < 0.0595 else (0.0, "x"))
-    with pytest.raises(LoadFailure, match="must be 2 numbers") as caught:
+    with pytest.raises(LoadError, match="must be 2 numbers") as caught:
         ancf.simulate(scene, 0.1, dt, integrator=integrator, save_every=save_every)
     run, n = caught.value.trajectory, round(0.0595 / dt - 0.6)
     assert run.stats.steps == n
@@ -96,11 +96,11 @@ def test_the_last_step_before_the_failure_is_recorded(integrator, dt, save_every
 
 def test_a_load_that_fails_at_once_leaves_the_start():
     scene, _ = pendulum(lambda t: (0.0, 1.0) if t < 1.5e-3 else (0.0, np.inf))
-    with pytest.raises(LoadFailure) as caught:
+    with pytest.raises(LoadError) as caught:
         ancf.simulate(scene, 0.1, 1e-3)
     assert len(caught.value.trajectory.t) == 2
     scene, _ = pendulum(lambda t: (0.0, np.inf) if t > 0 else (0.0, 1.0))
-    with pytest.raises(LoadFailure, match="must be finite") as caught:
+    with pytest.raises(LoadError, match="must be finite") as caught:
         ancf.simulate(scene, 0.1, 1e-3)
     assert caught.value.trajectory is None
 

@@ -55,8 +55,8 @@ class BarSpec(Spec):
 class Bar(Joint):
     """Keep the distance L of two nodes: ``(|a - b|^2 - L^2) / (2 L) = 0``."""
 
-    a: ancf.Node
-    b: ancf.Node
+    a: ancf.Point
+    b: ancf.Point
     name = "bar"
 
     def lower(self, builder):
@@ -180,7 +180,7 @@ def test_a_drive_that_fails_keeps_the_motion_so_far():
 
     rest = {"rate": lambda t: (0.0, 0.0), "second_rate": lambda t: (0.0, 0.0)}
     scene, _ = pendulum(motion, **rest)
-    with pytest.raises(ancf.LoadFailure, match="the motor is off") as stop:
+    with pytest.raises(ancf.LoadError, match="the motor is off") as stop:
         ancf.simulate(scene, 0.4, 1e-3, integrator=ancf.RungeKuttaNystrom(4))
     assert stop.value.trajectory.t[-1] == pytest.approx(0.2)
 

@@ -163,7 +163,7 @@ def test_rows_of_a_file_are_read_as_those_of_an_array(tmp_path):
 FULL = """
 import resource, sys
 import ancfsparse as ancf
-from ancfsparse.errors import OutputFailure
+from ancfsparse.errors import OutputError
 from ancfsparse.results.files import load
 scene = ancf.Scene()
 rod = scene.add_beam("thin", (0, 0), (2, 0), 100, ancf.Circle(0.01), ancf.Material(1e8, 4000.0))
@@ -172,7 +172,7 @@ limit = int(sys.argv[2])
 resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 try:
     ancf.simulate(scene, 0.5, 1e-3, output=sys.argv[1])
-except OutputFailure as full:
+except OutputError as full:
     print(full)
     run = load(sys.argv[1], scene)
     print(len(full.trajectory.t), run.position(rod.end).shape[0], run.stats.steps)

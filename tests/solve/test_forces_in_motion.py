@@ -110,7 +110,7 @@ def broken(q):
 def test_a_force_that_fails_names_itself_and_keeps_the_motion(integrator, what, message):
     scene, beam = carrier(1, 0.5, mass=4.0, stiffness=1e3, velocity=(1.0, 0.0))
     scene.force(beam.end, late(what))
-    with pytest.raises(ancf.LoadFailure, match=message) as caught:
+    with pytest.raises(ancf.LoadError, match=message) as caught:
         ancf.simulate(scene, 0.1, 1e-3, integrator=integrator, max_energy_gain=np.inf)
     text = str(caught.value)
     assert "the force on beam 0" in text
@@ -123,7 +123,7 @@ def test_a_force_that_fails_names_itself_and_keeps_the_motion(integrator, what, 
 def test_an_accuracy_keeps_the_motion_of_a_force_that_fails_too():
     scene, beam = carrier(1, 0.5, mass=4.0, stiffness=1e3, velocity=(1.0, 0.0))
     scene.force(beam.end, late(broken))
-    with pytest.raises(ancf.LoadFailure, match="KeyError") as caught:
+    with pytest.raises(ancf.LoadError, match="KeyError") as caught:
         ancf.simulate(scene, 0.1, accuracy=1e-5)
     assert caught.value.trajectory is not None
 
@@ -136,7 +136,7 @@ def test_a_c_function_that_returns_a_status_ends_the_run():
 
     scene, beam = carrier(1, 0.5, mass=4.0, stiffness=1e3, velocity=(1.0, 0.0))
     scene.force(beam.end, scipy.LowLevelCallable(stuck))
-    with pytest.raises(ancf.LoadFailure, match="it returned 3; that was in step 50"):
+    with pytest.raises(ancf.LoadError, match="it returned 3; that was in step 50"):
         ancf.simulate(scene, 0.1, 1e-3)
 
 
@@ -148,7 +148,7 @@ def test_a_force_law_that_fails_names_its_spring_and_the_elongation():
 
     scene, beam = carrier(1, 0.5, mass=4.0, stiffness=1e3, velocity=(1.0, 0.0))
     scene.spring(beam.start, (-1.0, 0.0), stiffness=limited)
-    with pytest.raises(ancf.LoadFailure, match=r"force law of the spring .* the cable breaks") as e:
+    with pytest.raises(ancf.LoadError, match=r"force law of the spring .* the cable breaks") as e:
         ancf.simulate(scene, 0.1, 1e-3)
     assert "an elongation of 0.05" in str(e.value)
     assert 49 <= len(e.value.trajectory.t) <= 52
@@ -235,6 +235,6 @@ def test_a_function_that_always_fails_ends_a_run_to_an_accuracy_with_its_error()
     body = scene.add_body(ancf.Rod(1.0), position=(0, 0), mass=1.0)
     scene.pin(body.origin)
     scene.force(body.end, push)
-    with pytest.raises(ancf.LoadFailure, match="no more thrust") as caught:
+    with pytest.raises(ancf.LoadError, match="no more thrust") as caught:
         ancf.simulate(scene, 2.0, accuracy=1e-6)
     assert 0.5 < caught.value.trajectory.t[-1] <= 1.0

@@ -33,7 +33,9 @@ def test_speeds_are_those_of_hookes_joint():
     """w2 = w1 cos(b) / (1 - sin(b)^2 sin(w1 t)^2), with w1 t from where the fork is across both."""
     scene, driven = shafts()
     scene.pin(driven.at((1.0, 0.0, 0.0)))
-    with pytest.warns(ancf.RedundantConstraints, match="follows from the rigidity of body 1, u.u"):
+    with pytest.warns(
+        ancf.RedundantConstraintsWarning, match="follows from the rigidity of body 1, u.u"
+    ):
         run = ancf.simulate(scene, 1.5, 1e-3)
     turned = SPEED * run.t
     exact = SPEED * np.cos(ANGLE) / (1.0 - (np.sin(ANGLE) * np.sin(turned)) ** 2)

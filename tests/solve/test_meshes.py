@@ -111,7 +111,9 @@ def test_a_clamp_holds_every_slope_at_a_node():
     nodes = [(0, 0), (1, 0), (0, 1), (-1, -1)]
     mesh = scene.add_mesh(nodes, [(0, 1), (0, 2), (0, 3)], "thin", SECTION, MATERIAL)
     scene.clamp(mesh.node(0))
-    with pytest.warns(ancf.UnstableEquilibrium):  # the leg that stands is beyond its buckling load
+    with pytest.warns(
+        ancf.UnstableEquilibriumWarning
+    ):  # the leg that stands is beyond its buckling load
         rest = ancf.solve_static(scene, load_steps=20)
     for edge in range(3):
         near = mesh.at(edge, 1e-5)

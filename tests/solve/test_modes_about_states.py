@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from scipy.linalg import eig, eigh, null_space
 
 import ancfsparse as ancf
-from ancfsparse.errors import ApproximateModes, InputError, RedundantConstraints
+from ancfsparse.errors import ApproximateModesWarning, InputError, RedundantConstraintsWarning
 from ancfsparse.problems import chain, net
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
@@ -116,7 +116,7 @@ def test_a_door_on_two_pins_of_which_one_equation_is_redundant(beside):
     if beside:  # so many coordinates that the problem is a sparse one
         rod = scene.add_beam("thin", (2, 0, 0), (2.3, 0, 0), beside, ancf.Circle(0.01), STEEL)
         scene.clamp(rod.start)
-    with pytest.warns(RedundantConstraints):
+    with pytest.warns(RedundantConstraintsWarning):
         last = ancf.simulate(scene, 1e-3, 1e-3).last
     found = ancf.modes(scene, 1, at=last)
     inertia = 3.0 * ((0.6**2 + 0.1**2) / 12.0 + 0.3**2)
@@ -248,7 +248,7 @@ def test_what_is_asked_for_is_checked():
 def test_forces_without_a_potential_are_named():
     scene = _free()
     scene.force(scene.beams[0].end, lambda q, v, t: np.zeros_like(q))
-    with pytest.warns(ApproximateModes, match="symmetric part"):
+    with pytest.warns(ApproximateModesWarning, match="symmetric part"):
         ancf.modes(scene, 4)
 
 
@@ -283,7 +283,7 @@ def test_modes_that_are_lost_in_rounding_end_with_a_sentence(monkeypatch):
     """A long chain without tension took up to ten restarts for each of its coordinates."""
     monkeypatch.setattr("ancfsparse.solve.vibration.symmetric_eigenproblem.MOST_RESTARTS", 2)
     scene, _ = chain(30_000)
-    with pytest.raises(ancf.ModesFailure, match=r"lost in the rounding .* below about .* Hz; take"):
+    with pytest.raises(ancf.ModesError, match=r"lost in the rounding .* below about .* Hz; take"):
         ancf.modes(scene, 10)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.errors import InputError, StepFailure
+from ancfsparse.errors import InputError, StepError
 from ancfsparse.results.hdf5_reader import load
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.preparation import memory_estimate
@@ -124,7 +124,7 @@ def test_a_failed_run_leaves_its_states_in_the_file(tmp_path):
     rod = scene.add_beam("thin", (0, 0), (2, 0), 4, SECTION, MATERIAL)
     scene.pin(rod.start)
     scene.point_force(rod.end, lambda t: (0.0, 1e200 if t > 0.0105 else 0.0))
-    with pytest.raises(StepFailure) as caught:
+    with pytest.raises(StepError) as caught:
         ancf.simulate(scene, 0.02, 1e-3, output=tmp_path / "run.h5")
     assert len(caught.value.trajectory.t) == caught.value.step == 11
     np.testing.assert_array_equal(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.errors import InputError, StepFailure
+from ancfsparse.errors import InputError, StepError
 from tests.pickling import leave_out_cloudpickle
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
@@ -42,7 +42,7 @@ def test_a_trajectory_comes_back_from_another_process(tmp_path, to_file):
     path = tmp_path / "run.h5" if to_file else None
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         twin, again = pool.apply(swing, [path])
-        with pytest.raises(StepFailure, match=r"^step 5 \(t = 0.005 s") as failed:
+        with pytest.raises(StepError, match=r"^step 5 \(t = 0.005 s") as failed:
             pool.map(broken, [0])
     same(*swing(), twin, again)
     assert len(failed.value.trajectory.t) == 5

@@ -114,7 +114,7 @@ def test_errors_on_the_way_have_what_was_found():
             raise ValueError("no data")
         return 0.0, t
 
-    with pytest.raises(ancf.LoadFailure, match="no data") as failure:
+    with pytest.raises(ancf.LoadError, match="no data") as failure:
         ancf.quasi_static(cantilever(load)[0], 1.0, 0.1)
     np.testing.assert_allclose(failure.value.trajectory.t, np.arange(6) / 10)
     assert not failure.value.trajectory.finished

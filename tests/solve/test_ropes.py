@@ -266,6 +266,6 @@ def test_bad_arguments_of_ropes():
 
 def test_a_length_that_runs_out_ends_the_run_and_keeps_what_was_before():
     scene, *_ = hanging(lambda t: 1.0 - 4.0 * t)
-    with pytest.raises(ancf.LoadFailure, match="length must be positive, got 0") as found:
+    with pytest.raises(ancf.LoadError, match="length must be positive, got 0") as found:
         ancf.simulate(scene, 0.5, 0.01)
     assert found.value.trajectory.t[-1] == pytest.approx(0.24)

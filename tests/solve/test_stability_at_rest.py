@@ -33,7 +33,9 @@ def test_a_column_is_stable_up_to_eulers_load(share, element, dim):
         assert "unstable" not in repr(equilibrium)
     else:
         # In space it can leave in two directions.
-        with pytest.warns(ancf.UnstableEquilibrium, match="beyond its buckling load") as caught:
+        with pytest.warns(
+            ancf.UnstableEquilibriumWarning, match="beyond its buckling load"
+        ) as caught:
             equilibrium = ancf.solve_static(scene)
         assert caught[0].message.negative == equilibrium.stats.negative_pivots == dim - 1
         assert not equilibrium.stable
@@ -76,7 +78,7 @@ def test_an_arch_snaps_through():
 @pytest.mark.parametrize("as_constraint", [False, True])
 def test_multipliers_do_not_change_what_is_counted(as_constraint):
     scene, _ = arch(100.0, as_constraint=as_constraint)
-    with pytest.warns(ancf.UnstableEquilibrium):
+    with pytest.warns(ancf.UnstableEquilibriumWarning):
         equilibrium = ancf.solve_static(scene)
     assert equilibrium.stats.negative_pivots == np.count_nonzero(eigenvalues(equilibrium) < 0.0) > 0
 
@@ -99,7 +101,7 @@ def test_an_unstable_equilibrium_serves_where_no_other_is_found(monkeypatch):
     monkeypatch.setattr("ancfsparse.solve.statics.load_stepping.settle", lost)
     monkeypatch.setattr("ancfsparse.solve.statics.load_stepping.SHORTEST", 1.0)
     scene, _ = column(1.5, 1e-3)
-    with pytest.warns(ancf.UnstableEquilibrium):
+    with pytest.warns(ancf.UnstableEquilibriumWarning):
         equilibrium = ancf.solve_static(scene)
     assert equilibrium.stats.steps == 1
     assert unbalanced(equilibrium) < 1e-8

@@ -307,7 +307,7 @@ def test_no_equilibrium_is_named_with_its_place(monkeypatch):
     monkeypatch.setattr("ancfsparse.solve.statics.newton_and_relaxation.MOST_FACTORS", 1)
     monkeypatch.setattr("ancfsparse.solve.statics.newton_and_relaxation.MOST_SETTLING", 1)
     scene, rod = cantilever("thin", 2)
-    with pytest.raises(ancf.EquilibriumFailure) as caught:
+    with pytest.raises(ancf.EquilibriumError) as caught:
         ancf.solve_static(scene)
     failure = caught.value
     assert failure.load_fraction == 1.0

@@ -69,5 +69,5 @@ def test_where_all_is_resolved_states_between_steps_are_of_high_degree(steps, po
 def test_an_error_below_rounding_ends_with_a_sentence():
     system, t = System(swinging_pendulum()), np.array([0.0, 0.1])
     stepper = Stepper(system, ancf.Newmark(), ancf.Newton(), 1e-40, 1e-4, t, 0.01)
-    with pytest.raises(ancf.StepFailure, match="however short it is"):
+    with pytest.raises(ancf.StepError, match="however short it is"):
         stepper.run()

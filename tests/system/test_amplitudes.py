@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.errors import LoadFailure
+from ancfsparse.errors import LoadError
 from ancfsparse.system import System
 
 TIMES = np.linspace(0.0, 5.0, 501)
@@ -156,7 +156,7 @@ def test_what_comes_before_a_failure_is_kept(function, told, n):
     table, failure = loads.tabulate(TIMES[:n])
     np.testing.assert_allclose(table[:, 1], TIMES[:491], rtol=1e-13)
     assert failure.time == TIMES[491]
-    with pytest.raises(LoadFailure, match=told):
+    with pytest.raises(LoadError, match=told):
         loads.amplitudes(TIMES[:n])
     assert loads.tabulate(TIMES[:491])[1] is None
     assert (str(failure.__cause__) == "sensor table ends at 4.9 s") == (function is raises)
@@ -192,7 +192,7 @@ def test_names_are_composed_for_messages_alone(monkeypatch):
         raise AssertionError("a name was composed")
 
     loads = [loads_of(function) for function in (AT_ONCE[0], stepped, ancf.Ramp((0.0, 1.0), 5.0))]
-    monkeypatch.setattr(ancf.scene.bodies.Node, "__repr__", refuse)
+    monkeypatch.setattr(ancf.scene.bodies.Point, "__repr__", refuse)
     for each in loads:
         each.amplitudes(TIMES)
         each.amplitudes(TIMES[:1])

@@ -10,9 +10,9 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.problems import pendulum
-from ancfsparse.scene import Clamp, Node
+from ancfsparse.scene import Clamp, Point
 from ancfsparse.scene.joints.joint import LINEAR, Joint
-from ancfsparse.scene.records.record import Point, Spec
+from ancfsparse.scene.records.record import PointRef, Spec
 from ancfsparse.system import System
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e6, 4000.0)
@@ -22,7 +22,7 @@ SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e6, 4000.0)
 class Roller(Joint):
     """Let a node move along x alone: by numbering, or by an equation."""
 
-    node: Node
+    node: Point
     by_equation: bool
     name = "roller"
 
@@ -51,7 +51,7 @@ class Roller(Joint):
 class RollerSpec(Spec):
     """Its record."""
 
-    node: Point
+    node: PointRef
     by_equation: bool
 
     def describe(self, at, made):

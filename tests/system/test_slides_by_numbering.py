@@ -63,7 +63,7 @@ def test_what_repeats_a_slide_is_named(x):
     door = scene.add_body(ancf.Box(1.0, 0.2, 0.1), mass=1.0, position=(0, 0))
     scene.prismatic(door.origin, axis=(1, 0))
     scene.prismatic(door.at((x, 0.0)), axis=(1, 0))
-    with pytest.warns(ancf.RedundantConstraints, match="follows from the prismatic joint"):
+    with pytest.warns(ancf.RedundantConstraintsWarning, match="follows from the prismatic joint"):
         run = ancf.simulate(scene, 0.1, 0.01)
     assert run.position(door.origin)[-1] == pytest.approx([0.015, 0.0], abs=1e-12)
 

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ancfsparse.errors import PlanFailure
+from ancfsparse.errors import PlanError
 from ancfsparse.plans.discretization_error.mesh_error import elements_of
 from ancfsparse.plans.models.model import spread
 from ancfsparse.plans.quantities.quantity import Reaction, SectionForceAt
@@ -37,7 +37,7 @@ def check_start(pilots: Pilots, judge: Pilot) -> None:
 
     Raises
     ------
-    PlanFailure
+    PlanError
         If it grows with the number of elements.
     """
     counts = judge.model.counts
@@ -87,6 +87,6 @@ def _look(pilots: Pilots, judge: Pilot, i: int) -> None:
     powers = [_power(*each) for each in zip(*pairs, strict=True)]
     if min(powers) >= GROWS:
         asked = tolerances(pilots.wanted, judge)[i]
-        raise PlanFailure(
+        raise PlanError(
             quantity.name, asked, forces[-1] - forces[-2], quantity.unit, len(forces), 0.0
         )

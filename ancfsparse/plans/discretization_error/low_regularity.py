@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import PlanFailure
+from ancfsparse.errors import PlanError
 from ancfsparse.plans.discretization_error.error_model import Found
 from ancfsparse.plans.discretization_error.mesh_error import (
     COARSEST,
@@ -51,7 +51,7 @@ def rugged(
     finer: Scene | None,
     fixed_steps: int | None,
     order: int,
-    failure: PlanFailure,
+    failure: PlanError,
 ) -> Found:
     """Refine mesh and steps together until bounds of all errors are small enough.
 
@@ -61,12 +61,12 @@ def rugged(
         As in `search`.
     order : int
         Order of positions in the length of the elements.
-    failure : PlanFailure
+    failure : PlanError
         Why there is no other plan.
 
     Raises
     ------
-    PlanFailure
+    PlanError
         If bounds are not small enough, or would take too much work.
     """
     if fixed_steps is not None:
@@ -156,7 +156,7 @@ def _found(
 
 def _failure(
     pilots: Pilots, runs: Sequence[Pilot], asked: Sequence[float], errors: Sequence[float]
-) -> PlanFailure:
+) -> PlanError:
     """Return what is left of the quantity that misses its error most, and where it differs most."""
     i = max(range(len(asked)), key=lambda k: errors[k] / asked[k])
     quantity = pilots.wanted[i].quantity
@@ -168,7 +168,7 @@ def _failure(
     t = pilots.t_end * float(apart.argmax()) / max(1, len(apart) - 1)
     left = distances(pilots.wanted, *runs[-2:])[i]
     causes = _vibration(last, runs[-1].steps, pilots.t_end, asked[i], quantity.unit)
-    return PlanFailure(quantity.name, asked[i], left, quantity.unit, len(runs), t, causes)
+    return PlanError(quantity.name, asked[i], left, quantity.unit, len(runs), t, causes)
 
 
 def _vibration(

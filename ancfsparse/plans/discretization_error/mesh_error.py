@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 
-from ancfsparse.errors import InputError, StepFailure
+from ancfsparse.errors import InputError, StepError
 from ancfsparse.plans.discretization_error.residual_correction import corrections, of_corrections
 from ancfsparse.plans.discretization_error.richardson import Estimate, estimate
 from ancfsparse.plans.models.model import Model, spread
@@ -83,7 +83,7 @@ def mesh_error(
 
     Raises
     ------
-    StepFailure
+    StepError
         If a run on a finer mesh needs shorter steps than `time_error` has found.
     """
     runs: list[Pilot] = []
@@ -92,7 +92,7 @@ def mesh_error(
     while len(runs) < MOST_MESHES:
         try:
             run = _run(pilots, model.with_counts(spread(pilots.scene, finest)), steps)
-        except (InputError, StepFailure):
+        except (InputError, StepError):
             if best is None:
                 raise
             return best  # only graded meshes fail

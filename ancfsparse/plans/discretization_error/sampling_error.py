@@ -42,7 +42,7 @@ def between(pilots: Pilots, model: Model) -> TimeError:
 
     Raises
     ------
-    StepFailure
+    StepError
         If a run fails.
     """
     way = pilots.integrator

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from ancfsparse.errors import PlanFailure
+from ancfsparse.errors import PlanError
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.plans.discretization_error.richardson import Estimate, estimate
 from ancfsparse.plans.models.model import Model
@@ -75,9 +75,9 @@ def time_error(pilots: Pilots, model: Model, order: int, hasty: bool = False) ->
 
     Raises
     ------
-    StepFailure
+    StepError
         If no step is short enough to finish.
-    PlanFailure
+    PlanError
         If the motions do not approach each other as steps are halved: the motion is chaotic, or
         the quantity is not smooth.
     """
@@ -106,7 +106,7 @@ def time_error(pilots: Pilots, model: Model, order: int, hasty: bool = False) ->
     apart = farthest(pilots.wanted, runs[-2], runs[-1])
     i = max(range(len(asked)), key=lambda i: apart[i] / asked[i])
     quantity = pilots.wanted[i].quantity
-    raise PlanFailure(quantity.name, asked[i], apart[i], quantity.unit, len(runs))
+    raise PlanError(quantity.name, asked[i], apart[i], quantity.unit, len(runs))
 
 
 def no_time_error(pilots: Pilots, model: Model) -> TimeError:

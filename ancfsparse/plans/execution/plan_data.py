@@ -217,14 +217,14 @@ class Plan:
 
         Raises
         ------
-        StepFailure
+        StepError
             If a step cannot be solved, even with steps 16 times shorter.
-        PlanFailure
+        PlanError
             If a motion whose equilibria cease to exist has no plan.
 
         Warns
         -----
-        PlanChanged
+        PlanChangedWarning
             If the run leaves the range of the plan: a step fails that pilots had passed, strains,
             turns in a step or loads are larger than theirs, a stop, a rope or a function of the
             motion pushes that did not push there, or an equilibrium ceases to exist.

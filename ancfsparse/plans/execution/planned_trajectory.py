@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Node
+from ancfsparse.scene import Point
 
 if TYPE_CHECKING:
     from ancfsparse.plans.execution.plan_data import Plan
@@ -35,30 +35,30 @@ class PlannedRun(Trajectory):
     plan: Plan | None = None
     measured: tuple[float, ...] = ()
 
-    def _lifted(self, values: Array, node: Node, point: bool = False) -> Array:
+    def _lifted(self, values: Array, node: Point, point: bool = False) -> Array:
         """Return vectors of a planar run in the space of a scene that moves in a plane."""
         flat = self.plan.flat if self.plan else None
         if flat is None or node.beam.dim != SPATIAL:
             return values
         return flat.plane.place(values) if point else flat.plane.lift(values)
 
-    def position(self, node: Node) -> Array:
+    def position(self, node: Point) -> Array:
         """Give the position of a point over time, see `Trajectory.position`."""
         return self._lifted(super().position(node), node, point=True)
 
-    def velocity(self, node: Node) -> Array:
+    def velocity(self, node: Point) -> Array:
         """Give the velocity of a point over time, see `Trajectory.velocity`."""
         return self._lifted(super().velocity(node), node)
 
-    def acceleration(self, node: Node) -> Array:
+    def acceleration(self, node: Point) -> Array:
         """Give the acceleration of a point over time, see `Trajectory.acceleration`."""
         return self._lifted(super().acceleration(node), node)
 
-    def slope(self, node: Node) -> Array:
+    def slope(self, node: Point) -> Array:
         """Give the slope r' over time, see `Trajectory.slope`."""
         return self._lifted(super().slope(node), node)
 
-    def reaction(self, node: Node) -> Array:
+    def reaction(self, node: Point) -> Array:
         """Give the force of joints at a node over time, see `Trajectory.reaction`."""
         return self._lifted(super().reaction(node), node)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ancfsparse.errors import AncfError, InputError, PlanChanged, StepFailure
+from ancfsparse.errors import AncfError, InputError, LoadError, PlanChangedWarning, StepError
 from ancfsparse.plans.execution.run_plan import march
 from ancfsparse.plans.execution.validity_range import span_of
 from ancfsparse.plans.execution.verification import FINER_STEPS, apart, richer
@@ -64,7 +64,7 @@ def _made(plan: Plan, options: Mapping[str, Any]) -> Trajectory | None:
 
 
 def _changed(reason: str) -> None:
-    warnings.warn(PlanChanged(f"the run left the range of its plan: {reason}"), stacklevel=5)
+    warnings.warn(PlanChangedWarning(f"the run left the range of its plan: {reason}"), stacklevel=5)
 
 
 def _by_way(plan: Plan, options: Mapping[str, Any]) -> tuple[Plan, Trajectory]:
@@ -72,7 +72,7 @@ def _by_way(plan: Plan, options: Mapping[str, Any]) -> tuple[Plan, Trajectory]:
     try:
         run = march(plan, plan.build(), **options)
         reason = "an equilibrium ceased to exist" if run.stats.recoveries else _beyond(plan, run)
-    except InputError:
+    except (InputError, LoadError):
         raise
     except AncfError as failure:
         reason = f"{plan.integrator!r} failed ({failure})"
@@ -96,7 +96,7 @@ def _halved(plan: Plan, options: Mapping[str, Any]) -> tuple[Plan, Trajectory]:
     for _ in range(MOST + 1):
         try:
             run = _onward(plan, scene, done, options)
-        except StepFailure as failure:
+        except StepError as failure:
             if _ == MOST:
                 raise
             _changed(
@@ -127,7 +127,7 @@ def _onward(
     given = {**how, "save_every": every, **options}
     try:
         rest = simulate(scene, plan.t_end, plan.dt, start=last, **given)
-    except StepFailure as failure:
+    except StepError as failure:
         failure.trajectory = _joined(done, failure.trajectory)
         raise
     return _joined(done, rest)

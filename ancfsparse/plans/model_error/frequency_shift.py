@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, LoadError
 from ancfsparse.plans.model_error.section_energies import (
     directions,
     folds,
@@ -88,7 +88,7 @@ def _modes(scene: Scene, run: Trajectory, number: int) -> Modes:
 
     try:
         return modes(scene, number + MORE, at=run.last)
-    except InputError:
+    except (InputError, LoadError):
         return modes(scene, number, at=run.last)
 
 

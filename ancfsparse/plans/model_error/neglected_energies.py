@@ -15,7 +15,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import ApproximateModes
+from ancfsparse.errors import ApproximateModesWarning
 from ancfsparse.plans.model_error.frequency_shift import frequency_effects
 from ancfsparse.plans.model_error.section_energies import (
     edges,
@@ -259,7 +259,7 @@ def _inertia(scene: Scene, run: Trajectory, history: Array) -> float:
     dt = float(np.diff(run.t).min())
     rates = np.diff(history, axis=0) / np.diff(run.t)[:, None]
     with warnings.catch_warnings():  # their symmetric part is enough for an estimate
-        warnings.simplefilter("ignore", ApproximateModes)
+        warnings.simplefilter("ignore", ApproximateModesWarning)
         omega = 2.0 * np.pi * float(modes(scene, 1, at=run.last).frequencies[0])
     if not omega > 0.0:
         return np.inf

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import ApproximateModes
+from ancfsparse.errors import ApproximateModesWarning
 from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Scene
@@ -85,7 +85,7 @@ def hurried(scene: Scene, t_end: float, changes: Sequence[Array], most: float) -
     """
     start = solve_static(scene)
     with warnings.catch_warnings():  # their symmetric part is enough for an estimate
-        warnings.simplefilter("ignore", ApproximateModes)
+        warnings.simplefilter("ignore", ApproximateModesWarning)
         square = float(modes(scene, 1, at=start.state).eigenvalues[0])
     return square <= 0.0 or haste(changes, t_end) > most * square
 
@@ -109,7 +109,7 @@ def lowest(run: Trajectory) -> float:
     for k in sorted({0, len(run.t) // 2, len(run.t) - 1}):
         at = run.system.state(float(run.t[k]), run.q[k], run.v[k], run.a[k], run.lam[k])
         with warnings.catch_warnings():  # their symmetric part is enough for an estimate
-            warnings.simplefilter("ignore", ApproximateModes)
+            warnings.simplefilter("ignore", ApproximateModesWarning)
             found.append(float(modes(scene, 1, at=at).eigenvalues[0]))
     return float(np.sqrt(max(min(found), 0.0)))
 

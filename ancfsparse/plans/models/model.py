@@ -12,11 +12,11 @@ import numpy as np
 from ancfsparse.errors import InputError
 from ancfsparse.plans.models.graded_mesh import Grade
 from ancfsparse.plans.models.rigid_links import rod_of
-from ancfsparse.scene import Beam, ElasticBody, Node, Scene
+from ancfsparse.scene import Beam, ElasticBody, Point, Scene
 from ancfsparse.scene.bodies.auto_element import decided, on
 from ancfsparse.scene.bodies.beam import BeamSpec
 from ancfsparse.scene.bodies.mesh import MeshSpec
-from ancfsparse.scene.records.record import Point, Whole
+from ancfsparse.scene.records.record import BodyRef, PointRef
 
 
 @dataclass(frozen=True)
@@ -105,8 +105,8 @@ def built(scene: Scene, model: Model) -> Scene:
     inner = inner_nodes(scene, beams)
     new = type(scene)(scene.gravity)
 
-    def move(reference: Whole) -> Whole:
-        if not isinstance(reference, Point) or reference.body not in beams:
+    def move(reference: BodyRef) -> BodyRef:
+        if not isinstance(reference, PointRef) or reference.body not in beams:
             return reference
         node = beams[reference.body].point(reference)
         return on(new.body(reference.body), node).reference
@@ -125,14 +125,14 @@ def built(scene: Scene, model: Model) -> Scene:
     return new
 
 
-def counterpart(scene: Scene, node: Node) -> Node:
+def counterpart(scene: Scene, node: Point) -> Point:
     """Return the same point of a scene that was built from the one it is of."""
     body = scene.body(node.beam.name)
     if body is node.beam:
         return node
     if node.beam.automatic and not body.automatic:
         return decided(body, node)
-    found: Node = scene.counterpart(node)
+    found: Point = scene.counterpart(node)
     return found
 
 
@@ -196,8 +196,8 @@ def inner_nodes(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict[str, set
     """Return the shares of the length at which records refer to inner nodes of the handles."""
     inner: dict[str, set[float]] = {name: set() for name in beams}
 
-    def note(reference: Whole) -> Whole:
-        if isinstance(reference, Point) and reference.body in beams and reference.xi == 0.0:
+    def note(reference: BodyRef) -> BodyRef:
+        if isinstance(reference, PointRef) and reference.body in beams and reference.xi == 0.0:
             beam = beams[reference.body]
             if isinstance(beam, Beam) and 0 < reference.index < beam.n_elements:
                 inner[beam.name].add(reference.index / beam.n_elements)

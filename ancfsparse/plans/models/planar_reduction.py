@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, LoadError
 from ancfsparse.plans.models.plane import ROUNDING, LeavesPlaneError, Plane, Projected, plane_of
 from ancfsparse.scene import Scene
 from ancfsparse.scene.bodies.beam import Beam, BeamSpec
@@ -69,7 +69,7 @@ class InPlane:
         ----------
         solved : Trajectory or Equilibrium
             Of the planar scene.
-        node : Node
+        node : Point
             A point of the scene in space.
 
         Returns
@@ -113,7 +113,7 @@ def planar(scene: Scene) -> InPlane | None:
         flat = Scene(gravity=plane.into(scene.gravity))
         for record in records:
             record.build(flat)
-    except (LeavesPlaneError, InputError):
+    except (LeavesPlaneError, InputError, LoadError):
         return None
     return InPlane(flat, plane)
 

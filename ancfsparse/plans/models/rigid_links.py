@@ -20,7 +20,7 @@ from ancfsparse.scene.loads.loads import PointMoment
 from ancfsparse.scene.mechanisms.winch import Winch
 from ancfsparse.scene.meshing.straight_beam import section_axes
 from ancfsparse.scene.methods.add_rigid_bodies import BodySpec
-from ancfsparse.scene.records.record import Point, Whole
+from ancfsparse.scene.records.record import BodyRef, PointRef
 
 Vector = NDArray[np.float64]
 
@@ -91,9 +91,9 @@ def possible(scene: Scene) -> list[str]:
     }
     out: set[str] = set()
 
-    def note(reference: Whole) -> Whole:
-        whole = not isinstance(reference, Point) and reference.body in found
-        if whole or (isinstance(reference, Point) and reference.body in found and _inside(
+    def note(reference: BodyRef) -> BodyRef:
+        whole = not isinstance(reference, PointRef) and reference.body in found
+        if whole or (isinstance(reference, PointRef) and reference.body in found and _inside(
                 found[reference.body], reference)):  # fmt: skip
             out.add(reference.body)
         return reference
@@ -112,6 +112,6 @@ def possible(scene: Scene) -> list[str]:
     return [name for name in found if name not in out]
 
 
-def _inside(beam: Beam, point: Point) -> bool:
+def _inside(beam: Beam, point: PointRef) -> bool:
     """Whether a point is no end of a beam."""
     return point.xi != 0.0 or point.index not in (0, beam.n_elements)

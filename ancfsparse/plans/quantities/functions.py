@@ -18,22 +18,22 @@ from ancfsparse.plans.quantities.quantity import (
     Strain,
     Velocity,
 )
-from ancfsparse.scene import Beam, Node, Scene, check_point
+from ancfsparse.scene import Beam, Point, Scene, check_point
 
 
-def _on_beam(what: str, point: object) -> Node:
+def _on_beam(what: str, point: object) -> Point:
     node = check_point(what, point)
     if not isinstance(node.beam, Beam):
         raise InputError(f"{what} needs a point of a beam, got {shown(point)}")
     return node
 
 
-def position(point: Node, *, at: str = "saved") -> Position:
+def position(point: Point, *, at: str = "saved") -> Position:
     """Ask for the position of a point [m].
 
     Parameters
     ----------
-    point : Node
+    point : Point
         Any point, such as ``rod.end`` or ``rod.at(s)``.
     at : {"saved", "end", "largest"}, optional
         At all saved times, of which the worst counts, at the last of them, or the largest distance
@@ -52,12 +52,12 @@ def position(point: Node, *, at: str = "saved") -> Position:
     return Position(check_point("a position", point), at=at)
 
 
-def velocity(point: Node, *, at: str = "saved") -> Velocity:
+def velocity(point: Point, *, at: str = "saved") -> Velocity:
     """Ask for the velocity of a point [m/s]; parameters and errors as in `position`."""
     return Velocity(check_point("a velocity", point), at=at)
 
 
-def slope_angle(point: Node, *, at: str = "saved") -> SlopeAngle:
+def slope_angle(point: Point, *, at: str = "saved") -> SlopeAngle:
     """Ask for the angle of the slope r' at a point [rad]; parameters and errors as in `position`.
 
     In the plane counterclockwise from the x axis; in space from its direction at the start.
@@ -65,17 +65,17 @@ def slope_angle(point: Node, *, at: str = "saved") -> SlopeAngle:
     return SlopeAngle(_on_beam("a slope angle", point), at=at)
 
 
-def reaction(point: Node, *, at: str = "saved") -> Reaction:
+def reaction(point: Point, *, at: str = "saved") -> Reaction:
     """Ask for the force of joints at a node [N]; parameters and errors as in `position`."""
     return Reaction(check_point("a reaction", point), at=at)
 
 
-def section_force(point: Node, part: str = "M", *, at: str = "saved") -> SectionForceAt:
+def section_force(point: Point, part: str = "M", *, at: str = "saved") -> SectionForceAt:
     """Ask for a force or moment in a section [N, N m].
 
     Parameters
     ----------
-    point : Node
+    point : Point
         A point of a beam.
     part : {"N", "Q", "M", "T"}, optional
         Axial force, shear, bending moment or torsion, see `Trajectory.section_force`.
@@ -95,7 +95,7 @@ def section_force(point: Node, part: str = "M", *, at: str = "saved") -> Section
     return SectionForceAt(_on_beam("a section force", point), part, at=at)
 
 
-def strain(point: Node, *, at: str = "saved") -> Strain:
+def strain(point: Point, *, at: str = "saved") -> Strain:
     """Ask for the strain of the axis at a point [-]; parameters and errors as in `position`."""
     return Strain(_on_beam("a strain", point), at=at)
 
@@ -124,12 +124,12 @@ def energy(part: str = "total", *, at: str = "saved") -> EnergyOf:
     return EnergyOf(part, at=at)
 
 
-def static_deflection(point: Node) -> StaticDeflection:
+def static_deflection(point: Point) -> StaticDeflection:
     """Ask for the displacement of a point in the static equilibrium [m].
 
     Parameters
     ----------
-    point : Node
+    point : Point
         Any point, such as ``rod.end`` or ``rod.at(s)``.
 
     Returns

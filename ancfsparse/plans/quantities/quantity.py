@@ -13,7 +13,7 @@ from ancfsparse.checks import check_choice, check_count
 from ancfsparse.errors import InputError
 from ancfsparse.plans.models.model import counterpart
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Beam, Node, Scene
+from ancfsparse.scene import Beam, Point, Scene
 
 if TYPE_CHECKING:
     from ancfsparse.plans.execution.plan_data import Plan
@@ -126,7 +126,7 @@ class Quantity(ABC):
 class AtPoint(Quantity):
     """A quantity of one point."""
 
-    point: Node
+    point: Point
 
     def on(self, scene: Scene) -> Quantity:
         """Return the same quantity of a scene that was built from the one it is of."""

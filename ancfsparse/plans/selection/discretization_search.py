@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ancfsparse.errors import PlanFailure
+from ancfsparse.errors import PlanError
 from ancfsparse.plans.discretization_error.error_model import Found
 from ancfsparse.plans.discretization_error.low_regularity import rugged
 from ancfsparse.plans.discretization_error.mesh_error import (
@@ -59,9 +59,9 @@ def search(
 
     Raises
     ------
-    StepFailure
+    StepError
         If no step is short enough.
-    PlanFailure
+    PlanError
         If the motions do not approach each other.
     """
     if _is_open(pilots, model, finer, fixed_steps):
@@ -70,7 +70,7 @@ def search(
             return short
     try:
         return thorough(pilots, model, finer, fixed_steps)
-    except PlanFailure as failure:
+    except PlanError as failure:
         if pilots.t_end is None or isinstance(pilots.integrator, Way):
             raise
         return rugged(pilots, model, finer, fixed_steps, _order(pilots.scene, model), failure)
@@ -166,7 +166,7 @@ def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:
         is_last = not coarse.counts or finest >= first * MOST_COARSE
         try:
             return finest, coarse, time_error(pilots, coarse, pilots.integrator.order, not is_last)
-        except PlanFailure:
+        except PlanError:
             if is_last:
                 raise
         finest *= 2.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, LoadError
 from ancfsparse.plans.model_error.neglected_energies import bending_effect, neglected_effects
 from ancfsparse.plans.models.model import (
     FEWEST_ELEMENTS,
@@ -105,7 +105,7 @@ def candidates(
     for rung in LADDER:
         try:
             build(model_of(scene, rung, fixed).with_counts(counts))
-        except InputError as error:
+        except (InputError, LoadError) as error:
             refused[str(rung)] = str(error)
         else:
             taken.append(rung)

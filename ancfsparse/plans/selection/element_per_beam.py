@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, LoadError
 from ancfsparse.plans.model_error.neglected_energies import bending_effect
 from ancfsparse.plans.model_error.section_energies import energies_of, rotary_energy, torsion_energy
 from ancfsparse.plans.models.model import FEWEST_ELEMENTS, Model, Rung, built, coarsest, spread
@@ -57,7 +57,7 @@ def _takes(build: Callable[[Model], Scene], model: Model) -> bool:
     """Whether a scene takes elements."""
     try:
         build(model)
-    except InputError:
+    except (InputError, LoadError):
         return False
     return True
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from ancfsparse.errors import InputError, PlanFailure, StepFailure
+from ancfsparse.errors import InputError, LoadError, PlanError, StepError
 from ancfsparse.plans.discretization_error.error_model import Found
 from ancfsparse.plans.models.model import Rung
 from ancfsparse.plans.selection.discretization_search import search
@@ -152,7 +152,7 @@ def _string(
     model = model_of(pilots.scene, CABLE, {**fixed, **dict.fromkeys(able, STRING)})
     try:
         found = search(pilots, model, finer, fixed_steps, cables)
-    except (StepFailure, PlanFailure, InputError):
+    except (StepError, PlanError, InputError, LoadError):
         return None  # cables have been found to do
     effects = effects_of(pilots, found.judge)
     if not _limp(effects, found.asked):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ancfsparse.errors import AncfError, InputError, PlanFailure, StepFailure
+from ancfsparse.errors import AncfError, InputError, LoadError, PlanError, StepError
 from ancfsparse.plans.discretization_error.error_model import Found
 from ancfsparse.plans.discretization_error.mesh_error import COARSEST
 from ancfsparse.plans.model_error.quasi_static_error import lowest
@@ -69,7 +69,7 @@ def choose(
     finer: Scene | None,
     fixed_steps: int | None,
     free: bool,
-    stop: StepFailure | PlanFailure | None = None,
+    stop: StepError | PlanError | None = None,
 ) -> Chosen:
     """Choose the way, the elements, the mesh and the step.
 
@@ -81,7 +81,7 @@ def choose(
         As in `search`.
     free : bool
         Whether the motion may be found without that integrator.
-    stop : StepFailure or PlanFailure, optional
+    stop : StepError or PlanError, optional
         Why it cannot be marched, if that is known: then other ways are left.
     """
     pilots = _paced(pilots, fixed_steps)
@@ -124,13 +124,13 @@ def choose(
     try:
         if stop is None:
             found, reasons = elements(pilots, finer, fixed_steps)
-    except (StepFailure, PlanFailure) as failure:
+    except (StepError, PlanError) as failure:
         stop = failure
     if free and (found is None or _excess(found) > 1.0 or _amount(found) > FREE):
         for way in _suiting(pilots, LAST):
             other = tried(way) or other
     if stop is not None and other is None:
-        raise stop.because(why) if isinstance(stop, PlanFailure) else stop
+        raise stop.because(why) if isinstance(stop, PlanError) else stop
     if found is None:
         assert other is not None
         return other
@@ -203,7 +203,7 @@ def _with_links(
             found, more = climb(pilots, finer, fixed_steps, rods.rungs)
         else:
             found, more = search(pilots, Model(rods.rungs), finer, fixed_steps), []
-    except (StepFailure, PlanFailure):
+    except (StepError, PlanError):
         return climb(pilots, finer, fixed_steps)
     own = found.effects or ({},) * len(rods.effects)
     both = [{**one, **other} for one, other in zip(own, rods.effects, strict=True)]
@@ -249,7 +249,7 @@ def _coarse(pilots: Pilots) -> System | None:
         model = model_of(pilots.scene, rung).with_counts(counts)
         try:
             return pilots.system_of(model)
-        except InputError:
+        except (InputError, LoadError):
             continue
     return None
 
@@ -266,7 +266,7 @@ def _hopeless(pilots: Pilots) -> tuple[str, bool]:
         model = model_of(pilots.scene, rung).with_counts(counts)
         try:
             run = pilots.run(model, pilots.base)
-        except InputError:
+        except (InputError, LoadError):
             continue
         if run is None:
             return "", False

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ancfsparse.errors import InputError, RedundantConstraints
+from ancfsparse.errors import InputError, RedundantConstraintsWarning
 from ancfsparse.plans.discretization_error.mesh_error import COARSEST
 from ancfsparse.plans.model_error.rigid_link_error import EVEN, change, deflection, under
 from ancfsparse.plans.models.model import RIGID, Rung, coarsest, spread, undecided
@@ -74,10 +74,13 @@ def links(pilots: Pilots) -> Links:
         model = model_of(pilots.scene, rung, fixed).with_counts(counts)
         try:
             with warnings.catch_warnings():  # a beam that drives or joints hold as a rod may bend
-                warnings.simplefilter("error", RedundantConstraints)
+                warnings.simplefilter("error", RedundantConstraintsWarning)
                 run = pilots.run(model, pilots.base) or pilots.run(model, 2 * pilots.base)
             break
-        except (InputError, RedundantConstraints):  # of the element, or a joint that rods lack
+        except (
+            InputError,
+            RedundantConstraintsWarning,
+        ):  # of the element, or a joint that rods lack
             continue
     if run is None:
         return Links()

@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError, StepFailure
+from ancfsparse.errors import InputError, StepError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method
 from ancfsparse.plans.models.model import FEWEST_ELEMENTS, Model, built, coarsest
@@ -98,7 +98,7 @@ class Pilots:
         Steps of the longest kind.
     start : str or None
         ``"equilibrium"`` if motions begin there.
-    done, seconds, failure : dict, float, StepFailure or None
+    done, seconds, failure : dict, float, StepError or None
         Runs by model and steps, their time [s], and what ended the last that failed.
     systems, scenes, bill, changes : dict, dict, list of Counted, dict
         Systems and scenes by model, and what all runs have cost that came to their end, those of
@@ -113,7 +113,7 @@ class Pilots:
     start: str | None = None
     done: dict[tuple[object, ...], Pilot | None] = field(default_factory=dict)
     seconds: float = 0.0
-    failure: StepFailure | None = None
+    failure: StepError | None = None
     systems: dict[tuple[object, ...], System] = field(default_factory=dict)
     bill: list[Counted] = field(default_factory=list)
     scenes: dict[tuple[object, ...], Scene | InputError] = field(default_factory=dict)
@@ -173,7 +173,7 @@ class Pilots:
         solver = self.solver(scene, steps)
         try:
             run = self.march(scene, steps, system, self._coarser(model), solver)
-        except StepFailure as failure:
+        except StepError as failure:
             failure.trajectory = None
             self.failure = failure
             return None

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene import Body, ElasticBody, Joint, Node, Scene
+from ancfsparse.scene import Body, ElasticBody, Joint, Point, Scene
 from ancfsparse.system.coordinates.state import State
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ancfsparse.system.recovery.joint_forces import States
 
 Array = NDArray[np.float64]
-Handle = TypeVar("Handle", Body, Node)
+Handle = TypeVar("Handle", Body, Point)
 Places = tuple[NDArray[np.integer], Array]
 
 
@@ -64,11 +64,11 @@ class SolvedSystem(Protocol):
         """Give the places of the coordinates of every element of a body, (n_e, 2 n_c)."""
         ...
 
-    def rows(self, node: Node) -> NDArray[np.int32]:
+    def rows(self, node: Point) -> NDArray[np.int32]:
         """Give the places of the coordinates of all rows of a node, (k, n_c)."""
         ...
 
-    def point(self, node: Node) -> Places:
+    def point(self, node: Point) -> Places:
         """Return how a position follows from the coordinates.
 
         Returns ``places`` (dim, p) and ``weights`` (p,): component i of the position is
@@ -76,7 +76,7 @@ class SolvedSystem(Protocol):
         """
         ...
 
-    def slope(self, node: Node) -> Places:
+    def slope(self, node: Point) -> Places:
         """Return the same for the slope r' [-]."""
         ...
 
@@ -121,7 +121,7 @@ class SolvedSystem(Protocol):
         """Give a state with the meaning of its coordinates."""
         ...
 
-    def reaction(self, node: Node, q: Array, v: Array, a: Array, lam: Array, t: Array) -> Array:
+    def reaction(self, node: Point, q: Array, v: Array, a: Array, lam: Array, t: Array) -> Array:
         """Give the force of the joints at a node on the beam, (k, dim) [N]."""
         ...
 

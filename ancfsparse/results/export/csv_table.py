@@ -13,7 +13,7 @@ from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
 from ancfsparse.results.data.hdf5_format import file_name
-from ancfsparse.scene import Node, check_point
+from ancfsparse.scene import Point, check_point
 
 if TYPE_CHECKING:
     from ancfsparse.results.solutions.trajectory import Trajectory
@@ -29,7 +29,7 @@ UNITS = {
 
 
 def write_csv(
-    run: Trajectory, path: str | Path, points: Sequence[Node], quantities: Sequence[str]
+    run: Trajectory, path: str | Path, points: Sequence[Point], quantities: Sequence[str]
 ) -> Path:
     """Write a table; see `Trajectory.to_csv`."""
     target = file_name("a table", path)

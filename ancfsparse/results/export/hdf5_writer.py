@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError, OutputFailure
+from ancfsparse.errors import InputError, OutputError
 from ancfsparse.results.data.file_locks import LOCKED_BY_HDF5
 from ancfsparse.results.data.hdf5_format import BLOCK, FORMAT, MARK
 from ancfsparse.results.data.output_lock import Claim
@@ -175,7 +175,7 @@ class Writer:
 
         Raises
         ------
-        OutputFailure
+        OutputError
             If there is no room for all of them; those there is room for are added.
         """
         kept = [x if self._places is None else x[:, self._places] for x in (q, v, a)]
@@ -185,7 +185,7 @@ class Writer:
         rows = begin + len(t)
         try:
             self._reserve(sum(self._growth(self._file[name], rows) for name in tables))
-        except OutputFailure:
+        except OutputError:
             if len(t) < 2:
                 raise
             for half in (slice(0, len(t) // 2), slice(len(t) // 2, len(t))):
@@ -230,7 +230,7 @@ class Writer:
             _take_room(self._path, self._file.id.get_filesize(), growth + SLACK)
         except OSError as full:
             reason = os.strerror(full.errno or 0)
-            raise OutputFailure(reason, str(self._path), self._last) from None
+            raise OutputError(reason, str(self._path), self._last) from None
 
     def __enter__(self) -> Self:
         """Give itself."""

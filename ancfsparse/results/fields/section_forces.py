@@ -17,7 +17,7 @@ from ancfsparse.messages import shown
 from ancfsparse.results.data.solved_system import Array, SolvedSystem
 from ancfsparse.results.data.stored_tables import Readable
 from ancfsparse.results.fields.energy_balance import BLOCK
-from ancfsparse.scene import ElasticBody, Mesh, Node
+from ancfsparse.scene import ElasticBody, Mesh, Point
 from ancfsparse.scene.bodies.beam import NODE_SNAP
 from ancfsparse.system.recovery.element_end_forces import end_forces
 from ancfsparse.system_memory import check_room
@@ -25,7 +25,7 @@ from ancfsparse.system_memory import check_room
 # Numbers that an evaluation keeps at a time for each coordinate of an element.
 WORK = 32
 
-Where = ArrayLike | Sequence[Node] | None
+Where = ArrayLike | Sequence[Point] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ def section_force(
         Times, which are read where the shape of the body without stress changes [s].
     body : Beam or Mesh
         One of its bodies.
-    s : float, array_like of shape (p,), or sequence of Node, optional
+    s : float, array_like of shape (p,), or sequence of Point, optional
         Where, see `Trajectory.strain`.
 
     Returns
@@ -192,9 +192,9 @@ def _where(system: SolvedSystem, body: ElasticBody, s: Where) -> tuple[ElasticBo
     """Return the body of the run, and the points on it."""
     if not isinstance(body, ElasticBody):
         raise InputError(f"a beam or a mesh of the run is needed, got {shown(body)}")
-    listed: Any = [s] if isinstance(s, Node) else s
-    if isinstance(listed, Sequence) and any(isinstance(each, Node) for each in listed):
-        listed = [system.own(each) if isinstance(each, Node) else each for each in listed]
+    listed: Any = [s] if isinstance(s, Point) else s
+    if isinstance(listed, Sequence) and any(isinstance(each, Point) for each in listed):
+        listed = [system.own(each) if isinstance(each, Point) else each for each in listed]
     own: Any = system.own(body)
     if not own.n_elements:
         raise InputError(
@@ -211,7 +211,7 @@ def _points_on(body: ElasticBody, listed: Where) -> _Where:
     if listed is None:
         elements = np.arange(body.n_elements)
         return _Where(elements, np.full(len(elements), 0.5), forward)
-    if isinstance(listed, Sequence) and any(isinstance(each, Node) for each in listed):
+    if isinstance(listed, Sequence) and any(isinstance(each, Point) for each in listed):
         places = [_of_point(body, each) for each in listed]
         elements = np.array([e for e, _ in places], dtype=np.intp)
         return _Where(elements, np.array([xi for _, xi in places]), forward[elements])
@@ -225,7 +225,7 @@ def _points_on(body: ElasticBody, listed: Where) -> _Where:
 
 def _of_point(body: ElasticBody, point: object) -> tuple[int, float]:
     """Return element and place of a point; at a node of a beam, those of the element beyond."""
-    if not isinstance(point, Node) or point.beam is not body:
+    if not isinstance(point, Point) or point.beam is not body:
         raise InputError(f"s must be points of {body.name}, got {shown(point)}")
     if point.xi:
         return point.index, point.xi

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.results.data.solved_system import Array, SolvedSystem
-from ancfsparse.scene import Node
+from ancfsparse.scene import Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.bodies.rigid_shapes import Cylinder
 
@@ -47,7 +47,7 @@ class Solid:
     points: Array
 
 
-def solid_of(system: SolvedSystem, body: RigidBody, used: Iterable[Node]) -> Solid:
+def solid_of(system: SolvedSystem, body: RigidBody, used: Iterable[Point]) -> Solid:
     """Return the outline of a rigid body, which is joined or tied at points in `used`."""
     places = system.rows(body.origin)[0].reshape(body.n_vectors + 1, body.dim).astype(np.int32)
     centre = body.masses[0, 1:] / body.mass

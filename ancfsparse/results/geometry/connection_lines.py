@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.results.data.solved_system import Array, SolvedSystem
 from ancfsparse.results.geometry.body_outlines import PACKED
-from ancfsparse.scene import Joint, Node
+from ancfsparse.scene import Joint, Point
 from ancfsparse.scene.force_elements.springs import Spring
 from ancfsparse.scene.loads.attachment import Attached
 
@@ -103,10 +103,10 @@ def links_of(system: SolvedSystem) -> Links:
     return links
 
 
-def _end(system: SolvedSystem, point: Node | Array) -> tuple[NDArray[np.int32], Array, Array]:
+def _end(system: SolvedSystem, point: Point | Array) -> tuple[NDArray[np.int32], Array, Array]:
     """Return places and weights of a point, and where it is if it is fixed."""
     dim = system.scene.dim
-    if not isinstance(point, Node):
+    if not isinstance(point, Point):
         return np.zeros((dim, 0), np.int32), np.zeros(0), point
     places, weights = system.point(point)
     return places.astype(np.int32), weights, np.zeros(dim)

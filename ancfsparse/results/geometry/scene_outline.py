@@ -20,7 +20,7 @@ from ancfsparse.results.geometry.body_outlines import (
     write_solids,
 )
 from ancfsparse.results.geometry.connection_lines import Links, links_of, no_links, read_links
-from ancfsparse.scene import Body, ElasticBody, Node
+from ancfsparse.scene import Body, ElasticBody, Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.joints.joint import Mark
 
@@ -197,7 +197,7 @@ def outline_of(system: SolvedSystem, of: Body | None = None) -> Outline:
     """Return the outline of a system, or of one of its bodies."""
     bodies = system.bodies if of is None else (of,)
     supports = []
-    used: dict[str, list[Node]] = {}
+    used: dict[str, list[Point]] = {}
     for joint in system.joints:
         for node in joint.nodes:
             used.setdefault(node.beam.name, []).append(node)
@@ -211,7 +211,7 @@ def outline_of(system: SolvedSystem, of: Body | None = None) -> Outline:
         supports.append(Support(mark.kind, places.astype(np.int32), weights, other))
     tied = [end for thing in system.attached for pair in thing.links for end in pair]
     for end in tied:
-        if isinstance(end, Node):
+        if isinstance(end, Point):
             used.setdefault(end.beam.name, []).append(end)
     parts = [part_of(system, body) for body in bodies if isinstance(body, ElasticBody)]
     solids = [

@@ -23,7 +23,7 @@ from ancfsparse.results.plotting.canvas import Canvas, film
 from ancfsparse.results.plotting.line_plots import nearest
 from ancfsparse.results.solutions.load_path import LoadPath
 from ancfsparse.results.solutions.trajectory import Trajectory
-from ancfsparse.scene import Beam, Body, ElasticBody, Node
+from ancfsparse.scene import Beam, Body, ElasticBody, Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 
 SECTIONS = {
@@ -44,7 +44,7 @@ MODE_SHARE = 0.1
 def plot(
     run: Trajectory,
     what: str = "shape",
-    of: Body | Node | None = None,
+    of: Body | Point | None = None,
     *,
     times: ArrayLike | None = None,
     ax: Axes | None = None,
@@ -58,7 +58,7 @@ def plot(
         raise InputError(f"view is for shapes and does not apply to {what!r}: leave it out")
     if what == "energy":
         return _energies(run, of, times, ax)
-    if isinstance(of, Node):
+    if isinstance(of, Point):
         if times is not None:
             raise InputError(f"{what} of {of!r} is drawn over all times: leave times out")
         return _over_time(run, what, of, ax)
@@ -140,7 +140,7 @@ def plot_mode(
     return canvas.ax
 
 
-def plot_path(path: LoadPath, node: Node, axis: int, ax: Axes | None) -> Axes:
+def plot_path(path: LoadPath, node: Point, axis: int, ax: Axes | None) -> Axes:
     """Draw loads over the displacement of a point; see `LoadPath.plot`."""
     ax = _empty(ax)
     moved = path.displacement(node)
@@ -169,7 +169,7 @@ def _energies(run: Trajectory, of: object, times: ArrayLike | None, ax: Axes | N
     return ax
 
 
-def _over_time(run: Trajectory, what: str, point: Node, ax: Axes | None) -> Axes:
+def _over_time(run: Trajectory, what: str, point: Point, ax: Axes | None) -> Axes:
     if what in UNITS:
         values, label = getattr(run, what)(point), f"{what} [{UNITS[what]}]"
     else:
@@ -228,7 +228,7 @@ def _section(
     t: Readable,
     what: str,
     body: ElasticBody,
-    s: list[Node] | None,
+    s: list[Point] | None,
 ) -> Array:
     """Evaluate a quantity of sections, (k, p) or (k, p, components)."""
     if what == "strain":
@@ -270,7 +270,7 @@ def rows_near(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
 
 def outline_for(system: SolvedSystem, of: object) -> Outline:
     """Return what is drawn of a system: one body, or all where none is given."""
-    if isinstance(of, Node):
+    if isinstance(of, Point):
         raise InputError(f"a point has no shape: give {of.beam.name}, or nothing for all bodies")
     if of is not None and not isinstance(of, ElasticBody | RigidBody):
         raise InputError(f"a beam, a mesh or a rigid body of the run is needed, got {shown(of)}")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancfsparse.results.data.solved_system import Array, SolvedSystem, combine
-from ancfsparse.scene import Node
+from ancfsparse.scene import Point
 from ancfsparse.system.coordinates.state import State
 
 
@@ -71,10 +71,10 @@ class Assembly:
         rest, lam = np.zeros_like(self.q), self.multipliers
         return self.system.state(self.t, self.q, rest, rest, lam)
 
-    def position(self, node: Node) -> Array:
+    def position(self, node: Point) -> Array:
         """Return the position of a point, (dim,) [m]."""
         return combine(self.system.point(node), self.q)
 
-    def displacement(self, node: Node) -> Array:
+    def displacement(self, node: Point) -> Array:
         """Return how far a point has moved from the reference shape, (dim,) [m]."""
         return np.asarray(self.position(node) - node.position)

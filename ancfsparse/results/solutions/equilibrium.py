@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.solved_system import Array, SolvedSystem, combine
-from ancfsparse.scene import Body, ElasticBody, Joint, Node
+from ancfsparse.scene import Body, ElasticBody, Joint, Point
 from ancfsparse.system.coordinates.state import State
 
 if TYPE_CHECKING:
@@ -81,12 +81,12 @@ class Equilibrium:
         state = self.q[None, :]
         return float(self.system.energies(state, np.zeros_like(state), np.array([self.t]))[1][0])
 
-    def position(self, node: Node) -> Array:
+    def position(self, node: Point) -> Array:
         """Give the position of a point.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             Any point of a beam.
 
         Returns
@@ -96,12 +96,12 @@ class Equilibrium:
         """
         return combine(self.system.point(node), self.q)
 
-    def displacement(self, node: Node) -> Array:
+    def displacement(self, node: Point) -> Array:
         """Give how far a point has moved from the reference shape.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             Any point of a beam.
 
         Returns
@@ -111,12 +111,12 @@ class Equilibrium:
         """
         return self.position(node) - node.position
 
-    def slope(self, node: Node) -> Array:
+    def slope(self, node: Point) -> Array:
         """Give the slope r', the derivative of position by reference arc length.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             Any point of a beam.
 
         Returns
@@ -126,12 +126,12 @@ class Equilibrium:
         """
         return combine(self.system.slope(node), self.q)
 
-    def reaction(self, node: Node) -> Array:
+    def reaction(self, node: Point) -> Array:
         """Give the force that the joints at a node exert on the beam.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             A node with a joint.
 
         Returns

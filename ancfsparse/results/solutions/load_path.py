@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ancfsparse.results.data.index_checks import check_index
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.solved_system import Array, SolvedSystem, combine
-from ancfsparse.scene import Node
+from ancfsparse.scene import Point
 from ancfsparse.system.coordinates.state import State
 
 if TYPE_CHECKING:
@@ -81,11 +81,11 @@ class LoadPath:
         """Whether every small motion away from each equilibrium takes energy, (k,)."""
         return np.asarray(self.negative_pivots == 0)
 
-    def position(self, node: Node) -> Array:
+    def position(self, node: Point) -> Array:
         """Return the positions of a point along the path, (k, dim) [m]."""
         return combine(self.system.point(node), self.q)
 
-    def displacement(self, node: Node) -> Array:
+    def displacement(self, node: Point) -> Array:
         """Return how far a point has moved from the reference shape, (k, dim) [m]."""
         return np.asarray(self.position(node) - node.position)
 
@@ -101,12 +101,12 @@ class LoadPath:
         rest = np.zeros(self.q.shape[1])
         return self.system.state(self.t, self.q[k], rest, rest, self.lam[k])
 
-    def plot(self, node: Node, axis: int = -1, *, ax: Axes | None = None) -> Axes:
+    def plot(self, node: Point, axis: int = -1, *, ax: Axes | None = None) -> Axes:
         """Draw the multiples of the loads over the displacement of a point.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             Any point of a beam or of a rigid body.
         axis : int, optional
             Component of the displacement; by default the last one.

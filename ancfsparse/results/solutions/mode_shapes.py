@@ -12,7 +12,7 @@ from ancfsparse.checks import MODERATE, check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.results.data.index_checks import check_index
 from ancfsparse.results.data.solved_system import Array, SolvedSystem, combine
-from ancfsparse.scene import Node
+from ancfsparse.scene import Point
 from ancfsparse.system.coordinates.state import State
 
 if TYPE_CHECKING:
@@ -53,12 +53,12 @@ class ModeShapes(ABC):
         """Return the number of modes."""
         return len(self.shapes)
 
-    def displacement(self, node: Node) -> Array:
+    def displacement(self, node: Point) -> Array:
         """Return the displacement of a point in every mode.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             Any point of a beam or of a rigid body.
 
         Returns
@@ -68,7 +68,7 @@ class ModeShapes(ABC):
         """
         return combine(self.system.point(node), self.shapes)
 
-    def position(self, node: Node) -> Array:
+    def position(self, node: Point) -> Array:
         """Return the position of a point in the state of reference, shape (dim,) [m]."""
         return combine(self.system.point(node), self.about.q)
 

@@ -16,7 +16,7 @@ from ancfsparse.results.data.solved_system import Array, SolvedSystem, combine
 from ancfsparse.results.data.stored_tables import Chosen, StoredState
 from ancfsparse.results.fields.energy_balance import Energy, energy_of
 from ancfsparse.results.solutions.trajectory_output import Outputs
-from ancfsparse.scene import ElasticBody, Joint, Node
+from ancfsparse.scene import ElasticBody, Joint, Point
 from ancfsparse.system.coordinates.state import State
 
 if TYPE_CHECKING:
@@ -129,12 +129,12 @@ class Trajectory(Outputs):
         lag = 0.5 * self.settings["dt"] if means else 0.0
         return energy_of(self.system, self.t, self.q, self.v, self.a, self.lam, lag)
 
-    def position(self, node: Node) -> Array:
+    def position(self, node: Point) -> Array:
         """Give the position of a point over time.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             Any point of a beam, for example ``rod.end``.
 
         Returns
@@ -144,12 +144,12 @@ class Trajectory(Outputs):
         """
         return combine(self.system.point(node), self.q)
 
-    def velocity(self, node: Node) -> Array:
+    def velocity(self, node: Point) -> Array:
         """Give the velocity of a point over time.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             Any point of a beam.
 
         Returns
@@ -159,12 +159,12 @@ class Trajectory(Outputs):
         """
         return combine(self.system.point(node), self.v)
 
-    def acceleration(self, node: Node) -> Array:
+    def acceleration(self, node: Point) -> Array:
         """Give the acceleration of a point over time.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             Any point of a beam.
 
         Returns
@@ -174,12 +174,12 @@ class Trajectory(Outputs):
         """
         return combine(self.system.point(node), self.a)
 
-    def slope(self, node: Node) -> Array:
+    def slope(self, node: Point) -> Array:
         """Give the slope r', the derivative of position by reference arc length, over time.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             Any point of a beam.
 
         Returns
@@ -207,12 +207,12 @@ class Trajectory(Outputs):
 
         return motion_of(self.system, self.q, self.v, body)
 
-    def reaction(self, node: Node) -> Array:
+    def reaction(self, node: Point) -> Array:
         """Give the force that the joints at a node exert on the beam, over time.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             A node with a joint.
 
         Returns
@@ -252,8 +252,8 @@ class Trajectory(Outputs):
         -----
         Of a joint made by equations they follow from its multipliers; of one made by numbering
         from what its sides lack for the balance without it.  Where equations repeat others, see
-        `RedundantConstraints`, their forces are distributed arbitrarily.  `EnergyMomentum` saves
-        means over the step before.
+        `RedundantConstraintsWarning`, their forces are distributed arbitrarily.  `EnergyMomentum`
+        saves means over the step before.
         """
         from ancfsparse.results.fields.joint_forces import joint_force
         from ancfsparse.system.recovery.joint_forces import States
@@ -282,7 +282,7 @@ class Trajectory(Outputs):
         ----------
         body : Beam or Mesh
             One of the bodies.
-        s : float, array_like of shape (p,), or sequence of Node, optional
+        s : float, array_like of shape (p,), or sequence of Point, optional
             Arc coordinates along a beam [m], or points of a beam or a mesh, such as
             ``[mesh.at(3, 0.1)]``; a node between two elements counts with the one that begins
             there.  By default the middle of every element, in the order of elements or edges.

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
-from ancfsparse.scene import Body, Node, check_point
+from ancfsparse.scene import Body, Point, check_point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +25,7 @@ class Outputs:
     def plot(
         self,
         what: str = "shape",
-        of: Body | Node | None = None,
+        of: Body | Point | None = None,
         *,
         times: ArrayLike | None = None,
         ax: Axes | None = None,
@@ -39,7 +39,7 @@ class Outputs:
             ``"shape"``; ``"energy"``; of a point, over time, ``"position"``, ``"velocity"``,
             ``"acceleration"``, ``"slope"`` or ``"reaction"``; ``"N"``, ``"Q"``, ``"M"``, ``"T"``,
             ``"strain"`` or ``"curvature"``, over time at a point or along a beam at instants.
-        of : Beam, Mesh, RigidBody or Node, optional
+        of : Beam, Mesh, RigidBody or Point, optional
             What it is of, ``rod`` or ``rod.end``; by default all bodies.
         times : array_like, optional
             Instants [s] of shapes and of quantities along a beam; the nearest saved states are
@@ -79,7 +79,7 @@ class Outputs:
         fps: int = 25,
         dpi: int = 100,
         view: str | tuple[float, float] | None = None,
-        trace: Sequence[Node] = (),
+        trace: Sequence[Point] = (),
         progress: bool = True,
     ) -> Path:
         """Write a film of the motion.
@@ -100,7 +100,7 @@ class Outputs:
             Pixels per inch; a picture is about 6.4 inches wide.
         view
             As in `plot`.
-        trace : sequence of Node, optional
+        trace : sequence of Point, optional
             Points whose way is drawn, such as ``[rod.end]``.
         progress : bool, optional
             Whether to draw a progress bar, on a terminal only.
@@ -220,7 +220,7 @@ class Outputs:
         )  # fmt: skip
 
     def to_csv(
-        self, path: str | Path, points: Sequence[Node], quantities: Sequence[str] = ("position",)
+        self, path: str | Path, points: Sequence[Point], quantities: Sequence[str] = ("position",)
     ) -> Path:
         """Write the motion of points as CSV, one row for every saved state.
 
@@ -228,7 +228,7 @@ class Outputs:
         ----------
         path : str or Path
             Name of the file, ``"run.csv"``.  A file of that name is replaced.
-        points : sequence of Node
+        points : sequence of Point
             Such as ``[rod.end]``.
         quantities : sequence of str, optional
             Of ``"position"``, ``"velocity"``, ``"acceleration"``, ``"slope"``, ``"reaction"``.

@@ -12,7 +12,7 @@ from ancfsparse.errors import InputError
 
 if TYPE_CHECKING:
     from ancfsparse.kernels.catalog import ElementKind
-    from ancfsparse.scene.bodies.body import Body, Node
+    from ancfsparse.scene.bodies.body import Body, Point
 
 AUTO = "auto"
 # Places of nodes on an undecided mesh: halves to sixths, eighths, tenths and half percent.
@@ -47,7 +47,7 @@ def check_decided(bodies: list[Body]) -> None:
             )
 
 
-def on(beam: Body, node: Node) -> Node:
+def on(beam: Body, node: Point) -> Point:
     """Return the point of a beam at the arc coordinate of a point on its undecided handle.
 
     Of a rigid rod in its place it is the point at this distance along it.
@@ -64,11 +64,11 @@ def on(beam: Body, node: Node) -> Node:
 
 
 @overload
-def decided(body: Body, handle: Node) -> Node: ...
+def decided(body: Body, handle: Point) -> Point: ...
 @overload
 def decided(body: Body, handle: Body) -> Body: ...
-def decided(body: Body, handle: Body | Node) -> Body | Node:
+def decided(body: Body, handle: Body | Point) -> Body | Point:
     """Return the handle on a body that was chosen for an undecided one of its name."""
-    from ancfsparse.scene.bodies.body import Node
+    from ancfsparse.scene.bodies.body import Point
 
-    return on(body, handle) if isinstance(handle, Node) else body
+    return on(body, handle) if isinstance(handle, Point) else body

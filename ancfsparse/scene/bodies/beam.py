@@ -14,8 +14,8 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.messages import numbers
-from ancfsparse.scene.bodies.body import ElasticBody, Node, Numbers, Vector, VelocityField
-from ancfsparse.scene.records.record import Point, Spec
+from ancfsparse.scene.bodies.body import ElasticBody, Numbers, Point, Vector, VelocityField
+from ancfsparse.scene.records.record import PointRef, Spec
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.sections import AnySection, Taper
 
@@ -209,7 +209,7 @@ class Beam(ElasticBody):
         """Zero for every row: a beam is one piece."""
         return np.zeros(self.n_nodes, dtype=np.int32)
 
-    def among(self, n_each: int, point: Node) -> Point:
+    def among(self, n_each: int, point: Point) -> PointRef:
         """Return a point as data of a beam with another number of elements."""
         if n_each % self.n_elements and np.ptp(self.lengths) > NODE_SNAP * self.shortest:
             raise InputError(
@@ -217,7 +217,7 @@ class Beam(ElasticBody):
                 f"its own: take a multiple of {self.n_elements}"
             )
         place = resettled(point.index, point.xi, self.n_elements, n_each)
-        return Point(self.name, *place, point.offsets)
+        return PointRef(self.name, *place, point.offsets)
 
     def finer(self, times: int) -> dict[str, Any]:
         """Return what changes in its record if every element is divided."""
@@ -235,7 +235,7 @@ class Beam(ElasticBody):
             return self.section.over(self.arcs / self.length)
         return self.section
 
-    def arc(self, point: Node) -> float:
+    def arc(self, point: Point) -> float:
         """Return the distance of a point from the start along the undeformed axis [m]."""
         if self._is_even:
             return (point.index + point.xi) / self.n_elements * self.length
@@ -255,13 +255,13 @@ class Beam(ElasticBody):
         """Return the unit vectors of the section at a node, shape (dim, dim)."""
         return np.asarray(self.frames[min(row, len(self.frames) - 1)])
 
-    def say(self, point: Node) -> str:
+    def say(self, point: Point) -> str:
         """Describe where a point is."""
         pairs = zip("yz", point.offsets[1:], strict=False)
         beside = "".join(f", {name} = {each:.6g} m" for name, each in pairs)
         return f"{self.name} at s = {self.arc(point):.6g} m{beside}"
 
-    def hint(self, point: Node) -> str:
+    def hint(self, point: Point) -> str:
         """Describe which node to take instead of a point inside an element."""
         return (
             f"the nodes are {self.length / self.n_elements:.6g} m apart, take "
@@ -270,16 +270,16 @@ class Beam(ElasticBody):
         )
 
     @property
-    def start(self) -> Node:
+    def start(self) -> Point:
         """The first node."""
         return self.node(0)
 
     @property
-    def end(self) -> Node:
+    def end(self) -> Point:
         """The last node."""
         return self.node(self.n_elements)
 
-    def node(self, i: int) -> Node:
+    def node(self, i: int) -> Point:
         """Return one of the nodes; of a beam with an `offset` the point of its line there.
 
         Parameters
@@ -289,7 +289,7 @@ class Beam(ElasticBody):
 
         Returns
         -------
-        Node
+        Point
             Its handle.
         """
         return replace(super().node(i), offsets=self.line)
@@ -299,7 +299,7 @@ class Beam(ElasticBody):
         """Where the line that it was given by is, along the vectors of its sections [m]."""
         return tuple(0.0 - each for each in self.offset)
 
-    def at(self, s: float, *, y: float | None = None, z: float | None = None) -> Node:
+    def at(self, s: float, *, y: float | None = None, z: float | None = None) -> Point:
         """Return the point at an arc coordinate of the reference shape, on the axis or beside it.
 
         Parameters
@@ -314,7 +314,7 @@ class Beam(ElasticBody):
 
         Returns
         -------
-        Node
+        Point
             A node where `s` falls on one (to rounding), else a point inside an element.
         """
         point = self._at(s)
@@ -326,7 +326,7 @@ class Beam(ElasticBody):
             point, offsets=offsets_of(self, 0.0 if y is None else y, 0.0 if z is None else z)
         )
 
-    def point(self, place: Point) -> Node:
+    def point(self, place: PointRef) -> Point:
         """Return the handle of a point that is data."""
         point = super().point(replace(place, offsets=()))
         if not place.offsets:
@@ -335,7 +335,7 @@ class Beam(ElasticBody):
 
         return replace(point, offsets=checked_offsets(self, place.offsets))
 
-    def _at(self, s: float) -> Node:
+    def _at(self, s: float) -> Point:
         distance = check_finite(f"arc coordinate s on {self.name}", s, "m")
         share = distance / self.length * self.n_elements
         if not self._is_even:
@@ -348,8 +348,8 @@ class Beam(ElasticBody):
             )
         nearest = round(share)
         if abs(share - nearest) <= NODE_SNAP:
-            return Node(self, nearest, 0.0, self.line)
-        return Node(self, int(share), share - int(share), self.line)
+            return Point(self, nearest, 0.0, self.line)
+        return Point(self, int(share), share - int(share), self.line)
 
     def parameters(self) -> dict[str, float]:
         """Give the base parameters of the kernels, the same for every element of the beam.

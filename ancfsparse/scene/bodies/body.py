@@ -21,7 +21,7 @@ from ancfsparse.checks import check_finite, check_integer
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.messages import checksum, shown
-from ancfsparse.scene.records.record import Point, Whole
+from ancfsparse.scene.records.record import BodyRef, PointRef
 from ancfsparse.scene.records.transferable_functions import sendable
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.sections import AnySection, parameters_of
@@ -142,7 +142,7 @@ class Body(ABC):
         """Number of the piece that every row belongs to, (n_rows,); bodies define their pieces."""
 
     @abstractmethod
-    def arc(self, point: Node) -> float:
+    def arc(self, point: Point) -> float:
         """Return the arc coordinate of a point in the reference shape [m]."""
 
     @abstractmethod
@@ -150,27 +150,27 @@ class Body(ABC):
         """Return the unit vectors e_x, e_y (and e_z) of a row, shape (dim, dim)."""
 
     @abstractmethod
-    def say(self, point: Node) -> str:
+    def say(self, point: Point) -> str:
         """Describe where a point is, for messages."""
 
     @abstractmethod
-    def hint(self, point: Node) -> str:
+    def hint(self, point: Point) -> str:
         """Describe which node to take instead of a point inside an element."""
 
     @abstractmethod
-    def among(self, n_each: int, point: Node) -> Point:
+    def among(self, n_each: int, point: Point) -> PointRef:
         """Return a point as data of a body with another such number, at the same place."""
 
     @property
-    def reference(self) -> Whole:
+    def reference(self) -> BodyRef:
         """The body as data."""
-        return Whole(self.name)
+        return BodyRef(self.name)
 
-    def refer(self, point: Node) -> Point:
+    def refer(self, point: Point) -> PointRef:
         """Return a point as data."""
-        return Point(self.name, point.index, point.xi, point.offsets)
+        return PointRef(self.name, point.index, point.xi, point.offsets)
 
-    def point(self, place: Point) -> Node:
+    def point(self, place: PointRef) -> Point:
         """Return the handle of a point that is data."""
         if place.offsets:
             raise InputError(f"{self.name} is not rigid and has no point at {shown(place.offsets)}")
@@ -183,14 +183,14 @@ class Body(ABC):
                 f"{self.name} has elements 0 to {self.n_elements - 1}, and places in them above 0 "
                 f"and below 1; there is no place {share:g} in element {number}"
             )
-        return Node(self, number, share)
+        return Point(self, number, share)
 
     def inside(self, element: int, xi: float) -> Vector:
         """Return the position of a point inside an element in the reference shape, (dim,) [m]."""
         tail, head = self.positions[self.row_nodes[self.ends[element]]]
         return np.asarray((1.0 - xi) * tail + xi * head)
 
-    def vectors_at(self, point: Node) -> Vector:
+    def vectors_at(self, point: Point) -> Vector:
         """Return the vectors of a body or a beam at a point in the reference shape, (k, dim)."""
         last = len(self.vectors) - 1
         tail, head = (self.vectors[min(point.index + i, last)] for i in (0, 1))
@@ -209,7 +209,7 @@ class Body(ABC):
         first, last = np.searchsorted(self.row_nodes, np.array([node, node + 1], dtype=np.int32))
         return slice(int(first), int(last))
 
-    def node(self, i: int) -> Node:
+    def node(self, i: int) -> Point:
         """Return one of the nodes.
 
         Parameters
@@ -219,7 +219,7 @@ class Body(ABC):
 
         Returns
         -------
-        Node
+        Point
             Its handle.
         """
         number = check_integer(f"the number of a node of {self.name}", i)
@@ -228,7 +228,7 @@ class Body(ABC):
                 f"{self.name} has nodes 0 to {self.n_nodes - 1}, there is no node {shown(i)}"
                 + ("; its last one is `.end`" if number < 0 and hasattr(self, "end") else "")
             )
-        return Node(self, number)
+        return Point(self, number)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -346,7 +346,7 @@ class ElasticBody(Body):
 
 
 @dataclass(frozen=True, repr=False)
-class Node:
+class Point:
     """A point on a beam, a mesh or a rigid body.
 
     Parameters
@@ -377,7 +377,7 @@ class Node:
         return self.xi == 0.0 and not self.offsets
 
     @property
-    def reference(self) -> Point:
+    def reference(self) -> PointRef:
         """The point as data."""
         return self.beam.refer(self)
 

@@ -12,9 +12,9 @@ from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.bodies.beam import NODE_SNAP, resettled
-from ancfsparse.scene.bodies.body import ElasticBody, Node, Numbers, Vector, VelocityField
+from ancfsparse.scene.bodies.body import ElasticBody, Numbers, Point, Vector, VelocityField
 from ancfsparse.scene.meshing.straight_beam import section_axes
-from ancfsparse.scene.records.record import Point, Spec
+from ancfsparse.scene.records.record import PointRef, Spec
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.sections import AnySection
 
@@ -102,21 +102,21 @@ class Mesh(ElasticBody):
             return self.lines
         return _components(self.n_nodes, self.edges)[self.row_nodes]
 
-    def arc(self, point: Node) -> float:
+    def arc(self, point: Point) -> float:
         """Return the distance of a point from the first end of its edge, as given [m]."""
         if point.is_node:
             raise InputError(f"{point!r} has no arc coordinate: several edges may meet there")
         share = point.index % self.n_each + self._as_given(point)
         return float(share * self.lengths[point.index])
 
-    def refer(self, point: Node) -> Point:
+    def refer(self, point: Point) -> PointRef:
         """Return a point as data, inside an element counted from where its edge begins as given."""
-        return Point(self.name, point.index, self._as_given(point))
+        return PointRef(self.name, point.index, self._as_given(point))
 
-    def point(self, place: Point) -> Node:
+    def point(self, place: PointRef) -> Point:
         """Return the handle of such a point."""
         node = super().point(place)
-        return Node(self, node.index, self._as_given(node))
+        return Point(self, node.index, self._as_given(node))
 
     def given(self) -> tuple[Vector, Numbers]:
         """Return the arrays it was made from: nodes (n, dim) [m] and edges (m, 2)."""
@@ -130,26 +130,26 @@ class Mesh(ElasticBody):
         edges.flags.writeable = False
         return self.positions[: self._n_given], edges
 
-    def among(self, n_each: int, point: Node) -> Point:
+    def among(self, n_each: int, point: Point) -> PointRef:
         """Return a point as data of a mesh with another number of elements on every edge."""
         index, xi = point.index, self._as_given(point)
         if point.is_node:
             edge, inside = divmod(index - self._n_given, max(1, self.n_each - 1))
             if edge < 0:
-                return Point(self.name, index)
+                return PointRef(self.name, index)
             index = edge * self.n_each + inside + 1
         index, xi = resettled(index, xi, self.n_each, n_each)
         if xi:
-            return Point(self.name, index, xi)
+            return PointRef(self.name, index, xi)
         edge, inside = divmod(index, n_each)
-        return Point(self.name, self._n_given + edge * (n_each - 1) + inside - 1)
+        return PointRef(self.name, self._n_given + edge * (n_each - 1) + inside - 1)
 
     @property
     def _n_given(self) -> int:
         """Number of the nodes that were given."""
         return self.n_nodes - self.n_elements // self.n_each * (self.n_each - 1)
 
-    def _as_given(self, point: Node | Point) -> float:
+    def _as_given(self, point: Point | PointRef) -> float:
         """Reverse the share of an element whose edge was reversed."""
         turned = point.xi != 0.0 and self.flipped[point.index]
         return 1.0 - point.xi if turned else point.xi
@@ -160,18 +160,18 @@ class Mesh(ElasticBody):
             return np.asarray(self.vectors[row])
         return section_axes(self.vectors[row, 0], None, self.name)
 
-    def say(self, point: Node) -> str:
+    def say(self, point: Point) -> str:
         """Describe where a point is."""
         if point.is_node:
             return f"{self.name}, node {point.index}"
         return f"{self.name}, edge {point.index // self.n_each} at s = {self.arc(point):.6g} m"
 
-    def hint(self, point: Node) -> str:
+    def hint(self, point: Point) -> str:
         """Describe which node to take instead of a point inside an element."""
         tail, head = self.edges[point.index]
         return f"its ends are {self.name}.node({tail}) and .node({head})"
 
-    def at(self, edge: int, s: float) -> Node:
+    def at(self, edge: int, s: float) -> Point:
         """Return a point on an edge.
 
         Parameters
@@ -183,7 +183,7 @@ class Mesh(ElasticBody):
 
         Returns
         -------
-        Node
+        Point
             A node where `s` falls on one (to rounding), else a point inside the edge.
         """
         check_count("the number of an edge", edge, 0)
@@ -204,8 +204,8 @@ class Mesh(ElasticBody):
             share = 1.0 - share
         for end, node in enumerate(self.edges[index]):
             if abs(share - end) <= NODE_SNAP:
-                return Node(self, int(node))
-        return Node(self, int(index), share)
+                return Point(self, int(node))
+        return Point(self, int(index), share)
 
 
 def _components(n: int, pairs: Numbers) -> Numbers:

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.messages import numbers
-from ancfsparse.scene.bodies.body import Body, Node, Numbers, Vector
+from ancfsparse.scene.bodies.body import Body, Numbers, Point, Vector
 from ancfsparse.scene.meshing.straight_beam import check_position, place
-from ancfsparse.scene.records.record import Point
+from ancfsparse.scene.records.record import PointRef
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_shapes import Shape
@@ -96,17 +96,17 @@ class RigidBody(Body):
         return np.zeros(1, dtype=np.int32)
 
     @property
-    def origin(self) -> Node:
+    def origin(self) -> Point:
         """The origin of its frame."""
-        return Node(self, 0)
+        return Point(self, 0)
 
     @property
-    def centre(self) -> Node:
+    def centre(self) -> Point:
         """Its centre of mass."""
         return self._point(self.spread[0, 1:] / self.mass)
 
     @property
-    def end(self) -> Node:
+    def end(self) -> Point:
         """The far end of a rod.
 
         Raises
@@ -120,7 +120,7 @@ class RigidBody(Body):
             )
         return self._point(np.array([2.0 * float(self.shape.centre[0])]))
 
-    def at(self, point: ArrayLike) -> Node:
+    def at(self, point: ArrayLike) -> Point:
         """Return a point of the body.
 
         Parameters
@@ -130,7 +130,7 @@ class RigidBody(Body):
 
         Returns
         -------
-        Node
+        Point
             Its handle, for joints, loads, springs and results.
 
         Raises
@@ -149,22 +149,22 @@ class RigidBody(Body):
             )
         return self._point(given[: self.n_vectors])
 
-    def _point(self, offsets: Vector) -> Node:
+    def _point(self, offsets: Vector) -> Point:
         near = np.abs(offsets) <= AT_ORIGIN * self.size
-        return Node(self, 0, 0.0, () if near.all() else tuple(float(x) for x in offsets))
+        return Point(self, 0, 0.0, () if near.all() else tuple(float(x) for x in offsets))
 
-    def point(self, place: Point) -> Node:
+    def point(self, place: PointRef) -> Point:
         """Return the handle of a point that is data."""
         if not place.offsets:
             return self.origin
         what = f"the point of {self.name}"
         return self._point(check_position(what, place.offsets, self.n_vectors))
 
-    def among(self, n_each: int, point: Node) -> Point:
+    def among(self, n_each: int, point: Point) -> PointRef:
         """Return a point as data: a rigid body has no elements, whatever number is given."""
         return self.refer(point)
 
-    def arc(self, point: Node) -> float:
+    def arc(self, point: Point) -> float:
         """Refuse: a rigid body has no arc coordinate."""
         raise InputError(f"{point!r} has no arc coordinate: it is a point of a rigid body")
 
@@ -176,13 +176,13 @@ class RigidBody(Body):
 
         return section_axes(self.vectors[0, 0], None, self.name)
 
-    def say(self, point: Node) -> str:
+    def say(self, point: Point) -> str:
         """Describe the position of a point."""
         if point.is_node:
             return f"{self.name} at its origin"
         return f"{self.name} at {place(np.array(point.offsets))}"
 
-    def hint(self, point: Node) -> str:
+    def hint(self, point: Point) -> str:
         """Suggest a node in place of a point."""
         return f"take {self.name}.origin, or give the body with its origin there"
 

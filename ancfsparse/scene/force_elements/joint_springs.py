@@ -12,7 +12,7 @@ from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.loads.attachment import Attached
 from ancfsparse.scene.methods.add_couplings import freedom_of
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import OfJoint, Spec
+from ancfsparse.scene.records.record import JointRef, Spec
 
 # What acts, in the order of ``Law`` in _joint_springs.pyx.
 LAWS = SPRING, STOP, FRICTION, RUBBING = range(4)
@@ -22,7 +22,7 @@ LAWS = SPRING, STOP, FRICTION, RUBBING = range(4)
 class JointSpringSpec(Spec):
     """The record of `Scene.joint_spring`."""
 
-    joint: OfJoint
+    joint: JointRef
     stiffness: float = 0.0
     damping: float = 0.0
     rest: float = 0.0
@@ -34,7 +34,7 @@ class JointSpringSpec(Spec):
 class JointStopSpec(Spec):
     """The record of `Scene.joint_stop`."""
 
-    joint: OfJoint
+    joint: JointRef
     low: float
     high: float
     stiffness: float
@@ -47,7 +47,7 @@ class JointStopSpec(Spec):
 class JointFrictionSpec(Spec):
     """The record of `Scene.joint_friction`."""
 
-    joint: OfJoint
+    joint: JointRef
     size: float | None = None
     slip: float = 0.0  # always given
     of: str | None = None
@@ -279,7 +279,7 @@ class JointSprings(Records):
 
     def _freedom(
         self, what: str, joint: Joint, of: str | None
-    ) -> tuple[OfJoint, str, tuple[str, str]]:
+    ) -> tuple[JointRef, str, tuple[str, str]]:
         """Return a joint's reference, which freedom is taken, and units of force and of it."""
         from ancfsparse.scene.mechanisms.joint_freedoms import OF_FORCES, UNITS
 

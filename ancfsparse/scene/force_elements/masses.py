@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import MODERATE, check_finite, check_reals, check_vector
 from ancfsparse.errors import InputError, with_unit
 from ancfsparse.messages import numbers, shown
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
 from ancfsparse.scene.loads.attachment import Attached
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import At, Point, Spec
+from ancfsparse.scene.records.record import At, PointRef, Spec
 
 Matrix = NDArray[np.float64]
 
@@ -28,7 +28,7 @@ ROUNDING = 1e-12
 class MassSpec(Spec):
     """The record of `Scene.add_mass`."""
 
-    node: Point
+    node: PointRef
     mass: float
     inertia: float | Matrix | None = None
     method = "add_mass"
@@ -45,7 +45,7 @@ class PointMass(Attached):
 
     Attributes
     ----------
-    node : Node
+    node : Point
         Where it is.
     mass : float
         Its mass [kg].
@@ -54,7 +54,7 @@ class PointMass(Attached):
         about z in a planar scene.  Zeros if it has none.
     """
 
-    node: Node
+    node: Point
     mass: float
     inertia: Matrix
     contribution = "bodies.masses"
@@ -105,12 +105,12 @@ class RotatingFrame(Attached):
 class Masses(Records):
     """Masses of a scene."""
 
-    def add_mass(self, node: Node, mass: float, *, inertia: ArrayLike | None = None) -> PointMass:
+    def add_mass(self, node: Point, mass: float, *, inertia: ArrayLike | None = None) -> PointMass:
         """Attach a point mass to a beam; gravity acts on it.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             Where, for example ``rod.end`` or ``rod.at(0.3)``.
         mass : float
             The mass [kg], zero or more.
@@ -215,7 +215,7 @@ class Masses(Records):
         frames = [each for each in self.attached if isinstance(each, RotatingFrame)]
         return float(np.linalg.norm(frames[0].spin)) / math.sqrt(2.0) if frames else 0.0
 
-    def _check_frame(self, node: Node) -> None:
+    def _check_frame(self, node: Point) -> None:
         kind = check_turns("a rotary inertia", node).beam.kind
         if self.dim == 3 and kind.is_cable:
             raise InputError(
@@ -230,7 +230,7 @@ class Masses(Records):
             )
 
 
-def _planar(node: Node, inertia: ArrayLike) -> Matrix:
+def _planar(node: Point, inertia: ArrayLike) -> Matrix:
     moment = check_finite(f"the rotary inertia at {node!r}", inertia, "kg m2")
     if moment < 0.0:
         raise InputError(
@@ -239,7 +239,7 @@ def _planar(node: Node, inertia: ArrayLike) -> Matrix:
     return np.array([[moment]])
 
 
-def _spatial(node: Node, inertia: ArrayLike) -> Matrix:
+def _spatial(node: Point, inertia: ArrayLike) -> Matrix:
     what, needed = f"the rotary inertia at {node!r}", "3 principal moments or a 3 x 3 matrix"
     given = check_reals(what, inertia, needed)
     if given.shape not in ((3,), (3, 3)):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_finite, check_moderate
 from ancfsparse.errors import InputError, with_unit
 from ancfsparse.messages import shown
-from ancfsparse.scene.bodies.body import Body, Node
+from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.joints.rod import SAME_PLACE
 from ancfsparse.scene.loads.attachment import Attached
 from ancfsparse.scene.meshing.straight_beam import check_position
@@ -57,7 +57,7 @@ class Rope(Attached):
 
     Attributes
     ----------
-    points : tuple of Node or (dim,) ndarray
+    points : tuple of Point or (dim,) ndarray
         Points of bodies and beams, or fixed in space [m].
     stiffness : float
         Tension over strain, E A [N].
@@ -73,7 +73,7 @@ class Rope(Attached):
         The length as it was given.
     """
 
-    points: tuple[Node | Vector, ...]
+    points: tuple[Point | Vector, ...]
     stiffness: float
     damping: float
     length: float
@@ -85,7 +85,7 @@ class Rope(Attached):
     @property
     def what(self) -> str:
         """Name in messages."""
-        ends = (repr(x) if isinstance(x, Node) else shown(x.tolist()) for x in self.points)
+        ends = (repr(x) if isinstance(x, Point) else shown(x.tolist()) for x in self.points)
         return f"the rope over {', '.join(ends)}"
 
     def __getstate__(self) -> dict[str, Any]:
@@ -93,7 +93,7 @@ class Rope(Attached):
         return self.__dict__ | {"given": sendable(self.given)}
 
     @property
-    def links(self) -> tuple[tuple[Node | Vector, Node | Vector], ...]:
+    def links(self) -> tuple[tuple[Point | Vector, Point | Vector], ...]:
         """The lines from point to point."""
         return tuple(pairwise(self.points))
 
@@ -149,7 +149,7 @@ def rope_over(
 
 def points_of_rope(
     scene: Records, what: str, points: object
-) -> tuple[tuple[Node | Vector, ...], list[float]]:
+) -> tuple[tuple[Point | Vector, ...], list[float]]:
     """Return the points that a rope leads over, and the distances of consecutive ones [m].
 
     Raises
@@ -159,9 +159,9 @@ def points_of_rope(
     """
     if not isinstance(points, list | tuple) or len(points) < 2:
         raise InputError(f"{what} needs a list of two points or more, got {shown(points)}")
-    ends: list[Node | Vector] = []
+    ends: list[Point | Vector] = []
     for k, each in enumerate(points):
-        if isinstance(each, Node):
+        if isinstance(each, Point):
             ends.append(scene._mine(what, each))
         elif isinstance(each, Body):
             raise InputError(
@@ -170,10 +170,10 @@ def points_of_rope(
             )
         else:
             ends.append(check_position(f"point {k} of {what}", each, scene.dim))
-    nodes = [each for each in ends if isinstance(each, Node)]
+    nodes = [each for each in ends if isinstance(each, Point)]
     if not nodes:
         raise InputError(f"{what} needs a point of a beam or a body among its points")
-    places = np.array([each.position if isinstance(each, Node) else each for each in ends])
+    places = np.array([each.position if isinstance(each, Point) else each for each in ends])
     apart = np.linalg.norm(np.diff(places, axis=0), axis=1)
     k = int(np.argmin(apart))
     if apart[k] <= SAME_PLACE * max(each.beam.size for each in nodes):

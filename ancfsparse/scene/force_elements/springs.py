@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import MODERATE, check_finite
-from ancfsparse.errors import InputError, LoadFailure, with_unit
+from ancfsparse.errors import InputError, LoadError, with_unit
 from ancfsparse.messages import numbers
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_point
 from ancfsparse.scene.joints.rod import SAME_PLACE
 from ancfsparse.scene.loads.attachment import Attached
 from ancfsparse.scene.meshing.straight_beam import check_position
 from ancfsparse.scene.methods.scene_base import Records
 from ancfsparse.scene.records.compiled_callbacks import check_signature, is_compiled, sent
-from ancfsparse.scene.records.record import At, Point, Spec, specified, text
+from ancfsparse.scene.records.record import At, PointRef, Spec, specified, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.force_elements.ropes import Rope
@@ -36,8 +36,8 @@ LAWS = ("double (double)", "double (double, void *)")
 class SpringSpec(Spec):
     """The record of `Scene.spring`."""
 
-    a: Point
-    b: Point | tuple[float, ...]
+    a: PointRef
+    b: PointRef | tuple[float, ...]
     stiffness: Any = 0.0
     damping: float = 0.0
     length: float | None = None
@@ -46,7 +46,7 @@ class SpringSpec(Spec):
 
     def describe(self, at: At, made: Any) -> str:
         """Describe where it is and its numbers; of a force law that it is one."""
-        other = at(self.b) if isinstance(self.b, Point) else numbers(self.b)
+        other = at(self.b) if isinstance(self.b, PointRef) else numbers(self.b)
         law = callable(self.stiffness) or is_compiled(self.stiffness)
         stiffness = "a force law" if law else f"{self.stiffness:.9g}"
         values = f"{stiffness}, {self.damping:.9g}, {made.length:.9g}"
@@ -78,9 +78,9 @@ class Spring(Attached):
 
     Attributes
     ----------
-    a : Node
+    a : Point
         One end.
-    b : Node or ndarray of shape (dim,)
+    b : Point or ndarray of shape (dim,)
         The other end: a point of a beam, or one fixed in space [m].
     stiffness : float or callable
         Force over elongation [N/m], or the force [N] as a function of the elongation [m].
@@ -90,8 +90,8 @@ class Spring(Attached):
         Length without force [m].
     """
 
-    a: Node
-    b: Node | NDArray[np.float64]
+    a: Point
+    b: Point | NDArray[np.float64]
     stiffness: Any
     damping: float
     length: float
@@ -108,7 +108,7 @@ class Spring(Attached):
         return f"the spring between {self.a!r} and {place(self.b)}"
 
     @property
-    def links(self) -> tuple[tuple[Node | NDArray[np.float64], Node | NDArray[np.float64]], ...]:
+    def links(self) -> tuple[tuple[Point | NDArray[np.float64], Point | NDArray[np.float64]], ...]:
         """The line between its ends."""
         return ((self.a, self.b),)
 
@@ -119,14 +119,12 @@ class Spring(Attached):
         law = self.stiffness
         return float(law(elongation)) if callable(law) else float(law * elongation)
 
-    def failure(self, elongation: float, raised: Exception | None = None) -> LoadFailure:
+    def failure(self, elongation: float, raised: Exception | None = None) -> LoadError:
         """Return the error for a force law that raised one, or returned no finite number."""
         law = f"the force law of {self.what}, at an elongation of {elongation:.6g} m,"
         if raised is None:
-            return LoadFailure(f"{law} returned no finite number of newtons", math.nan)
-        error = LoadFailure(
-            f"{law} failed: {type(raised).__name__}: {raised}".rstrip(": "), math.nan
-        )
+            return LoadError(f"{law} returned no finite number of newtons", math.nan)
+        error = LoadError(f"{law} failed: {type(raised).__name__}: {raised}".rstrip(": "), math.nan)
         error.__cause__ = raised
         return error
 
@@ -140,8 +138,8 @@ class Springs(Records):
 
     def spring(
         self,
-        a: Node,
-        b: Node | ArrayLike,
+        a: Point,
+        b: Point | ArrayLike,
         *,
         stiffness: Stiffness = 0.0,
         damping: float = 0.0,
@@ -154,9 +152,9 @@ class Springs(Records):
 
         Parameters
         ----------
-        a : Node
+        a : Point
             One end, for example ``rod.end`` or ``rod.at(0.3)``.
-        b : Node or array_like of shape (dim,)
+        b : Point or array_like of shape (dim,)
             The other end: a point of a beam, or one fixed in space [m].
         stiffness : float or callable, optional
             Stiffness [N/m], zero or more; or a force law, a function that takes the elongation
@@ -183,15 +181,15 @@ class Springs(Records):
         """
         one = check_point("a spring", a)
         self._own("a spring", one.beam)
-        other: Node | NDArray[np.float64]
-        if isinstance(b, Node):
+        other: Point | NDArray[np.float64]
+        if isinstance(b, Point):
             other, there = b, b.position
             self._own("a spring", b.beam)
         else:
             other = there = check_position(f"the end of the spring at {one!r}", b, self.dim)
         what = f"the spring between {one!r} and {place(other)}"
         distance = float(np.linalg.norm(there - one.position))
-        if isinstance(other, Node) and one == other:
+        if isinstance(other, Point) and one == other:
             raise InputError(f"{what} has both ends at one point")
         if length is None and distance <= SAME_PLACE * one.beam.size:
             raise InputError(
@@ -211,14 +209,14 @@ class Springs(Records):
             check_signature(f"the force law of {what}", stiffness, *LAWS)
         elif law:
             try_out(spring, distance - spring.length)
-        end = other.reference if isinstance(other, Node) else specified(other)
+        end = other.reference if isinstance(other, Point) else specified(other)
         rest = None if length is None else spring.length
         record = SpringSpec(one.reference, end, spring.stiffness, spring.damping, rest)
         return self._attach(spring, record)
 
     def rope(
         self,
-        points: Sequence[Node | ArrayLike],
+        points: Sequence[Point | ArrayLike],
         *,
         stiffness: float,
         damping: float = 0.0,
@@ -235,7 +233,7 @@ class Springs(Records):
 
         Parameters
         ----------
-        points : sequence of Node or array_like of shape (dim,)
+        points : sequence of Point or array_like of shape (dim,)
             Two or more, such as ``[(0, 3), hook.origin]``; one is a point of a beam or a body.
         stiffness : float
             Tension over strain, Young's modulus times area [N].
@@ -262,7 +260,7 @@ class Springs(Records):
 
         made = rope_over(self, points, stiffness, damping, length, slack)
         places = tuple(
-            each.reference if isinstance(each, Node) else tuple(each.tolist())
+            each.reference if isinstance(each, Point) else tuple(each.tolist())
             for each in made.points
         )
         given = length if callable(length) or length is None else made.length
@@ -280,9 +278,9 @@ def try_out(spring: Spring, elongation: float) -> None:
         raise spring.failure(elongation)
 
 
-def place(end: Node | NDArray[np.float64]) -> str:
+def place(end: Point | NDArray[np.float64]) -> str:
     """Show an end of a spring."""
-    if isinstance(end, Node):
+    if isinstance(end, Point):
         return repr(end)
     return "(" + ", ".join(f"{each:.9g}" for each in end) + ")"
 

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_flag
-from ancfsparse.errors import InputError, LoadFailure
+from ancfsparse.errors import InputError, LoadError
 from ancfsparse.messages import shown
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_point
 from ancfsparse.scene.loads.attachment import Attached
 from ancfsparse.scene.methods.scene_base import Records
 from ancfsparse.scene.records.compiled_callbacks import check_signature, is_compiled, sent
-from ancfsparse.scene.records.record import At, Point, Spec, text
+from ancfsparse.scene.records.record import At, PointRef, Spec, text
 from ancfsparse.scene.records.signal import Signal
 
 Vector = NDArray[np.float64]
@@ -30,7 +30,7 @@ SIGNATURE = "int (ptrdiff_t, double *, double *, double, double *, void *)"
 class ForceSpec(Spec):
     """The record of `Scene.force`."""
 
-    points: tuple[Point, ...]
+    points: tuple[PointRef, ...]
     function: Any
     coupled: bool = False
     method = "force"
@@ -46,7 +46,7 @@ class Force(Attached):
 
     Attributes
     ----------
-    points : tuple of Node
+    points : tuple of Point
         Where they act.
     function : callable
         Takes positions (k, dim) [m], velocities (k, dim) [m/s] and the time [s], and returns the
@@ -55,7 +55,7 @@ class Force(Attached):
         Whether the force on a point depends on the motion of others.
     """
 
-    points: tuple[Node, ...]
+    points: tuple[Point, ...]
     function: Any
     coupled: bool
     contribution = "applied.user_forces"
@@ -71,7 +71,7 @@ class Force(Attached):
 
         Raises
         ------
-        LoadFailure
+        LoadError
             If it raises an error, or returns no forces.
         """
         try:
@@ -94,9 +94,9 @@ class Force(Attached):
             )
         return forces
 
-    def failure(self, t: float, reason: str) -> LoadFailure:
+    def failure(self, t: float, reason: str) -> LoadError:
         """Return the error for a function that has failed."""
-        return LoadFailure(f"{self.what}, a function, failed at t = {t:.6g} s: {reason}", t)
+        return LoadError(f"{self.what}, a function, failed at t = {t:.6g} s: {reason}", t)
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled."""
@@ -108,7 +108,7 @@ class Forces(Records):
 
     def force(
         self,
-        points: Node | Iterable[Node],
+        points: Point | Iterable[Point],
         function: Function,
         *,
         coupled: bool = False,
@@ -117,7 +117,7 @@ class Forces(Records):
 
         Parameters
         ----------
-        points : Node or sequence of Node
+        points : Point or sequence of Point
             Where they act, k points of beams such as ``[rod.end, rod.at(0.3)]``.
         function : callable
             Takes positions (k, dim) [m], velocities (k, dim) [m/s] and the time [s], and returns
@@ -142,7 +142,7 @@ class Forces(Records):
         Raises
         ------
         InputError
-            If there are no points, or one twice; a `LoadFailure` if the function fails in the
+            If there are no points, or one twice; a `LoadError` if the function fails in the
             reference shape at rest at t = 0, where it is tried out.
 
         Notes
@@ -151,7 +151,7 @@ class Forces(Records):
         residual has all of the force.
         """
         try:
-            given = (points,) if isinstance(points, Node) else tuple(points)
+            given = (points,) if isinstance(points, Point) else tuple(points)
         except TypeError:  # an array without axes is an Iterable, too
             raise InputError(f"a force needs points of beams, got {shown(points)}") from None
         where = tuple(check_point("a force", point) for point in given)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import RIGID
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Mark
-from ancfsparse.scene.records.record import At, Point, Spec
+from ancfsparse.scene.records.record import At, PointRef, Spec
 
 # A slope whose direction is within this of a coordinate axis can be clamped by numbering.
 ALIGNED = 1e-14
@@ -23,7 +23,7 @@ SAME = 1e-9
 class ClampSpec(Spec):
     """The record of `Scene.clamp`."""
 
-    node: Point
+    node: PointRef
     stretch: str = "free"
     method = "clamp"
 
@@ -38,14 +38,14 @@ class Clamp(Joint):
 
     Attributes
     ----------
-    node : Node
+    node : Point
         The node held.
     stretch : str
         ``"free"`` leaves the slope of the axis its length, and with ``curvature="section"`` all
         of it; ``"fixed"`` holds it too.  With ``curvature="axis"`` it is always held.
     """
 
-    node: Node
+    node: Point
     stretch: str = "free"
     name = "clamp"
 
@@ -81,7 +81,7 @@ class Clamp(Joint):
             builder.equation(f"clamp at {self.node!r}, direction {k + 1}", 0.0, *terms)
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Point, ...]:
         """The node."""
         return (self.node,)
 
@@ -91,7 +91,7 @@ class Clamp(Joint):
         return clamped(self.node)
 
 
-def clamped(node: Node) -> Mark:
+def clamped(node: Point) -> Mark:
     """Return how pictures show a point that is clamped, a rigid body with its centre in front."""
     body = node.beam
     if body.element == RIGID:

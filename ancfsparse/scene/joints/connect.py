@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, in_the_plane
-from ancfsparse.scene.records.record import At, Point, Spec
+from ancfsparse.scene.records.record import At, PointRef, Spec
 
 
 @dataclass(frozen=True, eq=False)
 class ConnectSpec(Spec):
     """The record of `Scene.connect`."""
 
-    a: Point
-    b: Point
+    a: PointRef
+    b: PointRef
     apart: bool = False
     method = "connect"
 
@@ -30,14 +30,14 @@ class Connect(Joint):
 
     Attributes
     ----------
-    a, b : Node
+    a, b : Point
         The nodes.
     apart : bool
         Whether they may be apart in the reference shape, so that equations bring them together.
     """
 
-    a: Node
-    b: Node
+    a: Point
+    b: Point
     apart: bool = False
     name = "connection"
 
@@ -68,7 +68,7 @@ class Connect(Joint):
         return in_the_plane(self)
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Point, ...]:
         """Both nodes."""
         return self.a, self.b
 

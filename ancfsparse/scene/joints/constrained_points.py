@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ancfsparse.errors import SingularSceneError
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import Joint
 
 
@@ -18,8 +18,8 @@ class Holds:
     """
 
     def __init__(self) -> None:
-        self._above: dict[Node, Node] = {}
-        self._held: dict[Node, list[tuple[int, Joint]]] = {}
+        self._above: dict[Point, Point] = {}
+        self._held: dict[Point, list[tuple[int, Joint]]] = {}
         self._count = 0
 
     def add(self, new: Joint) -> None:
@@ -56,7 +56,7 @@ class Holds:
         if here:
             self._held[root] = here
 
-    def _root(self, node: Node) -> Node:
+    def _root(self, node: Point) -> Point:
         while node in self._above:
             above = self._above[node]
             if above in self._above:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.frame_vectors import point
 from ancfsparse.scene.joints.joint import Builder, Joint, Led
 from ancfsparse.scene.joints.rod import HalfSquare
@@ -17,7 +17,7 @@ class Distance(Joint):
 
     Attributes
     ----------
-    a, b : Node
+    a, b : Point
         The points.
     length : float
         Their distance in the reference shape [m].
@@ -25,8 +25,8 @@ class Distance(Joint):
         The distance over time, where it is not kept.
     """
 
-    a: Node
-    b: Node
+    a: Point
+    b: Point
     length: float
     course: Course | None = None
     name = "distance"
@@ -50,12 +50,12 @@ class Distance(Joint):
         builder.equation(label, offset, *terms, about=about, led=led)
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Point, ...]:
         """Both points."""
         return self.a, self.b
 
     @property
-    def links(self) -> tuple[tuple[Node, Node], ...]:
+    def links(self) -> tuple[tuple[Point, Point], ...]:
         """The line between both."""
         return ((self.a, self.b),)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Vector
 
 # A direction whose components are within this of those of a vector of a frame is that vector.
@@ -73,13 +73,13 @@ class Sum:
         return Sum(tuple(terms), self.constant - other.constant)
 
 
-def point(builder: Builder, node: Node) -> Sum:
+def point(builder: Builder, node: Point) -> Sum:
     """Return the position of a point."""
     places, weights = builder.point(node)
     return Sum.of(list(places.T), weights.tolist())
 
 
-def row_of(builder: Builder, node: Node) -> Coordinates:
+def row_of(builder: Builder, node: Point) -> Coordinates:
     """Return the coordinates of a node that has one slope, (n_c,).
 
     Raises
@@ -98,14 +98,14 @@ def row_of(builder: Builder, node: Node) -> Coordinates:
     return row
 
 
-def vectors_of(builder: Builder, node: Node) -> list[Coordinates]:
+def vectors_of(builder: Builder, node: Point) -> list[Coordinates]:
     """Return the coordinates of the vectors of a node, each (dim,)."""
     row, dim = row_of(builder, node), node.beam.dim
     width = (len(row) // dim - 1) * dim
     return list(row[dim : dim + width].reshape(-1, dim))
 
 
-def direction(builder: Builder, node: Node, vector: Vector) -> Sum:
+def direction(builder: Builder, node: Point, vector: Vector) -> Sum:
     """Return the direction that is `vector` in the reference shape and rotates with a node.
 
     In the plane one vector is a frame; in space it gives only the directions along it.
@@ -129,14 +129,14 @@ def direction(builder: Builder, node: Node, vector: Vector) -> Sum:
     return replace(found, whole=None) if node.beam.n_elements else found
 
 
-def frame_at(node: Node) -> Vector:
+def frame_at(node: Point) -> Vector:
     """Return the vectors of a node in the reference shape, (k, dim)."""
     every = node.beam.vectors
     row = 0 if len(every) == 1 else node.beam.rows_of(node.index).start
     return np.asarray(every[row])
 
 
-def spans(node: Node, vector: Vector) -> bool:
+def spans(node: Point, vector: Vector) -> bool:
     """Whether the vectors of a node span a direction."""
     if node.beam.kind.is_string:
         return False

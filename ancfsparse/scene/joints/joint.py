@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import RIGID, ElementKind
 from ancfsparse.messages import shown
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 
 if TYPE_CHECKING:
     from ancfsparse.scene.kinematics.joint_coordinates import Measure
@@ -60,23 +60,23 @@ class Builder(Protocol):
     turns: bool
     lines: bool
 
-    def kind(self, node: Node) -> ElementKind:
+    def kind(self, node: Point) -> ElementKind:
         """Return the element at a node, which has the names of its coordinates."""
         ...
 
-    def rows(self, node: Node) -> Coordinates:
+    def rows(self, node: Point) -> Coordinates:
         """Return the coordinates of all rows of a node, (k, n_c): position first, then slopes."""
         ...
 
-    def position(self, node: Node) -> Coordinates:
+    def position(self, node: Point) -> Coordinates:
         """Return the coordinates of the position of a node, (dim,)."""
         ...
 
-    def ends(self, node: Node) -> Coordinates:
+    def ends(self, node: Point) -> Coordinates:
         """Return the coordinates of all rows that a point follows from, (k, n_c)."""
         ...
 
-    def point(self, node: Node) -> tuple[Coordinates, Vector]:
+    def point(self, node: Point) -> tuple[Coordinates, Vector]:
         """Return coordinates (dim, p) and weights (p,) whose sums are a point of a body."""
         ...
 
@@ -164,7 +164,7 @@ class Joint(ABC):
 
     @property
     @abstractmethod
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Point, ...]:
         """Nodes that it holds."""
 
     @property
@@ -178,7 +178,7 @@ class Joint(ABC):
         return None
 
     @property
-    def links(self) -> tuple[tuple[Node | Vector, Node | Vector], ...]:
+    def links(self) -> tuple[tuple[Point | Vector, Point | Vector], ...]:
         """Pairs of points between which pictures draw a line."""
         return ()
 
@@ -198,7 +198,7 @@ class Joint(ABC):
         return False
 
     @property
-    def sides(self) -> tuple[Node, Node | None]:
+    def sides(self) -> tuple[Point, Point | None]:
         """The point of the first side and that of the second, which None is at the ground."""
         a, *b = self.nodes
         return a, b[0] if b else None
@@ -232,7 +232,7 @@ def in_the_plane(joint: Joint) -> tuple[str, ...]:
     return ("angle",) if turn else ()
 
 
-def check_point(what: str, node: object) -> Node:
+def check_point(what: str, node: object) -> Point:
     """Return `node` if it is a point, at a node of the mesh or not.
 
     Parameters
@@ -242,7 +242,7 @@ def check_point(what: str, node: object) -> Node:
     node : object
         What was given.
     """
-    if not isinstance(node, Node):
+    if not isinstance(node, Point):
         raise InputError(
             f"{what} needs a point on a beam such as rod.start or rod.node(3), or on a rigid body "
             f"such as box.origin, got {shown(node)}"
@@ -250,7 +250,7 @@ def check_point(what: str, node: object) -> Node:
     return node
 
 
-def check_end(what: str, node: object) -> Node:
+def check_end(what: str, node: object) -> Point:
     """Return `node` if a joint can hold it: a node of a beam or mesh, or any point of a body.
 
     Parameters
@@ -260,19 +260,19 @@ def check_end(what: str, node: object) -> Node:
     node : object
         What was given.
     """
-    if isinstance(node, Node) and node.offsets and not node.xi:
+    if isinstance(node, Point) and node.offsets and not node.xi:
         return node
     return check_node(what, node)
 
 
-def check_turns(what: str, node: Node) -> Node:
+def check_turns(what: str, node: Point) -> Point:
     """Return `node` if it has directions, which nodes of strings do not.
 
     Parameters
     ----------
     what : str
         The joint or load that needs them, for the message.
-    node : Node
+    node : Point
         What was given.
     """
     if node.beam.kind.is_string:
@@ -283,7 +283,7 @@ def check_turns(what: str, node: Node) -> Node:
     return node
 
 
-def check_other_body(what: str, a: Node, b: Node) -> None:
+def check_other_body(what: str, a: Point, b: Point) -> None:
     """Refuse to join a rigid body to itself; points of one beam or mesh may be joined."""
     if a.beam is b.beam and a.beam.element == RIGID:
         raise InputError(
@@ -292,7 +292,7 @@ def check_other_body(what: str, a: Node, b: Node) -> None:
         )
 
 
-def check_node(what: str, node: object) -> Node:
+def check_node(what: str, node: object) -> Point:
     """Return `node` if it is a node of the mesh; of a point beside it in a section, the node.
 
     Parameters
@@ -304,7 +304,7 @@ def check_node(what: str, node: object) -> Node:
 
     Returns
     -------
-    Node
+    Point
         The node.
     """
     point = check_point(what, node)

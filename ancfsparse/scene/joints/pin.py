@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Mark, in_the_plane
-from ancfsparse.scene.records.record import At, Point, Spec
+from ancfsparse.scene.records.record import At, PointRef, Spec
 
 
 @dataclass(frozen=True, eq=False)
 class PinSpec(Spec):
     """The record of `Scene.pin`."""
 
-    node: Point
+    node: PointRef
     as_constraint: bool = False
     method = "pin"
 
@@ -29,13 +29,13 @@ class Pin(Joint):
 
     Attributes
     ----------
-    node : Node
+    node : Point
         The node held.
     as_constraint : bool
         Hold it by equations with multipliers instead of by numbering.
     """
 
-    node: Node
+    node: Point
     as_constraint: bool = False
     name = "pin"
 
@@ -56,7 +56,7 @@ class Pin(Joint):
         return in_the_plane(self)
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Point, ...]:
         """The node."""
         return (self.node,)
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from numpy.typing import ArrayLike
 
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Led, Mark
-from ancfsparse.scene.records.record import At, Point, Spec, text
+from ancfsparse.scene.records.record import At, PointRef, Spec, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.records.prescribed_motion import Course
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class DriveSpec(Spec):
     """The record of `Scene.drive`."""
 
-    node: Point
+    node: PointRef
     position: Any
     rate: Callable[[float], ArrayLike] | None = None
     second_rate: Callable[[float], ArrayLike] | None = None
@@ -40,7 +40,7 @@ class Drive(Joint):
 
     Attributes
     ----------
-    node : Node
+    node : Point
         The node moved.
     course : Course
         Its position over time.
@@ -48,7 +48,7 @@ class Drive(Joint):
         Move it by equations with multipliers instead of by numbering.
     """
 
-    node: Node
+    node: Point
     course: Course
     as_constraint: bool = False
     name = "drive"
@@ -65,7 +65,7 @@ class Drive(Joint):
             builder.equation(label, 0.0, *terms, led=Led(self.course, d))
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Point, ...]:
         """The node."""
         return (self.node,)
 

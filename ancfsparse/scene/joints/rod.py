@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.messages import numbers
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Led, Mark
-from ancfsparse.scene.records.record import At, Point, Spec, text
+from ancfsparse.scene.records.record import At, PointRef, Spec, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.records.prescribed_motion import Course
@@ -46,7 +46,7 @@ class HalfSquare:
 class RodSpec(Spec):
     """The record of `Scene.rod`."""
 
-    node: Point
+    node: PointRef
     anchor: tuple[float, ...]
     length: Callable[[float], float] | None = None
     rate: Callable[[float], float] | None = None
@@ -66,7 +66,7 @@ class Rod(Joint):
 
     Attributes
     ----------
-    node : Node
+    node : Point
         The node held.
     anchor : ndarray, shape (dim,)
         The fixed point [m], read-only.
@@ -76,7 +76,7 @@ class Rod(Joint):
         The distance over time, where it is not kept.
     """
 
-    node: Node
+    node: Point
     anchor: NDArray[np.float64]
     length: float
     course: Course | None = None
@@ -91,7 +91,7 @@ class Rod(Joint):
         builder.equation(f"rod at {self.node!r}", offset, *terms, about=about, led=led)
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Point, ...]:
         """The node."""
         return (self.node,)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.bodies.body import Node
+    from ancfsparse.scene.bodies.body import Point
 
 Vector = NDArray[np.float64]
 
@@ -31,6 +31,6 @@ class Attached(ABC):
         """Name in messages."""
 
     @property
-    def links(self) -> tuple[tuple[Node | Vector, Node | Vector], ...]:
+    def links(self) -> tuple[tuple[Point | Vector, Point | Vector], ...]:
         """Pairs of points between which pictures draw a line."""
         return ()

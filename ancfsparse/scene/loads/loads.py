@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_finite, check_reals, check_vector, keep
-from ancfsparse.errors import InputError, LoadFailure
+from ancfsparse.errors import InputError, LoadError
 from ancfsparse.messages import shown
-from ancfsparse.scene.bodies.body import Body, ElasticBody, Node
-from ancfsparse.scene.records.record import At, Point, Spec, Whole, text
+from ancfsparse.scene.bodies.body import Body, ElasticBody, Point
+from ancfsparse.scene.records.record import At, BodyRef, PointRef, Spec, text
 from ancfsparse.scene.records.transferable_functions import sendable
 
 Vector = NDArray[np.float64]
@@ -64,7 +64,7 @@ class Applied(ABC):
         Raises
         ------
         InputError
-            If a constant load is invalid; a `LoadFailure` if it is a function.
+            If a constant load is invalid; a `LoadError` if it is a function.
         """
         if not callable(self.value):
             return self._checked(self.what, self.value)
@@ -79,19 +79,19 @@ class Applied(ABC):
 
         Raises
         ------
-        LoadFailure
+        LoadError
             If it is invalid.
         """
         try:
             return self._checked(f"{self.what}, a function of time, at t = {t:.6g} s,", now)
         except InputError as wrong:
-            raise LoadFailure(str(wrong), t) from None
+            raise LoadError(str(wrong), t) from None
 
-    def failure(self, t: float, error: Exception) -> LoadFailure:
+    def failure(self, t: float, error: Exception) -> LoadError:
         """Return the error for a function that raised one."""
         kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
         reason = f"{kind}{error}".rstrip(": ")
-        return LoadFailure(f"{self.what}, a function of time, failed at t = {t:.6g} s: {reason}", t)
+        return LoadError(f"{self.what}, a function of time, failed at t = {t:.6g} s: {reason}", t)
 
     def _checked(self, name: str, value: ArrayLike) -> Vector:
         if self.shape:
@@ -120,7 +120,7 @@ class LoadSpec(Spec):
 class PointForceSpec(LoadSpec):
     """The record of `Scene.point_force`."""
 
-    node: Point
+    node: PointRef
     value: Any
     follow: bool = False
     method = "point_force"
@@ -131,7 +131,7 @@ class PointForceSpec(LoadSpec):
 class PointMomentSpec(LoadSpec):
     """The record of `Scene.point_moment`."""
 
-    node: Point
+    node: PointRef
     value: Any
     follow: bool = False
     method = "point_moment"
@@ -142,7 +142,7 @@ class PointMomentSpec(LoadSpec):
 class DistributedForceSpec(LoadSpec):
     """The record of `Scene.distributed_force`."""
 
-    beam: Whole
+    beam: BodyRef
     value: Any
     shape: Any = None
     follow: bool = False
@@ -165,7 +165,7 @@ class PointForce(Applied):
 
     Attributes
     ----------
-    node : Node
+    node : Point
         Where it acts; any point of a beam or of a rigid body.
     value : number, ndarray of shape (dim,), or callable
         The force [N], or a function of t [s] that returns it; see `Scene.point_force`.
@@ -173,7 +173,7 @@ class PointForce(Applied):
         Whether it follows the section.
     """
 
-    node: Node
+    node: Point
     value: Value
     follow: bool = False
     unit = "N"
@@ -196,7 +196,7 @@ class PointMoment(Applied):
 
     Attributes
     ----------
-    node : Node
+    node : Point
         Where it acts.
     value : float, ndarray of shape (3,), or callable
         The moment [N m], or a function of t [s] that returns it: a number about +z in a planar
@@ -205,7 +205,7 @@ class PointMoment(Applied):
         Whether its axes follow the section.
     """
 
-    node: Node
+    node: Point
     value: Value
     follow: bool = False
     unit = "N m"

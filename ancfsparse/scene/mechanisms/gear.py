@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import Builder, Joint
 from ancfsparse.scene.mechanisms.joint_freedoms import at_reference, measure
 
@@ -49,12 +49,12 @@ class Gear(Joint):
         return self.one, self.other
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Point, ...]:
         """Those of both joints."""
         return *self.one.nodes, *self.other.nodes
 
     @property
-    def sides(self) -> tuple[Node, Node | None]:
+    def sides(self) -> tuple[Point, Point | None]:
         """Those of the first joint."""
         return self.one.sides
 

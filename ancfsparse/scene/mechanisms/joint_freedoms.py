@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.frame_vectors import Sum, direction, point
 from ancfsparse.scene.joints.joint import Builder, Joint, Vector
 from ancfsparse.scene.kinematics.joint_coordinates import ALONG, ANGLE, LENGTH, Measure
@@ -39,7 +39,7 @@ def at_reference(joint: Joint, of: str) -> float:
     return float((a.position - b.position) @ joint.axis)
 
 
-def distance(builder: Builder, one: Node | Vector, other: Node | Vector) -> Measure:
+def distance(builder: Builder, one: Point | Vector, other: Point | Vector) -> Measure:
     """Return the distance of two points, of which one may be fixed in space."""
     apart = _place(builder, one) - _place(builder, other)
     return Measure.of(LENGTH, [apart, apart])
@@ -70,9 +70,9 @@ def _displacement(builder: Builder, joint: Joint) -> Measure:
     return Measure.of(ALONG, [apart, _direction(builder, b, axis)])
 
 
-def _direction(builder: Builder, node: Node | None, vector: Vector) -> Sum:
+def _direction(builder: Builder, node: Point | None, vector: Vector) -> Sum:
     return Sum.fixed(vector) if node is None else direction(builder, node, vector)
 
 
-def _place(builder: Builder, end: Node | Vector) -> Sum:
-    return point(builder, end) if isinstance(end, Node) else Sum.fixed(end)
+def _place(builder: Builder, end: Point | Vector) -> Sum:
+    return point(builder, end) if isinstance(end, Point) else Sum.fixed(end)

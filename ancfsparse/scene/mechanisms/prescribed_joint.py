@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import Builder, Joint, Led, Vector
 from ancfsparse.scene.mechanisms.joint_freedoms import measure
 from ancfsparse.scene.records.prescribed_motion import Angles, Course, Places, SpinRates, Spins
@@ -130,12 +130,12 @@ class Driven(Joint):
         return at_ground and a.beam.dim == 2 and a.beam.masses is not None
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Point, ...]:
         """Those of the joint."""
         return self.joint.nodes
 
     @property
-    def sides(self) -> tuple[Node, Node | None]:
+    def sides(self) -> tuple[Point, Point | None]:
         """Those of the joint."""
         return self.joint.sides
 

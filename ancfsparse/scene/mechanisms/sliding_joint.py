@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene.bodies.body import ElasticBody, Node
+from ancfsparse.scene.bodies.body import ElasticBody, Point
 from ancfsparse.scene.joints.joint import Builder, Coordinates, Joint, Vector
 from ancfsparse.scene.kinematics.track import Offset, Track
 
@@ -19,7 +19,7 @@ class Slide(Joint):
 
     Attributes
     ----------
-    point : Node
+    point : Point
         The point.
     along : Beam or Mesh
         The beam, or the mesh of which the point is on a line.
@@ -29,7 +29,7 @@ class Slide(Joint):
         In space a direction that the axis must not turn to.
     """
 
-    point: Node
+    point: Point
     along: ElasticBody
     elements: NDArray[np.intp]
     lateral: Vector
@@ -60,7 +60,7 @@ class Slide(Joint):
         return np.asarray(builder.rows(self.along.node(node))[row - first])
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Point, ...]:
         """The point."""
         return (self.point,)
 
@@ -75,7 +75,7 @@ class Slide(Joint):
         return True
 
 
-def elements_under(point: Node, along: ElasticBody) -> NDArray[np.intp]:
+def elements_under(point: Point, along: ElasticBody) -> NDArray[np.intp]:
     """Return the elements of the line that a point is on, one after the other.
 
     At a crossing the line goes straight on, as its slope does.

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.frame_vectors import Sum, across, direction, is_one, point, same
 from ancfsparse.scene.joints.joint import Builder, Joint, Mark, Vector
 
@@ -18,21 +18,21 @@ class Between(Joint):
 
     Attributes
     ----------
-    a : Node
+    a : Point
         A point.
-    b : Node or None
+    b : Point or None
         The other point; None is the ground.
     axes : tuple of ndarray, shape (dim,)
         Its directions in the reference shape, unit vectors.
     """
 
-    a: Node
-    b: Node | None
+    a: Point
+    b: Point | None
     axes: tuple[Vector, ...] = ()
     is_point: ClassVar[bool] = True
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Point, ...]:
         """The points it joins."""
         return (self.a,) if self.b is None else (self.a, self.b)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.scene.bodies.body import ElasticBody, Node
+from ancfsparse.scene.bodies.body import ElasticBody, Point
 from ancfsparse.scene.joints.clamp import clamped
 from ancfsparse.scene.joints.frame_vectors import (
     Sum,
@@ -58,7 +58,7 @@ class Weld(Between):
             held, wall = wall, held
         self._hold(builder, held, wall)
 
-    def _hold(self, builder: Builder, held: Node, wall: Node | None) -> None:
+    def _hold(self, builder: Builder, held: Point, wall: Point | None) -> None:
         """Hold the directions of a node of a beam to a wall, which may move."""
         kind, frame = builder.kind(held), frame_at(held)
         if wall is not None and wall.beam.n_elements and self._needs_stiff_section(held, wall):
@@ -78,7 +78,7 @@ class Weld(Between):
                 same(builder, f"{self.label}, {name}", own, beside, self.size, self.size)
 
     @staticmethod
-    def _needs_stiff_section(held: Node, wall: Node) -> bool:
+    def _needs_stiff_section(held: Point, wall: Point) -> bool:
         """Whether a slope of one beam follows section vectors of another, which has some."""
         if wall.beam.kind.is_cable or held.beam.kind.is_cable:
             return not wall.beam.kind.is_cable
@@ -86,7 +86,7 @@ class Weld(Between):
         sizes = np.linalg.norm(slope) * np.linalg.norm(section, axis=1)
         return bool((np.abs(section @ slope) > OFF * sizes).any())
 
-    def _stiffen(self, builder: Builder, wall: Node) -> None:
+    def _stiffen(self, builder: Builder, wall: Point) -> None:
         """Keep lengths and angles of the vectors of a node.
 
         Otherwise the last element alone bears the moment that turns a slope against a section, by a
@@ -103,5 +103,5 @@ class Weld(Between):
                 builder.equation(label, -factor * float(mine @ its), *terms, size=factor, mass=mass)
 
     @staticmethod
-    def _beside(builder: Builder, wall: Node | None, vector: Vector) -> Sum:
+    def _beside(builder: Builder, wall: Point | None, vector: Vector) -> Sum:
         return Sum.fixed(vector) if wall is None else direction(builder, wall, vector)

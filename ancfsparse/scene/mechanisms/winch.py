@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import Builder, Joint, Led, Vector
 from ancfsparse.scene.mechanisms.joint_freedoms import distance, measure
 from ancfsparse.scene.records.prescribed_motion import Course
@@ -19,7 +19,7 @@ class Winch(Joint):
 
     Attributes
     ----------
-    points : tuple of Node or (dim,) ndarray
+    points : tuple of Point or (dim,) ndarray
         Points of bodies and beams, or fixed in space [m].
     length : float
         Of the rope in the reference shape [m].
@@ -31,7 +31,7 @@ class Winch(Joint):
         Of the drum [m].
     """
 
-    points: tuple[Node | Vector, ...]
+    points: tuple[Point | Vector, ...]
     length: float
     course: Course | None = None
     drum: Joint | None = None
@@ -42,7 +42,7 @@ class Winch(Joint):
         """State ``sum of d_i + radius angle - l = 0``, whose multiplier is the tension."""
         fixed, measures = 0.0, []
         for one, other in pairwise(self.points):
-            if isinstance(one, Node) or isinstance(other, Node):
+            if isinstance(one, Point) or isinstance(other, Point):
                 measures.append((1.0, distance(builder, one, other)))
             else:
                 fixed += float(np.linalg.norm(one - other))
@@ -53,13 +53,13 @@ class Winch(Joint):
         builder.equation(self.label, offset, measures=measures, size=self.length, led=led)
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[Point, ...]:
         """The points that are not fixed, and those of the drum."""
         more = () if self.drum is None else self.drum.nodes
-        return *(each for each in self.points if isinstance(each, Node)), *more
+        return *(each for each in self.points if isinstance(each, Point)), *more
 
     @property
-    def links(self) -> tuple[tuple[Node | Vector, Node | Vector], ...]:
+    def links(self) -> tuple[tuple[Point | Vector, Point | Vector], ...]:
         """The lines from point to point."""
         return tuple(pairwise(self.points))
 

@@ -18,10 +18,10 @@ from ancfsparse.checks import (
 )
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.messages import shown
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import Joint, check_end
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import At, OfJoint, Point, Spec, Whole, specified, text
+from ancfsparse.scene.records.record import At, BodyRef, JointRef, PointRef, Spec, specified, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.beam import Beam
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 class DrivenSpec(Spec):
     """The record of `Scene.drive_joint`."""
 
-    joint: OfJoint
+    joint: JointRef
     value: Any
     rate: Callable[[float], float] | None = None
     second_rate: Callable[[float], float] | None = None
@@ -55,8 +55,8 @@ class DrivenSpec(Spec):
 class SlideSpec(Spec):
     """The record of `Scene.slide`."""
 
-    point: Point
-    along: Whole
+    point: PointRef
+    along: BodyRef
     lateral: tuple[float, ...] | None = None
     method = "slide"
 
@@ -65,8 +65,8 @@ class SlideSpec(Spec):
 class GearSpec(Spec):
     """The record of `Scene.gear`."""
 
-    one: OfJoint
-    other: OfJoint
+    one: JointRef
+    other: JointRef
     ratio: float
     of_one: str | None = None
     of_other: str | None = None
@@ -81,7 +81,7 @@ class WinchSpec(Spec):
     length: Any = None
     rate: Callable[[float], float] | None = None
     second_rate: Callable[[float], float] | None = None
-    drum: OfJoint | None = None
+    drum: JointRef | None = None
     radius: float | None = None
     method = "winch"
     units: ClassVar = {"radius": "m"}
@@ -164,12 +164,12 @@ class Couplings(Records):
         record = DrivenSpec(reference, value, rate, second_rate, of, flag)
         return self._add_partial(Driven(joint, freedom, course, flag), record)
 
-    def slide(self, point: Node, along: Beam | Mesh, *, lateral: ArrayLike | None = None) -> Slide:
+    def slide(self, point: Point, along: Beam | Mesh, *, lateral: ArrayLike | None = None) -> Slide:
         """Let a point slide along a beam or a mesh without friction, from element to element.
 
         Parameters
         ----------
-        point : Node
+        point : Point
             The point, such as ``carriage.origin``, of another body or beam; on the axis of the
             beam at the start.
         along : Beam or Mesh
@@ -224,7 +224,7 @@ class Couplings(Records):
                     f"lateral of a slide must be across {along.name}, got {shown(lateral)}"
                 )
             across = across / length
-        record = SlideSpec(node.reference, Whole(along.name), specified(lateral))
+        record = SlideSpec(node.reference, BodyRef(along.name), specified(lateral))
         return self._add_partial(Slide(node, along, elements, across), record)
 
     def gear(
@@ -277,7 +277,7 @@ class Couplings(Records):
 
     def winch(
         self,
-        points: Sequence[Node | ArrayLike],
+        points: Sequence[Point | ArrayLike],
         *,
         length: Signal | Callable[[float], float] | None = None,
         rate: Callable[[float], float] | None = None,
@@ -292,7 +292,7 @@ class Couplings(Records):
 
         Parameters
         ----------
-        points : sequence of Node or array_like of shape (dim,)
+        points : sequence of Point or array_like of shape (dim,)
             Two or more, such as ``[(0, 3), hook.origin]``; one is a point of a beam or a body.
         length : Signal or callable, optional
             The length of the rope as a function of t [m], given as `drive` takes positions.  By
@@ -338,7 +338,7 @@ class Couplings(Records):
             radius = by
             freedom_of("a winch", drum, "angle")
         places = tuple(
-            each.reference if isinstance(each, Node) else tuple(each.tolist()) for each in ends
+            each.reference if isinstance(each, Point) else tuple(each.tolist()) for each in ends
         )
         record = WinchSpec(places, length, rate, second_rate, wound, radius)
         return self._add_partial(Winch(ends, sum(apart), course, drum, by), record)

@@ -13,7 +13,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.messages import shown
 from ancfsparse.scene.bodies.beam import Beam
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.element_choice import DEFAULTS, chosen_element
 from ancfsparse.scene.meshing.node_edge_checks import checked_graph
 from ancfsparse.scene.sections.material import Material
@@ -51,7 +51,7 @@ class Frame:
         length = sum(beam.length for beam in self.beams)
         return f"frame: {len(self.positions)} nodes, {len(self.beams)} beams, {length:.6g} m"
 
-    def ends(self, node: int) -> list[Node]:
+    def ends(self, node: int) -> list[Point]:
         """Return the ends of all beams that meet at a node.
 
         Parameters
@@ -68,7 +68,7 @@ class Frame:
         found = [(beam, end) for beam, edge in pairs for end in (0, 1) if edge[end] == number]
         return [beam.end if end else beam.start for beam, end in found]
 
-    def node(self, node: int) -> Node:
+    def node(self, node: int) -> Point:
         """Return the handle of a node, for joints, loads and results.
 
         Parameters
@@ -78,7 +78,7 @@ class Frame:
         """
         return self.ends(node)[0]
 
-    def at(self, edge: int, s: float) -> Node:
+    def at(self, edge: int, s: float) -> Point:
         """Return the point of a beam at an arc coordinate.
 
         Parameters

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_choice, check_flag
 from ancfsparse.errors import InputError
-from ancfsparse.scene.bodies.body import Node
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.clamp import Clamp, ClampSpec
 from ancfsparse.scene.joints.connect import Connect, ConnectSpec
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_point, check_turns
@@ -21,7 +21,7 @@ from ancfsparse.scene.joints.prescribed_point import Drive, DriveSpec
 from ancfsparse.scene.joints.rod import SAME_PLACE, Rod, RodSpec
 from ancfsparse.scene.meshing.straight_beam import check_position, place
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import At, Point, Spec, specified, text
+from ancfsparse.scene.records.record import At, PointRef, Spec, specified, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.joints.distance import Distance
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 class DistanceSpec(Spec):
     """The record of `Scene.distance`."""
 
-    a: Point
-    b: Point
+    a: PointRef
+    b: PointRef
     length: Callable[[float], float] | None = None
     rate: Callable[[float], float] | None = None
     second_rate: Callable[[float], float] | None = None
@@ -47,12 +47,12 @@ class DistanceSpec(Spec):
 class Joints(Records):
     """Joints of a scene."""
 
-    def pin(self, node: Node, *, as_constraint: bool = False) -> Pin:
+    def pin(self, node: Point, *, as_constraint: bool = False) -> Pin:
         """Hold the position of a point where it is, leave its rotation free.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             The point, for example ``rod.start`` or ``rod.at(0.3)``; inside an element it is held by
             equations.
         as_constraint : bool, optional
@@ -68,12 +68,12 @@ class Joints(Records):
         check_flag("as_constraint of a pin", as_constraint)
         return self._add(Pin(own, as_constraint), PinSpec(own.reference, as_constraint))
 
-    def clamp(self, node: Node, stretch: str = "free") -> Clamp:
+    def clamp(self, node: Point, stretch: str = "free") -> Clamp:
         """Hold the position and the rotation of a node; of a mesh, every slope at the node.
 
         Parameters
         ----------
-        node : Node
+        node : Point
             The node, for example ``rod.start``.
         stretch : str, optional
             ``"free"`` holds the section: of a cable the direction of the slope r_x, of a thick beam
@@ -93,7 +93,7 @@ class Joints(Records):
 
     def drive(
         self,
-        node: Node,
+        node: Point,
         position: ArrayLike | Callable[[float], ArrayLike],
         *,
         rate: Callable[[float], ArrayLike] | None = None,
@@ -106,7 +106,7 @@ class Joints(Records):
 
         Parameters
         ----------
-        node : Node
+        node : Point
             The point, for example ``rod.start`` or ``rod.at(0.3)``.
         position : array_like of shape (dim,), or callable
             Where it is [m], or a function of t [s] that returns it: a signal such as
@@ -137,7 +137,7 @@ class Joints(Records):
 
     def rod(
         self,
-        node: Node,
+        node: Point,
         anchor: ArrayLike,
         *,
         length: Callable[[float], float] | None = None,
@@ -148,7 +148,7 @@ class Joints(Records):
 
         Parameters
         ----------
-        node : Node
+        node : Point
             The point held.
         anchor : array_like, shape (dim,)
             The fixed point [m], apart from the node.
@@ -185,12 +185,12 @@ class Joints(Records):
         record = RodSpec(node.reference, specified(point), length, rate, second_rate)
         return self._add(Rod(node, point, distance, course), record)
 
-    def connect(self, a: Node, b: Node, *, apart: bool = False) -> Connect:
+    def connect(self, a: Point, b: Point, *, apart: bool = False) -> Connect:
         """Join two points at one place, free to turn against each other.
 
         Parameters
         ----------
-        a, b : Node
+        a, b : Point
             Points with the same reference position, unless `apart`.
         apart : bool, optional
             Whether they may be apart in the reference shape.  `assemble` and `solve_static` bring
@@ -217,8 +217,8 @@ class Joints(Records):
 
     def distance(
         self,
-        a: Node,
-        b: Node,
+        a: Point,
+        b: Point,
         *,
         length: Callable[[float], float] | None = None,
         rate: Callable[[float], float] | None = None,
@@ -228,7 +228,7 @@ class Joints(Records):
 
         Parameters
         ----------
-        a, b : Node
+        a, b : Point
             Two points, apart from each other.
         length : callable, optional
             The distance as a function of t [m], for example of a hydraulic cylinder, given as

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
-from ancfsparse.scene.bodies.body import ElasticBody, Node
+from ancfsparse.scene.bodies.body import ElasticBody, Point
 from ancfsparse.scene.bodies.mesh import Mesh
 from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
 from ancfsparse.scene.loads.loads import (
@@ -31,7 +31,7 @@ class Loads(Records):
 
     def point_force(
         self,
-        node: Node,
+        node: Point,
         value: ArrayLike | Callable[[float], ArrayLike],
         *,
         follow: bool = False,
@@ -40,7 +40,7 @@ class Loads(Records):
 
         Parameters
         ----------
-        node : Node
+        node : Point
             Where, for example ``rod.end`` or ``rod.at(0.3)``.
         value : array_like, shape (dim,), or callable
             The force [N], or a function of t [s] that returns it, such as `Ramp`, `Sine`, `Pulse`
@@ -67,7 +67,7 @@ class Loads(Records):
 
     def point_moment(
         self,
-        node: Node,
+        node: Point,
         value: ArrayLike | Callable[[float], ArrayLike],
         *,
         follow: bool = False,
@@ -76,7 +76,7 @@ class Loads(Records):
 
         Parameters
         ----------
-        node : Node
+        node : Point
             Where, for example ``rod.end``.
         value : float, array_like of shape (3,), or callable
             The moment [N m], or a function of t [s] that returns it: one number

@@ -15,12 +15,12 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_choice, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
-from ancfsparse.scene.bodies.body import Node, Vector
+from ancfsparse.scene.bodies.body import Point, Vector
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_turns
 from ancfsparse.scene.joints.rod import SAME_PLACE
 from ancfsparse.scene.meshing.straight_beam import place
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import At, Point, Spec, text
+from ancfsparse.scene.records.record import At, PointRef, Spec, text
 
 if TYPE_CHECKING:
     from ancfsparse.kernels.catalog import ElementKind
@@ -49,8 +49,8 @@ UNIT = 8.0 * np.finfo(float).eps
 class BetweenSpec(Spec):
     """A record of a joint between two points."""
 
-    a: Point
-    b: Point | None = None
+    a: PointRef
+    b: PointRef | None = None
 
     def describe(self, at: At, made: Any) -> str:
         """Describe everything that its equations follow from."""
@@ -106,7 +106,7 @@ class Mechanisms(Records):
     """Joints of a scene that hold directions, or a point on a line."""
 
     def revolute(
-        self, a: Node, b: Node | None = None, *, axis: ArrayLike | None = None
+        self, a: Point, b: Point | None = None, *, axis: ArrayLike | None = None
     ) -> Revolute:
         """Join two points by a hinge: they coincide and turn about one axis of both.
 
@@ -114,9 +114,9 @@ class Mechanisms(Records):
 
         Parameters
         ----------
-        a : Node
+        a : Point
             A point, for example ``crank.end``.
-        b : Node, optional
+        b : Point, optional
             The other one, at the same place; without it the ground.
         axis : array_like, shape (3,)
             Direction of the axis in the reference shape.
@@ -136,8 +136,8 @@ class Mechanisms(Records):
 
     def universal(
         self,
-        a: Node,
-        b: Node | None = None,
+        a: Point,
+        b: Point | None = None,
         *,
         axis_a: ArrayLike | None = None,
         axis_b: ArrayLike | None = None,
@@ -170,7 +170,7 @@ class Mechanisms(Records):
         return self._between(Universal, UniversalSpec, ends, (one, other), ((one,), (other,)))
 
     def cylindrical(
-        self, a: Node, b: Node | None = None, *, axis: ArrayLike | None = None
+        self, a: Point, b: Point | None = None, *, axis: ArrayLike | None = None
     ) -> Cylindrical:
         """Let a point slide along an axis of both bodies and turn about it.
 
@@ -195,7 +195,7 @@ class Mechanisms(Records):
         self._check_line("a cylindrical joint", *ends, along)
         return self._between(Cylindrical, CylindricalSpec, ends, (along,), (along, *normals(along)))
 
-    def prismatic(self, a: Node, b: Node | None = None, *, axis: ArrayLike) -> Prismatic:
+    def prismatic(self, a: Point, b: Point | None = None, *, axis: ArrayLike) -> Prismatic:
         """Let a point slide along an axis without turning.
 
         Parameters
@@ -219,7 +219,7 @@ class Mechanisms(Records):
         needed = (along, *normals(along))
         return self._between(Prismatic, PrismaticSpec, ends, (along,), (needed, needed))
 
-    def weld(self, a: Node, b: Node | None = None, *, stretch: str = "free") -> Weld:
+    def weld(self, a: Point, b: Point | None = None, *, stretch: str = "free") -> Weld:
         """Join two points without relative rotation.
 
         At a beam it holds the section, as a clamp does; at a cable in space the direction of the
@@ -319,7 +319,7 @@ class Mechanisms(Records):
         )
 
     @staticmethod
-    def _in_line(cables: list[Node], stretch: str) -> bool:
+    def _in_line(cables: list[Point], stretch: str) -> bool:
         """Whether two cables have one tangent, which one slope is then."""
         from ancfsparse.scene.joints.frame_vectors import frame_at, spans
 
@@ -330,8 +330,8 @@ class Mechanisms(Records):
             raise InputError(f"a {name} joint needs a spatial scene; in a planar one use {instead}")
 
     def _ends(
-        self, what: str, a: Node, b: Node | None, apart: bool = False
-    ) -> tuple[Node, Node | None]:
+        self, what: str, a: Point, b: Point | None, apart: bool = False
+    ) -> tuple[Point, Point | None]:
         """Return the checked ends of a joint, which meet unless they may be apart."""
         one = self._mine(what, check_end(what, a))
         if b is None:
@@ -359,7 +359,7 @@ class Mechanisms(Records):
         return given if abs(length - 1.0) <= UNIT else np.asarray(given / length)
 
     @staticmethod
-    def _check_line(what: str, a: Node, b: Node | None, axis: Vector) -> None:
+    def _check_line(what: str, a: Point, b: Point | None, axis: Vector) -> None:
         if b is None:
             return
         way = a.position - b.position
@@ -374,7 +374,7 @@ class Mechanisms(Records):
         self,
         kind: type[Kind],
         spec: type[BetweenSpec],
-        ends: tuple[Node, Node | None],
+        ends: tuple[Point, Point | None],
         axes: tuple[Vector, ...],
         needed: Any,
     ) -> Kind:

@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown, suggest
-from ancfsparse.scene.bodies.body import Body, ElasticBody, Node
+from ancfsparse.scene.bodies.body import Body, ElasticBody, Point
 from ancfsparse.scene.joints.constrained_points import Holds
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.loads.attachment import Attached
 from ancfsparse.scene.loads.loads import Load
-from ancfsparse.scene.records.record import OfJoint, Spec
+from ancfsparse.scene.records.record import JointRef, Spec
 
 AnyBody = TypeVar("AnyBody", bound=Body)
 AnyJoint = TypeVar("AnyJoint", bound=Joint)
@@ -155,7 +155,7 @@ class Records:
             )
         return body
 
-    def _joint(self, what: str, joint: object) -> OfJoint:
+    def _joint(self, what: str, joint: object) -> JointRef:
         """Return the reference of a joint of this scene."""
         if not isinstance(joint, Joint):
             raise InputError(
@@ -168,9 +168,9 @@ class Records:
                 "of this scene returned"
             )
         number = next(k for k, each in enumerate(self.joints) if each is joint)
-        return OfJoint(joint.nodes[0].beam.name, number)
+        return JointRef(joint.nodes[0].beam.name, number)
 
-    def _mine(self, what: str, node: Node) -> Node:
+    def _mine(self, what: str, node: Point) -> Point:
         self._own(what, node.beam)
         return node
 

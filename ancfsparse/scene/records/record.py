@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 # The record of every method of `Scene` that adds something.
 SPECS: dict[str, type[Spec]] = {}
 # What records hold in place of handles, by the name of the class.
-REFERENCES: dict[str, type[Whole]] = {}
+REFERENCES: dict[str, type[BodyRef]] = {}
 
 
 @dataclass(frozen=True)
-class Whole:
+class BodyRef:
     """A body of a scene.
 
     Parameters
@@ -47,11 +47,11 @@ class Whole:
         return scene.body(self.body)
 
 
-REFERENCES["Whole"] = Whole
+REFERENCES["BodyRef"] = BodyRef
 
 
 @dataclass(frozen=True)
-class Point(Whole):
+class PointRef(BodyRef):
     """A point of a beam, a mesh or a rigid body.
 
     Parameters
@@ -78,7 +78,7 @@ class Point(Whole):
 
 
 @dataclass(frozen=True)
-class OfJoint(Whole):
+class JointRef(BodyRef):
     """A joint of a scene.
 
     Parameters
@@ -100,7 +100,7 @@ class OfJoint(Whole):
         return scene.joints[self.number]
 
 
-At = Callable[[Whole], str]
+At = Callable[[BodyRef], str]
 _NUMPY = np.ndarray, np.generic
 
 
@@ -108,7 +108,7 @@ _NUMPY = np.ndarray, np.generic
 class Spec:
     """The arguments of one call; its fields have the names of the parameters.
 
-    Vectors are tuples, matrices read-only arrays, handles `Whole` or `Point`.
+    Vectors are tuples, matrices read-only arrays, handles `BodyRef` or `PointRef`.
 
     Attributes
     ----------
@@ -142,7 +142,7 @@ class Spec:
         handles = {k: mapped(value, lambda each: each.of(scene)) for k, value in self.given.items()}
         return getattr(scene, self.method)(**handles)
 
-    def moved(self, move: Callable[[Whole], Whole]) -> Self:
+    def moved(self, move: Callable[[BodyRef], BodyRef]) -> Self:
         """Return a copy with other references."""
         return replace(self, **{name: mapped(value, move) for name, value in self.given.items()})
 
@@ -172,9 +172,9 @@ class Spec:
         return {name: sent(value, self.method) for name, value in self.__dict__.items()}
 
 
-def mapped(value: Any, change: Callable[[Whole], Any]) -> Any:
+def mapped(value: Any, change: Callable[[BodyRef], Any]) -> Any:
     """Return the value of a field with its references changed, also inside tuples."""
-    if isinstance(value, Whole):
+    if isinstance(value, BodyRef):
         return change(value)
     if isinstance(value, tuple):
         return tuple(mapped(each, change) for each in value)
@@ -191,8 +191,8 @@ def equal(one: Any, other: Any) -> bool:
 def text(value: Any, at: At) -> str:
     """Write a value for a digest: numbers with nine digits, functions without what they compute."""
     if isinstance(value, tuple) and value:
-        return "; ".join(map(at, value)) if isinstance(value[0], Whole) else numbers(value)
-    if isinstance(value, Whole):
+        return "; ".join(map(at, value)) if isinstance(value[0], BodyRef) else numbers(value)
+    if isinstance(value, BodyRef):
         return at(value)
     if isinstance(value, Signal):
         return value.describe()

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_choice, check_count
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
-from ancfsparse.scene.bodies.body import Body, Node
+from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import Point, Spec, Whole
+from ancfsparse.scene.records.record import BodyRef, PointRef, Spec
 
 AnyScene = TypeVar("AnyScene", bound=Records)
 
@@ -55,9 +55,9 @@ def replaced(
     return build(scene, _with(scene, {id(record): other}), gravity)
 
 
-def counterpart(scene: Records, handle: Body | Node) -> Any:
+def counterpart(scene: Records, handle: Body | Point) -> Any:
     """Return the handle of the same body or point in a scene; see `Scene.counterpart`."""
-    if isinstance(handle, Node):
+    if isinstance(handle, Point):
         here = scene.body(handle.beam.name)
         if type(here) is not type(handle.beam):
             raise InputError(f"{here.name} of this scene is no {type(handle.beam).__name__}")
@@ -71,11 +71,11 @@ def _with(scene: Records, others: Mapping[int, Spec]) -> list[Spec]:
     """Return the records of a scene with some in place of others, to which points are moved."""
     bodies = {body.name: others.get(id(scene.record_of(body))) for body in scene.bodies}
 
-    def move(reference: Whole) -> Whole:
+    def move(reference: BodyRef) -> BodyRef:
         new = bodies.get(reference.body)
         if new is None:
             return reference
-        if isinstance(reference, Point):
+        if isinstance(reference, PointRef):
             node, count = reference.of(scene), 0
             if node.beam.n_elements:
                 count = _count(new)
@@ -99,11 +99,11 @@ def _as_data(scene: Records, value: Any) -> Any:
     """Return an argument as a record holds it: handles as references."""
     if isinstance(value, Joint):
         return scene._joint("replaced", value)
-    if isinstance(value, Body | Node):
+    if isinstance(value, Body | Point):
         body = value if isinstance(value, Body) else value.beam
         if scene.body(body.name) is not body:
             raise InputError(f"replaced was given {value!r} of another scene")
         return value.reference
-    if isinstance(value, list | tuple) and any(isinstance(each, Body | Node) for each in value):
+    if isinstance(value, list | tuple) and any(isinstance(each, Body | Point) for each in value):
         return tuple(_as_data(scene, each) for each in value)
     return value

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from ancfsparse.messages import checksum, numbers
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import OfJoint, Point, Whole
+from ancfsparse.scene.records.record import BodyRef, JointRef, PointRef
 
 # Longer descriptions are cut here and end in a checksum.
 LONGEST = 200
@@ -35,11 +35,11 @@ def digest(scene: Records) -> dict[str, str]:
     """
     number = {body.name: f"body {k}" for k, body in enumerate(scene.bodies)}
 
-    def at(reference: Whole) -> str:
+    def at(reference: BodyRef) -> str:
         here = number[reference.body]
-        if isinstance(reference, OfJoint):
+        if isinstance(reference, JointRef):
             return f"joint {reference.number}"
-        if not isinstance(reference, Point):
+        if not isinstance(reference, PointRef):
             return here
         inside = ""
         if reference.xi:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import OfJoint, Point, Spec, Whole, equal
+from ancfsparse.scene.records.record import BodyRef, JointRef, PointRef, Spec, equal
 from ancfsparse.scene.records.signal import Signal
 
 
@@ -24,11 +24,11 @@ def line(record: Spec, scene: Records) -> str:
 
 def value(given: Any, scene: Records) -> str:
     """Write one argument."""
-    if isinstance(given, Point):
+    if isinstance(given, PointRef):
         return repr(given.of(scene))
-    if isinstance(given, OfJoint):
+    if isinstance(given, JointRef):
         return str(given.of(scene).label)
-    if isinstance(given, Whole):
+    if isinstance(given, BodyRef):
         return given.body
     if isinstance(given, np.ndarray):
         return "array of shape " + " x ".join(map(str, given.shape))

@@ -29,7 +29,7 @@ HALVINGS, SOLUTIONS = 14, 4
 BESIDE, LEAST_BESIDE = 0.05, 1.0 / 64.0
 
 
-class Point(NamedTuple):
+class PathPoint(NamedTuple):
     """An equilibrium on the path, and how the path goes on.
 
     Attributes
@@ -60,7 +60,7 @@ class Points:
 
     Attributes
     ----------
-    all : list of Point
+    all : list of PathPoint
         In order.
     turns : list of int
         Those where the load turns.
@@ -70,7 +70,7 @@ class Points:
         Whether the last one is under the whole load.
     """
 
-    all: list[Point] = field(default_factory=list)
+    all: list[PathPoint] = field(default_factory=list)
     turns: list[int] = field(default_factory=list)
     forks: list[int] = field(default_factory=list)
     arrived: bool = False
@@ -133,7 +133,7 @@ def follow(balance: Balance, to: float, most: int, tolerance: float, side: int =
     return path
 
 
-def _point(balance: Balance, state: State, load: float, before: Vector | None) -> Point:
+def _point(balance: Balance, state: State, load: float, before: Vector | None) -> PathPoint:
     """Factor at an equilibrium and go on along the path, or begin with a growing load."""
     values = balance.stiffness(state, load)
     negative = balance.factor(state, values, load)
@@ -143,7 +143,9 @@ def _point(balance: Balance, state: State, load: float, before: Vector | None) -
     size = balance.distance(dx)
     ahead = before is None or (balance.mass * before) @ dx > 0.0
     scale = (1.0 if ahead else -1.0) / size
-    return Point(state, load, scale * dx, scale * dlam, scale, balance.negative_pivots(negative))
+    return PathPoint(
+        state, load, scale * dx, scale * dlam, scale, balance.negative_pivots(negative)
+    )
 
 
 def _pull(balance: Balance, state: State, load: float) -> tuple[Vector, Vector]:
@@ -157,8 +159,8 @@ def _pull(balance: Balance, state: State, load: float) -> tuple[Vector, Vector]:
 
 
 def _next(
-    balance: Balance, last: Point, step: float, to: float, tolerance: float
-) -> tuple[Point, int]:
+    balance: Balance, last: PathPoint, step: float, to: float, tolerance: float
+) -> tuple[PathPoint, int]:
     """Find the equilibrium on the plane across the path at a distance; count the corrections."""
     load = last.load + step * last.dload
     state = balance.moved(last.state, step * last.dx, step * last.dlam, load)
@@ -185,12 +187,12 @@ def _next(
 
 
 def _turning(
-    balance: Balance, last: Point, new: Point, step: float, to: float, tolerance: float
-) -> Point | None:
+    balance: Balance, last: PathPoint, new: PathPoint, step: float, to: float, tolerance: float
+) -> PathPoint | None:
     """Find the point between two where the load turns, by the secant method kept between them."""
     low, high = 0.0, step
     at_low, at_high = last.dload, new.dload
-    best: Point | None = None
+    best: PathPoint | None = None
     for _ in range(MOST_SEARCHES):
         at = low + (high - low) * at_low / (at_low - at_high)
         at = min(max(at, low + 0.05 * (high - low)), high - 0.05 * (high - low))
@@ -209,8 +211,8 @@ def _turning(
 
 
 def _fork(
-    balance: Balance, last: Point, new: Point, step: float, to: float, tolerance: float
-) -> Point:
+    balance: Balance, last: PathPoint, new: PathPoint, step: float, to: float, tolerance: float
+) -> PathPoint:
     """Find the point between two where the path loses its stability: the last one before."""
     low, high, best = 0.0, step, last
     for _ in range(HALVINGS):
@@ -224,8 +226,8 @@ def _fork(
 
 
 def _beside(
-    balance: Balance, fork: Point, side: int, to: float, tolerance: float
-) -> tuple[Point, float]:
+    balance: Balance, fork: PathPoint, side: int, to: float, tolerance: float
+) -> tuple[PathPoint, float]:
     """Find an equilibrium on the other branch, in the buckling direction, and its distance.
 
     Its distance from the fork along that direction is held, and the load is sought.
@@ -240,7 +242,7 @@ def _beside(
         x, dlam = x / size, dlam / size
     first = np.argmax(np.abs(x) * np.sqrt(balance.mass))
     sign = side * np.sign(x[first])
-    away = Point(state, load, sign * x, sign * dlam, 0.0, fork.negative)
+    away = PathPoint(state, load, sign * x, sign * dlam, 0.0, fork.negative)
     step = whole = BESIDE / _turn(balance, x)
     while True:
         try:
@@ -251,7 +253,9 @@ def _beside(
                 raise
 
 
-def _at(balance: Balance, last: Point, new: Point, to: float, tolerance: float) -> Point:
+def _at(
+    balance: Balance, last: PathPoint, new: PathPoint, to: float, tolerance: float
+) -> PathPoint:
     """Find the equilibrium under a share of the loads between two points."""
     part = (to - last.load) / (new.load - last.load)
     q = last.state.q + part * (new.state.q - last.state.q)

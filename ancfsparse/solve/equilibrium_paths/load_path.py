@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ancfsparse.checks import check_count, check_finite, check_positive
-from ancfsparse.errors import EquilibriumFailure, InputError
+from ancfsparse.errors import EquilibriumError, InputError
 from ancfsparse.messages import shown
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import RunStats
@@ -69,7 +69,7 @@ def load_path(
         If an argument is invalid, there are no loads, or the factor cannot fit in memory.
     SingularSceneError
         If the joints leave a rigid motion free.
-    EquilibriumFailure
+    EquilibriumError
         If the path cannot be followed any further.
 
     Notes
@@ -117,7 +117,7 @@ def load_path(
         except NotFoundError as lost:
             r = balance.state(lost.state.q, lost.state.lam, lost.load).r
             worst = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
-            raise EquilibriumFailure(
+            raise EquilibriumError(
                 f"the path cannot be followed any further, {lost.reason}",
                 lost.load,
                 abs(float(r[worst])),

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice, check_flag, check_positive
-from ancfsparse.errors import AncfError, InputError, Parameter, Sentence, UnstableEquilibrium
+from ancfsparse.errors import AncfError, InputError, Parameter, Sentence, UnstableEquilibriumWarning
 from ancfsparse.integrators.interface.time_grid import Clock, count_steps_from
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats, Trajectory
@@ -88,16 +88,16 @@ def quasi_static(
         If an argument is invalid, or the equilibria or the factor cannot fit in memory.
     SingularSceneError
         If neither joints nor loads restrain a rigid motion.
-    EquilibriumFailure
+    EquilibriumError
         If there is no equilibrium.
-    LoadFailure
+    LoadError
         If a load that is a function of time raises an error or returns no load.
 
     Errors on the way have the equilibria before in their attribute ``trajectory``.
 
     Warns
     -----
-    UnstableEquilibrium
+    UnstableEquilibriumWarning
         If no stable equilibrium was found at some time.
     """
     from ancfsparse.solve.linearization.rigid_body_modes import free_motions
@@ -141,7 +141,7 @@ def quasi_static(
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
     worst = max(each.negative for each in found)
     if worst and balance.conservative:
-        warnings.warn(UnstableEquilibrium(worst), stacklevel=2)
+        warnings.warn(UnstableEquilibriumWarning(worst), stacklevel=2)
     return _path(system, times, found, stats, settings)
 
 

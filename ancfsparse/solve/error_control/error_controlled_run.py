@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_positive
-from ancfsparse.errors import AccuracyFailure, InputError, Parameter, StepFailure
+from ancfsparse.errors import AccuracyError, InputError, LoadError, Parameter, StepError
 from ancfsparse.integrators import (
     CentralDifference,
     DormandPrince,
@@ -167,9 +167,9 @@ def solve_accurately(
     ------
     InputError
         If rounding alone is above the accuracy.
-    AccuracyFailure
+    AccuracyError
         If the error does not go down with the steps, or only their rounding is left of it.
-    StepFailure, EnergyGain, Instability
+    StepError, EnergyIncreaseError, InstabilityError
         If no step is short enough.  They count the steps of the last run alone.
     """
     size = largest_place(system)
@@ -191,7 +191,7 @@ def solve_accurately(
             way, others = ways[first], min(costs[:first] + costs[first + 1 :], default=math.inf)
             # No other way leads where exact waves do not converge.
             hopeless = isinstance(ways[0], ExplicitRuns) and isinstance(
-                ways[0].failure, AccuracyFailure
+                ways[0].failure, AccuracyError
             )
             if hopeless or costs[first] == math.inf or total.runs >= MOST_RUNS:
                 for each in ways:
@@ -217,7 +217,7 @@ def solve_accurately(
             # to about root n times as much.  Shorter steps only add to it, and take ever longer.
             rounding = EPSILON * size * math.sqrt(max(way.steps, 1))
             if accuracy < min(rounding, total.error) and total.error < math.inf:
-                raise AccuracyFailure(accuracy, total.error, total.runs, CLEAR * total.error)
+                raise AccuracyError(accuracy, total.error, total.runs, CLEAR * total.error)
     best.warn()
 
 
@@ -290,9 +290,9 @@ def _failure(
 ) -> Exception:
     """Return why no way led to the accuracy."""
     for way in ways:
-        if isinstance(way.failure, StepFailure | InputError):
+        if isinstance(way.failure, StepError | InputError | LoadError):
             return way.failure
-    return AccuracyFailure(accuracy, total.error, total.runs)
+    return AccuracyError(accuracy, total.error, total.runs)
 
 
 def _extent(system: System) -> float:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import AccuracyFailure, InputError, Parameter
+from ancfsparse.errors import AccuracyError, InputError, Parameter
 from ancfsparse.integrators.explicit.explicit_methods import Explicit
 from ancfsparse.integrators.interface.time_grid import MOST_STEPS
 from ancfsparse.results import RunStats
@@ -163,7 +163,7 @@ class ExplicitRuns:
         if self._rounding and self.states is not None:
             self._rounding, apart = False, distance(self._system, self.states, states)
             if apart > max(AGAIN * self.error, self._accuracy):
-                self.failure = AccuracyFailure(self._accuracy, self.error, len(self._made) + 1)
+                self.failure = AccuracyError(self._accuracy, self.error, len(self._made) + 1)
             return
         last = self.states
         self._take(integrator, finer, states)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import Instability, LoadFailure
+from ancfsparse.errors import InstabilityError, LoadError
 from ancfsparse.integrators.explicit.explicit_methods import Explicit, make_explicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.nonlinear.iteration import EPSILON
@@ -75,7 +75,7 @@ class ExplicitMarch:
         Fastest vibration that steps must resolve [rad/s]; before the set-up, what it has at least.
     force_cost : float
         Modelled cost of an evaluation of the forces.
-    failure : Instability or LoadFailure
+    failure : InstabilityError or LoadError
         Why it is given up, None if it is not.
     places : LostRank
         Where constraints lost rank in its motions.
@@ -108,7 +108,7 @@ class ExplicitMarch:
         self._interval = MARGIN * integrator.tableau.interval
         self._unstable = 0
         self.places = LostRank(system, self._sizes)
-        self.failure: Instability | LoadFailure | None = None
+        self.failure: InstabilityError | LoadError | None = None
 
     @property
     def is_set_up(self) -> bool:
@@ -197,14 +197,14 @@ class ExplicitMarch:
         count_forces(stats, integrator)
         return states
 
-    def _failed_function(self) -> LoadFailure | None:
+    def _failed_function(self) -> LoadError | None:
         """Return what a function of the motion has failed with, and let it be called again.
 
         Steps that are too long lead to coordinates where drag or a stiffening spring overflows.
         """
         try:
             self._system.assembly.check()
-        except LoadFailure as failure:
+        except LoadError as failure:
             self._system.assembly.forget()
             return failure
         return None

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import EnergyGain, StepFailure
+from ancfsparse.errors import EnergyIncreaseError, StepError
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Method, ModifiedNewton, Outcome, QuasiNewton
 from ancfsparse.nonlinear.iteration import describe
@@ -181,7 +181,7 @@ class ImplicitRuns:
         stepper = self._stepper(pattern=pattern, left=left)
         try:
             self._take(by, stepper.run())
-        except (EnergyGain, StepFailure) as stop:
+        except (EnergyIncreaseError, StepError) as stop:
             self._restart(stop, stepper)
         self.steps = stepper.stats.steps
 
@@ -205,25 +205,27 @@ class ImplicitRuns:
             states = stepper.run()
         except OverBudget:
             self._expected = DEARER * others
-        except (EnergyGain, StepFailure) as stop:
+        except (EnergyIncreaseError, StepError) as stop:
             self._restart(stop, stepper)
         else:
             self._pattern, self._base = stepper.pattern, stepper.stats.steps
             self._cost = stepper.price.of_run(stepper.stats)
             self._runs, self.states, self.steps = [(1, states)], states, self._base
 
-    def _restart(self, stop: StepFailure, stepper: Stepper) -> None:
+    def _restart(self, stop: StepError, stepper: Stepper) -> None:
         """Let the first run be one of shorter steps, or give up."""
         self._count_attempt(stop, stepper)
-        if self._attempts == MOST_ATTEMPTS or (not isinstance(stop, EnergyGain) and not self._runs):
+        if self._attempts == MOST_ATTEMPTS or (
+            not isinstance(stop, EnergyIncreaseError) and not self._runs
+        ):
             self.failure = stop
         self._local /= SHORTER
         self._runs, self._mixed = [], None
 
-    def _count_attempt(self, stop: StepFailure, stepper: Stepper) -> None:
+    def _count_attempt(self, stop: StepError, stepper: Stepper) -> None:
         """Count a run that did not complete, and list why."""
         self._attempts += 1
-        cause = CAUSES[Outcome.GAINED_ENERGY] if isinstance(stop, EnergyGain) else "failed"
+        cause = CAUSES[Outcome.GAINED_ENERGY] if isinstance(stop, EnergyIncreaseError) else "failed"
         stepper.note([Event(stop.step, stop.time, "shorter steps", cause, math.nan)])
 
     def _stepper(self, **options: object) -> Stepper:

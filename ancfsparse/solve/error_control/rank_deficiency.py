@@ -11,7 +11,7 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import RedundantConstraints
+from ancfsparse.errors import RedundantConstraintsWarning
 from ancfsparse.solve.initial_conditions.redundant_constraints import nearly_dependent
 from ancfsparse.solve.stepping import interpolation
 from ancfsparse.system import System
@@ -82,7 +82,7 @@ class LostRank:
 
         Warns
         -----
-        RedundantConstraints
+        RedundantConstraintsWarning
             With its time.
         """
         if self.time is not None:
@@ -91,7 +91,7 @@ class LostRank:
                 "explicit methods lose their order: from then on the error is estimated by the "
                 "distances of three motions, and may be larger.  GeneralizedAlpha(0.9) takes "
                 "shorter steps there, at a higher cost",
-                RedundantConstraints,
+                RedundantConstraintsWarning,
                 stacklevel=6,
             )
 

@@ -149,7 +149,7 @@ class Stepper:
 
         Raises
         ------
-        StepFailure, EnergyGain
+        StepError, EnergyIncreaseError
             Without a trajectory.
         OverBudget
             If the run has cost what it may.

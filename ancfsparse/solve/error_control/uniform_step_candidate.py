@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ancfsparse.errors import EnergyGain, InputError, Parameter, StepFailure
+from ancfsparse.errors import EnergyIncreaseError, InputError, Parameter, StepError
 from ancfsparse.integrators.interface.time_grid import MOST_STEPS
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.error_control.implicit_candidate import MOST_ATTEMPTS, ImplicitRuns
@@ -65,7 +65,7 @@ class EqualRuns(ImplicitRuns):
         stepper = self._stepper(pattern=pattern, left=self._left(n))
         try:
             states = stepper.run()
-        except (EnergyGain, StepFailure) as stop:
+        except (EnergyIncreaseError, StepError) as stop:
             self._count_attempt(stop, stepper)
             self.failure = stop if self._attempts == MOST_ATTEMPTS else None
             self._plan, self._begin = replace(self._plan, fewest=MORE * n), None

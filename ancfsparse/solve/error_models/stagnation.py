@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ancfsparse.errors import AccuracyFailure
+from ancfsparse.errors import AccuracyError
 
 # An error that decreases by less than this, in so many runs, is not one of the steps.
 STUCK, MOST_STUCK = 0.7, 4
@@ -30,7 +30,7 @@ class Convergence:
     def __init__(self, accuracy: float) -> None:
         self._accuracy, self._smallest, self.stuck = accuracy, math.inf, 0
 
-    def add(self, error: float, still: bool = False) -> AccuracyFailure | None:
+    def add(self, error: float, still: bool = False) -> AccuracyError | None:
         """Add the error of a run; return a failure after too many runs without progress.
 
         Parameters
@@ -44,4 +44,4 @@ class Convergence:
         self._smallest = min(self._smallest, error)
         if self.stuck < MOST_STUCK:
             return None
-        return AccuracyFailure(self._accuracy, self._smallest, MOST_STUCK)
+        return AccuracyError(self._accuracy, self._smallest, MOST_STUCK)

@@ -42,7 +42,7 @@ def start_drives(system: System, state: State | None, step: float, t_end: float)
     ------
     InputError
         If a drive begins elsewhere, or with another velocity, or is not smooth.
-    LoadFailure
+    LoadError
         If its function fails.
     """
     prescribed, n = system.prescribed, system.prescribed.n
@@ -106,7 +106,7 @@ def inputs_at(
 
     Raises
     ------
-    LoadFailure
+    LoadError
         If a function fails.
     """
     table, failure = system.inputs(times, rates)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import MODERATE
-from ancfsparse.errors import RedundantConstraints
+from ancfsparse.errors import RedundantConstraintsWarning
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
 
@@ -41,7 +41,7 @@ def warn_of_repeats(system: System) -> None:
 
     Warns
     -----
-    RedundantConstraints
+    RedundantConstraintsWarning
         With the first of them and what they repeat.
     """
     if not len(system.constraints.offset):
@@ -56,7 +56,7 @@ def warn_of_repeats(system: System) -> None:
         f"{number} of {len(labels)} constraints repeat others at the start: "
         f"{'; '.join(words)}{more}.  The motion is not affected, but their forces are distributed "
         "arbitrarily: leave out a joint that repeats another, or use one with more freedom",
-        RedundantConstraints,
+        RedundantConstraintsWarning,
         stacklevel=4,
     )
 

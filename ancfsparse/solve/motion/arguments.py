@@ -18,7 +18,7 @@ from ancfsparse.integrators.interface.time_grid import Clock, as_double, count_s
 from ancfsparse.messages import shown
 from ancfsparse.nonlinear import Method
 from ancfsparse.results import Equilibrium
-from ancfsparse.scene import Node, Scene, check_scene
+from ancfsparse.scene import Point, Scene, check_scene
 from ancfsparse.solve.initial_conditions.restart import check_start
 from ancfsparse.solve.preparation.choose_factorization import check_seed
 from ancfsparse.solve.preparation.memory_estimate import Memory, estimate
@@ -76,7 +76,7 @@ class Request:
     max_halvings: int
     threads: int
     save_every: int
-    save_nodes: Sequence[Node] | None
+    save_nodes: Sequence[Point] | None
     output: str | Path | None
     progress: bool
     begun: float = field(default_factory=time.perf_counter)
@@ -140,7 +140,7 @@ def check_request(
     max_halvings: int,
     threads: int,
     save_every: int,
-    save_nodes: Sequence[Node] | None,
+    save_nodes: Sequence[Point] | None,
     output: str | Path | None,
     progress: bool,
     start: State | Equilibrium | str | None,
@@ -203,7 +203,7 @@ def at_equilibrium(scene: Scene, start: str) -> Equilibrium:
     ------
     InputError
         If `start` is another word, or the scene has initial velocities.
-    EquilibriumFailure
+    EquilibriumError
         If no equilibrium is found.
     """
     from ancfsparse.solve.statics.solve_static import solve_static  # what most runs do not need

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import AncfError, LoadFailure, OutputFailure
+from ancfsparse.errors import AncfError, LoadError, OutputError
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.solve.initial_conditions.restart import remember
@@ -117,9 +117,9 @@ class FixedRun(ABC):
 
         Raises
         ------
-        LoadFailure
+        LoadError
             If a load fails, after the steps before.
-        OutputFailure
+        OutputError
             If there is no room for their states.
         """
         self._recorder = recorder
@@ -132,7 +132,7 @@ class FixedRun(ABC):
             outcome = self._run()
             self._keep_last()
             self._count()
-        except OutputFailure:
+        except OutputError:
             self._count()
             raise
         except BaseException:  # an interruption may come between any two lines
@@ -167,10 +167,10 @@ class FixedRun(ABC):
         """Raise what a function of the motion has done wrong in a step that failed, if it did."""
         try:
             self._system.assembly.check()
-        except LoadFailure as failure:
+        except LoadError as failure:
             time = failure.time if np.isfinite(failure.time) else self._clock.at(step)
             reason = f"{failure.reason.rstrip('.')}; that was in step {step}"
-            raise LoadFailure(reason, time) from failure.__cause__
+            raise LoadError(reason, time) from failure.__cause__
 
     def _advance(self) -> Outcome:
         """Take as many steps as are taken in one go."""

@@ -11,7 +11,7 @@ import numpy as np
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Equilibrium, Trajectory
-from ancfsparse.scene import Node, Scene
+from ancfsparse.scene import Point, Scene
 from ancfsparse.solve.initial_conditions.consistent_state import check_constraints, check_energy
 from ancfsparse.solve.initial_conditions.restart import recall_contributions
 from ancfsparse.solve.motion.arguments import Request, check_request, suited
@@ -36,7 +36,7 @@ def simulate(
     max_halvings: int = 0,
     threads: int = 1,
     save_every: int = 1,
-    save_nodes: Sequence[Node] | None = None,
+    save_nodes: Sequence[Point] | None = None,
     output: str | Path | None = None,
     progress: bool = False,
     start: State | Equilibrium | str | None = None,
@@ -107,7 +107,7 @@ def simulate(
         bit for bit.  More than the machine has gain nothing.
     save_every : int, optional
         Steps from one saved state to the next; the last state is saved in any case.
-    save_nodes : sequence of Node, optional
+    save_nodes : sequence of Point, optional
         Keep only position, velocity and acceleration of these points, such as ``[rod.end]``.
     output : str or Path, optional
         Write the states to this HDF5 file while the run lasts, instead of keeping them in memory;
@@ -144,19 +144,19 @@ def simulate(
     ------
     InputError
         If an argument is invalid, or the run cannot fit in memory or on the disk.
-    LoadFailure
+    LoadError
         If a load that is a function of time raises an error or returns no load; it carries the
         trajectory up to the last step before.
-    OutputFailure
+    OutputError
         If the disk is full before the end; it carries the trajectory, as everything does that ends
         a run from outside, such as a KeyboardInterrupt: all accepted steps and their counts.
-    StepFailure
+    StepError
         If a step cannot be solved; it carries the trajectory so far.
-    AccuracyFailure
+    AccuracyError
         If the error does not come down to the accuracy.
-    Instability
+    InstabilityError
         If an explicit run gains energy because its step has become too long for the motion.
-    EnergyGain
+    EnergyIncreaseError
         If the motion gains energy that nothing has given it, as the trapezoidal rule lets it where
         steps are large; it carries the trajectory too.
 
@@ -269,7 +269,7 @@ def system_at_start(request: Request) -> System:
 
     Warns
     -----
-    RedundantConstraints
+    RedundantConstraintsWarning
         If constraints repeat others.
     """
     return at_start(request, System(request.scene, request.state))

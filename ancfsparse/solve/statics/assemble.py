@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.checks import check_finite
 from ancfsparse.dispatch import compiled
-from ancfsparse.errors import AssemblyFailure
+from ancfsparse.errors import AssemblyError
 from ancfsparse.nonlinear import Newton
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results.solutions.assembly import Assembly
@@ -62,7 +62,7 @@ def assemble(scene: Scene, *, t: float = 0.0) -> Assembly:
     ------
     InputError
         If an argument is invalid, or the factor cannot fit in memory.
-    AssemblyFailure
+    AssemblyError
         If the joints cannot be satisfied together from here; the worst is named.
 
     Notes
@@ -150,7 +150,7 @@ class _Work:
             few = len(sizes) <= PATIENCE or sizes[-1] <= 0.9 * min(sizes[: -PATIENCE // 2])
             if not (np.isfinite(sizes[-1]) and few):
                 break
-        raise AssemblyFailure(self.worst(phi) or "drive", float(np.max(np.abs(phi))), before)
+        raise AssemblyError(self.worst(phi) or "drive", float(np.max(np.abs(phi))), before)
 
     def to_drives(self, q: Vector) -> Vector:
         """Return how far driven coordinates are from where they should be, (n_all,) [m, 1]."""

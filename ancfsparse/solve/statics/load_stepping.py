@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import EquilibriumFailure
+from ancfsparse.errors import EquilibriumError
 from ancfsparse.solve.statics.equilibrium_equations import Balance, State
 from ancfsparse.solve.statics.newton_and_relaxation import Found, NotFoundError, find, settle
 
@@ -40,7 +40,7 @@ def find_equilibrium(balance: Balance, load_steps: int, tolerance: float) -> Fou
 
     Raises
     ------
-    EquilibriumFailure
+    EquilibriumError
         With the largest unbalanced force.
     """
     start, stats = balance.start, balance.stats
@@ -94,7 +94,7 @@ def find_from(balance: Balance, q: Vector, load_steps: int, tolerance: float) ->
 
     Raises
     ------
-    EquilibriumFailure
+    EquilibriumError
         With the largest unbalanced force.
     """
     state = balance.state(q, balance.start.lam, 1.0)
@@ -147,12 +147,10 @@ def _follow(
     return found
 
 
-def _failure(
-    balance: Balance, last: NotFoundError, reason: str, *advice: str
-) -> EquilibriumFailure:
+def _failure(balance: Balance, last: NotFoundError, reason: str, *advice: str) -> EquilibriumError:
     """Name the largest unbalanced force of the last state."""
     system = balance.system
     r = balance.state(last.state.q, last.state.lam, last.load).r
     worst = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
     where, unit = system.describe(worst), system.unit(worst)
-    return EquilibriumFailure(reason, last.load, abs(float(r[worst])), where, unit, *advice)
+    return EquilibriumError(reason, last.load, abs(float(r[worst])), where, unit, *advice)

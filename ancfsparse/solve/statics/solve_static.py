@@ -16,9 +16,9 @@ from ancfsparse.checks import (
     check_positive,
 )
 from ancfsparse.errors import (
-    EquilibriumFailure,
+    EquilibriumError,
     InputError,
-    UnstableEquilibrium,
+    UnstableEquilibriumWarning,
 )
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats
@@ -100,12 +100,12 @@ def solve_static(
         If an argument is invalid, or the factor cannot fit in memory.
     SingularSceneError
         If neither joints nor loads restrain a rigid motion; it is named.
-    EquilibriumFailure
+    EquilibriumError
         If no equilibrium is found.
 
     Warns
     -----
-    UnstableEquilibrium
+    UnstableEquilibriumWarning
         If the one that is found is unstable: a straight column stays straight beyond its buckling
         load.  ``stats.negative_pivots`` counts the directions in which it would leave.
 
@@ -166,20 +166,20 @@ def solve_static(
 
         try:
             found = find(balance)
-        except EquilibriumFailure as failure:
+        except EquilibriumError as failure:
             exact = _exact_instead(balance, needed, seed, bar.update, t)
             if exact is None:
                 raise
             try:
                 found = find(exact)
-            except EquilibriumFailure:
+            except EquilibriumError:
                 raise failure from None
             stats.solver += ", then on an exact seed (which found an equilibrium)"
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
     stats.negative_pivots, stats.error = found.negative, found.error
     stats.sweeps, stats.products = balance.seed.inner
     if found.negative and balance.conservative:
-        warnings.warn(UnstableEquilibrium(found.negative), stacklevel=2)
+        warnings.warn(UnstableEquilibriumWarning(found.negative), stacklevel=2)
     return Equilibrium(system, found.state.q, found.state.lam, stats, t)
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import RedundantConstraints
+from ancfsparse.errors import RedundantConstraintsWarning
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.interface.time_grid import Clock
 from ancfsparse.nonlinear import Outcome
@@ -158,7 +158,7 @@ class Softening:
 
         Warns
         -----
-        RedundantConstraints
+        RedundantConstraintsWarning
             With the first of them.
         """
         if self.events:
@@ -167,7 +167,7 @@ class Softening:
                 f"where a linkage can go on in several ways: {len(self.events)} steps "
                 f"(stats.events) were solved with constraints that gave way by up to "
                 f"{self._largest:.2g} m, so that inertia decides; shorter steps make that less",
-                RedundantConstraints,
+                RedundantConstraintsWarning,
                 stacklevel=5,
             )
 

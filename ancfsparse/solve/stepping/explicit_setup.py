@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ancfsparse.errors import InputError, Instability, Parameter
+from ancfsparse.errors import InputError, InstabilityError, Parameter
 from ancfsparse.integrators.explicit.explicit_methods import Explicit, make_explicit
 from ancfsparse.integrators.interface.time_grid import divides, plain
 from ancfsparse.nonlinear import Outcome
@@ -176,7 +176,7 @@ def instability(
     now: float,
     dt: float,
     path: Trajectory | None = None,
-) -> Instability:
+) -> InstabilityError:
     """Explain why a run was stopped.
 
     Parameters
@@ -206,4 +206,4 @@ def instability(
             f"the motion has gained {gain:.3g} J that no load accounts for; the stable step, which "
             f"stretching shortens, is now {limit:.3g} s"
         )
-    return Instability(reason, now, step, dt, gain, "the whole scene", path)
+    return InstabilityError(reason, now, step, dt, gain, "the whole scene", path)

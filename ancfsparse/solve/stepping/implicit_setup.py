@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import EnergyGain, Parameter, Sentence, StepFailure
+from ancfsparse.errors import (
+    ConvergenceError,
+    EnergyIncreaseError,
+    Parameter,
+    Sentence,
+    StepError,
+)
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.implicit.time_integration import make_march
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, Outcome, Rung
@@ -252,7 +258,7 @@ def stopped(
     max_energy_gain: float,
     path: Trajectory | None,
     advice: str,
-) -> StepFailure:
+) -> StepError:
     """Return the error for a run that came to a time in a number of steps, and no further.
 
     Without a trajectory it was a run to an accuracy.
@@ -260,16 +266,18 @@ def stopped(
     if outcome == Outcome.GAINED_ENERGY:
         gain, exchanged = march.energy_gain
         advice += ON_ALL_THE_SAME
-        return EnergyGain(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
+        return EnergyIncreaseError(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
     if outcome == Outcome.HAD_GAINED:
         gain, motion, when = march.largest_gain
         advice += ON_ALL_THE_SAME
-        return EnergyGain(gain, motion, max_energy_gain, now, steps, dt, path, advice, when)
+        return EnergyIncreaseError(
+            gain, motion, max_energy_gain, now, steps, dt, path, advice, when
+        )
     steps, now = steps + 1, now + dt
     if outcome == Outcome.WOULD_GAIN:
         gain, exchanged = march.refused_gain
         advice += ON_ALL_THE_SAME
-        return EnergyGain(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
+        return EnergyIncreaseError(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
     # The place where the last iterate is furthest off.
     r, phi = march.unbalanced
     worst = int(np.argmax(np.abs(np.nan_to_num(r[: system.n_free], nan=np.inf))))
@@ -288,4 +296,4 @@ def stopped(
     if np.isfinite(iteration.contraction):
         reason += f"; the residual last changed by a factor of {iteration.contraction:.3g}"
     sentence = Sentence(reason, aside=Parameter("max_iterations", aside=True))
-    return StepFailure(sentence, now, steps, dt, size, where, path, advice, unit)
+    return ConvergenceError(sentence, now, steps, dt, size, where, path, advice, unit)

@@ -15,7 +15,7 @@ from ancfsparse.messages import shown
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.data.hdf5_format import file_name
 from ancfsparse.results.data.stored_tables import Chosen
-from ancfsparse.scene import Node
+from ancfsparse.scene import Point
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system_memory import GIGABYTE
@@ -99,7 +99,7 @@ class Record:
         What moves.
     rows : int
         Number of states to come.
-    nodes : sequence of Node, or None
+    nodes : sequence of Point, or None
         Points to keep; None keeps all coordinates.
     output : str, Path or None
         HDF5 file; None keeps the states in memory.
@@ -111,7 +111,7 @@ class Record:
         self,
         system: System,
         rows: int,
-        nodes: Sequence[Node] | None,
+        nodes: Sequence[Point] | None,
         output: str | Path | None,
         settings: Mapping[str, Any],
     ) -> None:
@@ -208,10 +208,10 @@ def check_nodes(nodes: object) -> None:
     """Refuse what is not a list of points."""
     if nodes is None:
         return
-    if isinstance(nodes, Node) or not isinstance(nodes, Sequence) or not nodes:
+    if isinstance(nodes, Point) or not isinstance(nodes, Sequence) or not nodes:
         raise InputError(f"save_nodes must be a list such as [rod.end], got {shown(nodes)}")
     for node in nodes:
-        if not isinstance(node, Node):
+        if not isinstance(node, Point):
             raise InputError(f"save_nodes must hold points such as rod.end, got {shown(node)}")
 
 
@@ -228,7 +228,7 @@ def check_output(output: object) -> None:
     check_replaceable(path)
 
 
-def places_of(system: System, nodes: Sequence[Node]) -> Places:
+def places_of(system: System, nodes: Sequence[Point]) -> Places:
     """Return the coordinates that the positions of points are made of, ascending."""
     places = [system.point(node)[0].ravel() for node in nodes]
     return np.unique(np.concatenate([np.empty(0, np.int32), *places]))

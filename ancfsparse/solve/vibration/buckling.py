@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_count
-from ancfsparse.errors import ApproximateModes, InputError, ModesFailure
+from ancfsparse.errors import ApproximateModesWarning, InputError, ModesError
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
 from ancfsparse.scene import Scene
@@ -59,12 +59,12 @@ def buckling(of: Scene | Equilibrium, n: int = 1) -> Buckling:
         cannot fit in memory.
     SingularSceneError
         If the joints leave a rigid motion free.
-    ModesFailure
+    ModesError
         If the loads cannot be found to working accuracy.
 
     Warns
     -----
-    ApproximateModes
+    ApproximateModesWarning
         If some forces have no potential: `complex_modes` finds where they cause flutter.
 
     Notes
@@ -89,7 +89,7 @@ def buckling(of: Scene | Equilibrium, n: int = 1) -> Buckling:
         multiples, motions = _lowest(pencil, path, n)
     system = pencil.system
     if not system.conservative:
-        warnings.warn(ApproximateModes(), stacklevel=2)
+        warnings.warn(ApproximateModesWarning(), stacklevel=2)
     shapes = np.zeros((len(multiples), system.n_all))
     shapes[:, : system.n_free] = motions
     return Buckling(system, pencil.state, base + multiples, shapes)
@@ -213,7 +213,7 @@ def _by_lanczos(pencil: Pencil, change: sp.csr_array, k: int) -> tuple[Vector, V
             v0=solve(force),
         )
     except ArpackError as error:
-        raise ModesFailure(str(error)) from error
+        raise ModesError(str(error)) from error
     return roots, vectors
 
 
@@ -227,4 +227,4 @@ def _check_none_missing(pencil: Pencil, change: Vector, multiples: Vector, n: in
     between = 0.5 * (multiples[at - 1] + multiples[at])
     count = pencil.factor_stiffness(between * change)
     if count is not None and count != at:
-        raise ModesFailure(f"{count} buckling loads are below a gap, and {at} were found")
+        raise ModesError(f"{count} buckling loads are below a gap, and {at} were found")

@@ -53,7 +53,7 @@ def complex_modes(
     ------
     InputError
         If an argument is invalid, there are fewer modes, or the factor cannot fit in memory.
-    ModesFailure
+    ModesError
         If the modes cannot be found to working accuracy.
 
     Notes

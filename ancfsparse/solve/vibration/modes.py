@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_count
-from ancfsparse.errors import ApproximateModes, InputError
+from ancfsparse.errors import ApproximateModesWarning, InputError
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
 from ancfsparse.scene import Scene
@@ -53,12 +53,12 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     InputError
         If an argument is invalid, there are fewer modes, the scene has a rotating frame, or the
         factor cannot fit in memory.
-    ModesFailure
+    ModesError
         If the modes cannot be found to working accuracy.
 
     Warns
     -----
-    ApproximateModes
+    ApproximateModesWarning
         If some forces have no potential, such as functions of the motion and moments about fixed
         axes in space: only the symmetric part of their stiffness counts, see `complex_modes`.
 
@@ -96,7 +96,7 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
         values, motions, rounding = lowest(pencil, n, motions)
     system = pencil.system
     if not system.conservative:
-        warnings.warn(ApproximateModes(), stacklevel=2)
+        warnings.warn(ApproximateModesWarning(), stacklevel=2)
     damping = np.zeros(n)
     if system.damped:
         damping = np.sum(motions * (pencil.damping() @ motions.T).T, axis=1)

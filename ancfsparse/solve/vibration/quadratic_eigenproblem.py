@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import ModesFailure
+from ancfsparse.errors import ModesError
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.solve.linearization.linearized_system import Pencil
 from ancfsparse.solve.linearization.nonconservative_tangent import ROUNDING as DIFFERENCE
@@ -74,7 +74,7 @@ class Damped:
         self.damping = pencil.damping() + damping
         self.doubt = DIFFERENCE * abs(stiffness)  # differences of forces are not exact
         if pencil.factor_at_rate(rate) is None:
-            raise ModesFailure("the matrix of damped motions is singular")
+            raise ModesError("the matrix of damped motions is singular")
 
     def solve(self, force: Vector) -> Vector:
         """Solve ``(rate^2 M + rate C + K) x = force`` under the constraints, (n_free,)."""
@@ -84,7 +84,7 @@ class Damped:
 
         x = solve_beside(solve, self._beside, force, self.unit)
         if x is None:
-            raise ModesFailure(
+            raise ModesError(
                 "forces without a potential or Coriolis forces are too strong for the factor"
             )
         return x
@@ -122,7 +122,7 @@ def nearest(pencil: Pencil, n: int, frequency: float, motions: Vector | None) ->
 
     Raises
     ------
-    ModesFailure
+    ModesError
         If the method does not converge, or there are fewer roots.
     """
     damped = Damped(pencil, RATE * max(frequency, ROUNDING * np.sqrt(EPSILON * pencil.size)))
@@ -139,13 +139,13 @@ def nearest(pencil: Pencil, n: int, frequency: float, motions: Vector | None) ->
         if np.count_nonzero(np.abs(roots.values) <= reach) >= n:
             break
         if everything:
-            raise ModesFailure(f"there are {len(roots.values)} motions, and {n} were asked for")
+            raise ModesError(f"there are {len(roots.values)} motions, and {n} were asked for")
         wanted *= 2
     values, x, rounding = roots.values[:n], roots.motions[:n], roots.rounding[:n]
     for value, motion in zip(values, x, strict=True):
         off = damped.size(damped.residual(complex(value), motion))
         if not off <= TOLERANCE + ROUNDING * EPSILON * pencil.size / damped.rate**2:
-            raise ModesFailure(f"a mode has the relative residual {off:.2g}")
+            raise ModesError(f"a mode has the relative residual {off:.2g}")
     return Roots(values, x, rounding)
 
 
@@ -182,7 +182,7 @@ def _by_arnoldi(damped: Damped, k: int) -> tuple[Complex, Complex]:
             tol=0.0,
         )
     except ArpackError as error:
-        raise ModesFailure(str(error)) from error
+        raise ModesError(str(error)) from error
     return damped.rate * (1.0 + 1.0 / shifted), vectors[:n] / damped.unit[:, None]
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError, ModesFailure
+from ancfsparse.errors import InputError, ModesError
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.solve.linearization.linearized_system import Pencil
 
@@ -59,7 +59,7 @@ def lowest(pencil: Pencil, n: int, motions: Vector | None) -> tuple[Vector, Vect
 
     Raises
     ------
-    ModesFailure
+    ModesError
         If the method does not converge.
     """
     _, vectors = _by_lanczos(pencil, n) if motions is None else _by_dense(pencil, n, motions)
@@ -145,13 +145,13 @@ def _by_lanczos(pencil: Pencil, n: int) -> Found:
             break  # nothing is missing: the count suffered from rounding
         values, vectors = _refined(pencil, np.hstack([vectors, more[1]]))
     else:
-        raise ModesFailure(f"eigenvalues are still missing after {MOST_SHIFTS} searches")
+        raise ModesError(f"eigenvalues are still missing after {MOST_SHIFTS} searches")
     again = pencil.solve_all(pencil.mass @ vectors[:, :n]) * (values[:n] - below)
     off = vectors[:, :n] - again
     residual = np.sqrt(np.max(np.sum(off * (pencil.mass @ off), axis=0)))
     # Errors of modes from rounding of the factor; those of eigenvalues are their squares.
     if not residual <= TOLERANCE + ROUNDING * EPSILON * pencil.size / abs(below):
-        raise ModesFailure(f"a mode has the relative residual {residual:.2g}")
+        raise ModesError(f"a mode has the relative residual {residual:.2g}")
     return values[:n], vectors[:, :n]
 
 
@@ -181,7 +181,7 @@ def _factor_below(pencil: Pencil, shift: float) -> float:
     while pencil.factor(shift) != 0:
         shift *= 4.0
         if not np.isfinite(shift):
-            raise ModesFailure("the stiffness is not finite")
+            raise ModesError("the stiffness is not finite")
     return shift
 
 
@@ -211,13 +211,13 @@ def _near(pencil: Pencil, k: int, known: Vector | None = None, tolerance: float 
         )
     except ArpackNoConvergence as error:
         lost = math.sqrt(ROUNDING * EPSILON * pencil.size) / (2.0 * math.pi)
-        raise ModesFailure(
+        raise ModesError(
             f"Lanczos' method does not converge: the lowest frequencies are lost in the rounding "
             f"of the stiffness, which hides those below about {lost:.3g} Hz; take longer elements, "
             "or the equilibrium under the loads, whose stress stiffens slender parts"
         ) from error
     except ArpackError as error:
-        raise ModesFailure(str(error)) from error
+        raise ModesError(str(error)) from error
     order = np.argsort(values)
     return values[order], vectors[:, order]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ancfsparse.scene import Node
+from ancfsparse.scene import Point
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Places, Vector, unknowns
 
@@ -36,7 +36,7 @@ class Points:
     weight: Vector
 
     @classmethod
-    def of(cls, system: System, sums: Sequence[Sequence[tuple[float, Node]]]) -> Points:
+    def of(cls, system: System, sums: Sequence[Sequence[tuple[float, Point]]]) -> Points:
         """Add up points with factors; coordinates that several of a sum have count once."""
         start = [0]
         place: list[Places] = [np.empty((system.dim, 0), dtype=np.int32)]

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
-from ancfsparse.scene import Body, Node, check_point
+from ancfsparse.scene import Body, Point, check_point
 from ancfsparse.system.coordinates.nodal_vectors import inside, weighed
 from ancfsparse.system.coordinates.numbering import Places
 
 Vector = NDArray[np.float64]
-Handle = TypeVar("Handle", Body, Node)
+Handle = TypeVar("Handle", Body, Point)
 
 # Of a node, whose vectors are coordinates.
 NONE = np.ones(1)
@@ -61,19 +61,19 @@ class Coordinates:
 
         The element or mesh of a beam was open there; its points are found by arc length.
         """
-        body = handle.beam if isinstance(handle, Node) else handle
+        body = handle.beam if isinstance(handle, Point) else handle
         if not body.automatic or id(body) in self._index:
             return handle
         from ancfsparse.scene.bodies.auto_element import decided
 
         return decided(self.bodies[self._of(body)], handle)
 
-    def rows(self, node: Node) -> Places:
+    def rows(self, node: Point) -> Places:
         """Return the places of the coordinates of all rows of a node, shape (k, n_c)."""
         node = self.own(node)
         return self.places[self._of(node.beam)][node.beam.rows_of(node.index)]
 
-    def place(self, node: Node) -> Places:
+    def place(self, node: Point) -> Places:
         """Return the places of a node's coordinates, shape (n_c,).
 
         Raises
@@ -94,7 +94,7 @@ class Coordinates:
         beam = self.own(beam)
         return self.places[self._of(beam)][beam.ends].reshape(beam.n_elements, -1)
 
-    def point(self, node: Node) -> tuple[Places, Vector]:
+    def point(self, node: Point) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
         node = self.own(check_point("a position", node))
         if not node.xi:
@@ -102,7 +102,7 @@ class Coordinates:
         straight = self.kind_of(node.beam).is_string
         return self._interpolate(node, "r", position_weights(node.xi, self._length(node), straight))
 
-    def slope(self, node: Node) -> tuple[Places, Vector]:
+    def slope(self, node: Point) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of the slope r'.
 
         Raises
@@ -121,7 +121,7 @@ class Coordinates:
             return self._interpolate(node, "r_x", NONE)
         return self._interpolate(node, "r_x", slope_weights(node.xi, self._length(node), straight))
 
-    def frame(self, node: Node) -> Places:
+    def frame(self, node: Point) -> Places:
         """Return the places (3, dim) of those of r_x, r_y and r_z at a node that a moment acts on.
 
         -1 stands for the others.  In the plane a moment cannot twist and acts on one vector.
@@ -132,7 +132,7 @@ class Coordinates:
             out["xyz".index(vector[-1])] = places[kind.columns(vector)]
         return out
 
-    def _interpolate(self, node: Node, vector: str, weights: Vector) -> tuple[Places, Vector]:
+    def _interpolate(self, node: Point, vector: str, weights: Vector) -> tuple[Places, Vector]:
         """Weigh the ends of an element, or take this vector of a node as it is."""
         kind = self.kind_of(node.beam)
         offsets = node.offsets if vector == "r" else ()
@@ -145,7 +145,7 @@ class Coordinates:
         return inside(kind, ends, replace(node, offsets=offsets), weights)
 
     @staticmethod
-    def _length(point: Node) -> float:
+    def _length(point: Point) -> float:
         """Length of the element a point is inside of [m]; 1 at a node, where none is needed."""
         return 1.0 if point.xi == 0.0 else float(point.beam.lengths[point.index])
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights
-from ancfsparse.scene import Body, Node, Scene
+from ancfsparse.scene import Body, Point, Scene
 from ancfsparse.scene.joints.joint import LINEAR, Led
 from ancfsparse.system.coordinates.constraint_terms import Constraints
 from ancfsparse.system.coordinates.nodal_vectors import inside, weighed
@@ -84,25 +84,25 @@ class Lowering:
             self._source = id(joint), 0
             joint.lower(self)
 
-    def kind(self, node: Node) -> ElementKind:
+    def kind(self, node: Point) -> ElementKind:
         """Return the element at a node."""
         return self._kinds[id(node.beam)]
 
-    def rows(self, node: Node) -> Places:
+    def rows(self, node: Point) -> Places:
         """Return the coordinates of all rows of a node, (k, n_c)."""
         return self.raw[self._index[id(node.beam)]][node.beam.rows_of(node.index)]
 
-    def position(self, node: Node) -> Places:
+    def position(self, node: Point) -> Places:
         """Return the coordinates of the position of a node, (dim,)."""
         return self.rows(node)[0, self.kind(node).columns("r")]
 
-    def ends(self, node: Node) -> Places:
+    def ends(self, node: Point) -> Places:
         """Return the coordinates of all rows that a point follows from, (k, n_c)."""
         if not node.xi:
             return self.rows(node)
         return np.asarray(self.raw[self._index[id(node.beam)]][node.beam.ends[node.index]])
 
-    def point(self, node: Node) -> tuple[Places, NDArray[np.float64]]:
+    def point(self, node: Point) -> tuple[Places, NDArray[np.float64]]:
         """Return coordinates (dim, p) and weights (p,) of a point."""
         kind = self.kind(node)
         if not node.xi:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene import Node
+from ancfsparse.scene import Point
 
 # Numbers of a vector: components in space; in the plane, and for single ones, some remain free.
 WIDTH = 3
@@ -74,7 +74,7 @@ def weighed(
 
 
 def inside(
-    kind: ElementKind, ends: NDArray[np.int32], point: Node, weights: NDArray[np.float64]
+    kind: ElementKind, ends: NDArray[np.int32], point: Point, weights: NDArray[np.float64]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     """Return places (dim, p) and weights (p,) of a point inside an element.
 
@@ -84,7 +84,7 @@ def inside(
         Its coordinates.
     ends : (2, n_c) int32 array
         Their places at both of its nodes.
-    point : Node
+    point : Point
         The point, which may be beside the axis.
     weights : (k,) float array
         Of positions and slopes of both ends, see `kernels.hermite`.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene import Body, Node, Scene
+from ancfsparse.scene import Body, Point, Scene
 from ancfsparse.scene.records.transferable_functions import RigidMotion
 from ancfsparse.system.coordinates.constraint_terms import Constraints
 from ancfsparse.system.coordinates.joint_lowering import Lowering
@@ -174,8 +174,8 @@ def _set_moving(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
     v[where] = given
 
 
-def _point(body: Body, row: int) -> Node:
-    return Node(body, int(body.row_nodes[row]))
+def _point(body: Body, row: int) -> Point:
+    return Point(body, int(body.row_nodes[row]))
 
 
 def _hold_in_place(
@@ -197,7 +197,7 @@ def _hold_in_place(
     q[held] = q_ref[held]
 
 
-def _found(scene: Scene, places: Sequence[Places], place: int) -> tuple[Node, bool]:
+def _found(scene: Scene, places: Sequence[Places], place: int) -> tuple[Point, bool]:
     """Return a node that has a coordinate, and whether that is one of its position."""
     found = ((b, np.argwhere(w == place)) for b, w in zip(scene.bodies, places, strict=True))
     body, (row, column) = next((body, at[0]) for body, at in found if len(at))

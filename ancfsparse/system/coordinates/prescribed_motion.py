@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import LoadFailure
+from ancfsparse.errors import LoadError
 from ancfsparse.scene.joints.joint import Led
 from ancfsparse.system.loads.amplitudes import Source
 
@@ -93,7 +93,7 @@ class Prescribed:
             table.step = min(step, (end - begin) / (POINTS - 1))
             table.begin, table.end = begin, end
 
-    def tabulate(self, times: Vector, rates: bool = False) -> tuple[Vector, LoadFailure | None]:
+    def tabulate(self, times: Vector, rates: bool = False) -> tuple[Vector, LoadError | None]:
         """Return what is prescribed up to the first time at which a function fails, and how.
 
         Parameters
@@ -107,7 +107,7 @@ class Prescribed:
         -------
         table : (j, 3 n + n_equations) float
             Places, velocities, accelerations; what equations have, and then its rates.
-        failure : LoadFailure or None
+        failure : LoadError or None
             What happened at time j.
         """
         courses, led, failure = self._evaluate(times)
@@ -120,7 +120,7 @@ class Prescribed:
 
         Raises
         ------
-        LoadFailure
+        LoadError
             If a function fails.
         """
         courses, led, failure = self._evaluate(np.array([time]))
@@ -170,7 +170,7 @@ class Prescribed:
         """
         return float(np.max(np.abs(self._evaluate(times)[0][:, 1]), initial=0.0))
 
-    def _evaluate(self, times: Vector) -> tuple[Vector, Vector, LoadFailure | None]:
+    def _evaluate(self, times: Vector) -> tuple[Vector, Vector, LoadError | None]:
         """Return values and rates of coordinates (j, 3, n) and equations (j, 3, n_equations)."""
         rows, failure = len(times), None
         found: dict[int, Vector] = {}
@@ -196,7 +196,7 @@ class _Table:
         self.width = self._places.width
         self.step = self.begin = self.end = 0.0
 
-    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+    def tabulate(self, times: Vector) -> tuple[Vector, LoadError | None]:
         """Return value and rates (j, 3, width), up to the first time at which a function fails."""
         if not self.has_rates:
             return self._by_differences(times)
@@ -229,7 +229,7 @@ class _Table:
         across = BELIEVED * np.max(np.abs(values[0] - values[0, centre]), axis=0)
         return np.asarray((10.0 * np.abs(rates[1] - rates[0]) + across + rounding) / self.step)
 
-    def _by_differences(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+    def _by_differences(self, times: Vector) -> tuple[Vector, LoadError | None]:
         """Differentiate the polynomial through points around each time, none beyond the run."""
         if self.step == 0.0:  # no run is known: places alone
             values, failure = self._places.tabulate(times)
@@ -243,7 +243,7 @@ class _Table:
         rates /= np.array([self.step, self.step**2])[None, :, None]
         return np.concatenate([centre[:, None], rates], axis=1), failure
 
-    def _around(self, times: Vector) -> tuple[Vector, Integers, LoadFailure | None]:
+    def _around(self, times: Vector) -> tuple[Vector, Integers, LoadError | None]:
         """Return values (j, POINTS, width) around times, and which of them are at the times."""
         before = np.floor((times - self.begin) / self.step + 1e-6)
         after = np.floor((self.end - times) / self.step + 1e-6)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene import Body, Node, Scene
+from ancfsparse.scene import Body, Point, Scene
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int32]
@@ -155,5 +155,5 @@ def carried_over(
     return q, v
 
 
-def _point(body: Body, row: int) -> Node:
-    return Node(body, int(body.row_nodes[row]))
+def _point(body: Body, row: int) -> Point:
+    return Point(body, int(body.row_nodes[row]))

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import LoadFailure
+from ancfsparse.errors import LoadError
 from ancfsparse.scene.loads.loads import Applied
 from ancfsparse.scene.records.signal import at_once
 
@@ -32,7 +32,7 @@ class Amplitudes(Protocol):
 
     width: int
 
-    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+    def tabulate(self, times: Vector) -> tuple[Vector, LoadError | None]:
         """Return them up to the first time at which one fails, (j, width), and how it fails."""
 
 
@@ -76,7 +76,7 @@ class Source:
         self._always = at_once(load.value)
         self._takes_arrays = True
 
-    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+    def tabulate(self, times: Vector) -> tuple[Vector, LoadError | None]:
         """Return the amplitudes up to the first time at which the load fails, and how it fails.
 
         Parameters
@@ -88,7 +88,7 @@ class Source:
         -------
         table : (j, width) float
             j is k if nothing fails [N, N m or N/m].
-        failure : LoadFailure or None
+        failure : LoadError or None
             What happened at time j.
         """
         if not callable(self.load.value):
@@ -121,7 +121,7 @@ class Source:
         far = np.abs(table[at] - single) > ROUNDING * np.max(np.abs(table), axis=0)
         return None if far.any() else table
 
-    def _call_by_call(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+    def _call_by_call(self, times: Vector) -> tuple[Vector, LoadError | None]:
         function: Any = self.load.value
         values: list[Any] = []
         failure = None
@@ -137,7 +137,7 @@ class Source:
             for k, value in enumerate(values):
                 try:
                     table[k] = self.load.checked(float(times[k]), value)
-                except LoadFailure as wrong:
+                except LoadError as wrong:
                     return table[:k], wrong
         return table, failure
 

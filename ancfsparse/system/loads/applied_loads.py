@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import LoadFailure
+from ancfsparse.errors import LoadError
 from ancfsparse.kernels.hermite import integral_weights, position_weights
 from ancfsparse.scene import (
     Body,
     ChangingGravity,
     DistributedForce,
     ElasticBody,
-    Node,
+    Point,
     PointForce,
     PointMoment,
     Scene,
@@ -38,13 +38,13 @@ class Places(Protocol):
     n_all: int
     dim: int
 
-    def place(self, node: Node) -> NDArray[np.int32]:
+    def place(self, node: Point) -> NDArray[np.int32]:
         """Return those of a node, (n_c,)."""
 
-    def point(self, node: Node) -> tuple[NDArray[np.int32], Vector]:
+    def point(self, node: Point) -> tuple[NDArray[np.int32], Vector]:
         """Return places (dim, p) and weights (p,) of its position."""
 
-    def frame(self, node: Node) -> NDArray[np.int32]:
+    def frame(self, node: Point) -> NDArray[np.int32]:
         """Return places (3, dim) of those of r_x, r_y and r_z that a moment acts on, or -1."""
 
     def elements(self, beam: Body) -> NDArray[np.int32]:
@@ -97,7 +97,7 @@ class Loads:
         flags = [np.full(each.width, not isinstance(each, Clock)) for each in self.sources]
         return np.concatenate([np.zeros(0, dtype=bool), *flags])
 
-    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+    def tabulate(self, times: Vector) -> tuple[Vector, LoadError | None]:
         """Return the amplitudes up to the first time at which a load fails, and how it fails.
 
         Parameters
@@ -109,7 +109,7 @@ class Loads:
         -------
         table : (j, n_amplitudes) float
             j is k if nothing fails [N or N m].
-        failure : LoadFailure or None
+        failure : LoadError or None
             What happened at time j.
         """
         table, failure, start = np.empty((len(times), self.n_amplitudes)), None, 0
@@ -125,7 +125,7 @@ class Loads:
 
         Raises
         ------
-        LoadFailure
+        LoadError
             If a load fails at one of them.
         """
         table, failure = self.tabulate(times)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import LoadFailure
+from ancfsparse.errors import LoadError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.layout import filled
 from ancfsparse.scene.bodies.beam import Beam
@@ -92,7 +92,7 @@ class ChangingStrain:
             np.int32
         )
 
-    def tabulate(self, times: Vector) -> tuple[Vector, LoadFailure | None]:
+    def tabulate(self, times: Vector) -> tuple[Vector, LoadError | None]:
         """Return the changes of parameters, (j, width), up to a time at which no length is left."""
         changes = self._body.eigen_changes(times)
         lowest = changes[:, None, 0] + self._eigen[None, :, 0]
@@ -100,7 +100,7 @@ class ChangingStrain:
         failure = None
         if len(wrong):
             at = int(wrong[0])
-            failure = LoadFailure(
+            failure = LoadError(
                 f"the eigenstrain of {self._body.name} at t = {times[at]:.6g} s is "
                 f"{lowest[at].min():g}: it must be above -1, where no length is left",
                 float(times[at]),

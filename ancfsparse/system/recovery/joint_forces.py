@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene import Node, Scene
+from ancfsparse.scene import Point, Scene
 from ancfsparse.scene.joints.joint import LINEAR, Joint, Led
 from ancfsparse.scene.kinematics.joint_coordinates import Measure
 from ancfsparse.scene.kinematics.track import Offset
@@ -74,23 +74,23 @@ class Recorder:
     held: list[Places] = field(default_factory=list)
     shares: bool = False
 
-    def kind(self, node: Node) -> ElementKind:
+    def kind(self, node: Point) -> ElementKind:
         """Return the element at a node."""
         return self.lowering.kind(node)
 
-    def rows(self, node: Node) -> Places:
+    def rows(self, node: Point) -> Places:
         """Return the coordinates of all rows of a node."""
         return self.lowering.rows(node)
 
-    def position(self, node: Node) -> Places:
+    def position(self, node: Point) -> Places:
         """Return the coordinates of the position of a node."""
         return self.lowering.position(node)
 
-    def ends(self, node: Node) -> Places:
+    def ends(self, node: Point) -> Places:
         """Return the coordinates of all rows that a point follows from."""
         return self.lowering.ends(node)
 
-    def point(self, node: Node) -> tuple[Places, Vector]:
+    def point(self, node: Point) -> tuple[Places, Vector]:
         """Return coordinates and weights of a point."""
         return self.lowering.point(node)
 
@@ -263,7 +263,7 @@ def _missing(system: System, cut: System, states: States) -> Vector:
     return out
 
 
-def _wrench(node: Node, q: Vector, forces: Vector, lowering: Lowering) -> tuple[Vector, Vector]:
+def _wrench(node: Point, q: Vector, forces: Vector, lowering: Lowering) -> tuple[Vector, Vector]:
     """Add up generalized forces around a point to a force and a moment about it."""
     kind, rows = lowering.kind(node), lowering.ends(node)
     where = _place(lowering, node, q)
@@ -279,7 +279,7 @@ def _wrench(node: Node, q: Vector, forces: Vector, lowering: Lowering) -> tuple[
     return force, moment
 
 
-def _place(lowering: Lowering, node: Node, q: Vector) -> Vector:
+def _place(lowering: Lowering, node: Point, q: Vector) -> Vector:
     places, weights = lowering.point(node)
     return np.asarray(q[:, places] @ weights)
 

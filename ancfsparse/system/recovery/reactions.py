@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene import Node, check_node, check_point
+from ancfsparse.scene import Point, check_node, check_point
 
 if TYPE_CHECKING:
     from ancfsparse.system.system import System
@@ -17,7 +17,7 @@ Vector = NDArray[np.float64]
 
 
 def reaction(
-    system: System, node: Node, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector
+    system: System, node: Point, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector
 ) -> Vector:
     """Return the force of the joints on a node's position, shape (k, dim) [N].
 
@@ -25,7 +25,7 @@ def reaction(
     ----------
     system : System
         What moves.
-    node : Node
+    node : Point
         A node that joints hold.
     q, v, a : (k, n_all) float
         States.

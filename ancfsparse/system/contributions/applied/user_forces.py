@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.errors import LoadFailure
+from ancfsparse.errors import LoadError
 from ancfsparse.scene.force_elements.user_forces import Force
 from ancfsparse.scene.records.compiled_callbacks import capsule_of
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
@@ -81,7 +81,7 @@ class UserForce(Contribution):
         """Return its power: a C function gives no more."""
         return [(f"the power of {self._force.what} [W]", self.power(q, v, amplitudes))]
 
-    def _failed(self, t: float, status: int) -> LoadFailure:
+    def _failed(self, t: float, status: int) -> LoadError:
         """Return the error for a C function that returned a status, or 0 and no finite force."""
         reason = f"it returned {status}" if status else "a force is not finite"
         return self._force.failure(t, reason)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.scene import Node
+from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.ropes import Rope
 from ancfsparse.scene.mechanisms.joint_freedoms import distance
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
@@ -43,7 +43,7 @@ class Ropes(Contribution):
         for k, rope in enumerate(ropes):
             parts = []
             for one, other in pairwise(rope.points):
-                if isinstance(one, Node) or isinstance(other, Node):
+                if isinstance(one, Point) or isinstance(other, Point):
                     parts.append(distance(lowering, one, other).placed(final))
                 else:
                     self._fixed[k] += float(np.linalg.norm(one - other))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.scene import Node
+from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.springs import LAWS, Spring
 from ancfsparse.scene.records.compiled_callbacks import capsule_of
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
@@ -34,7 +34,7 @@ class Springs(Contribution):
     def __init__(self, system: System, springs: list[Spring]) -> None:
         self._n_free, self._springs = system.n_free, springs
         self._points = Points.of(system, [_terms(each) for each in springs])
-        fixed = [np.zeros(system.dim) if isinstance(s.b, Node) else s.b for s in springs]
+        fixed = [np.zeros(system.dim) if isinstance(s.b, Point) else s.b for s in springs]
         self._origin = np.array(fixed, dtype=float)
         self._compiled: CompiledSprings
 
@@ -98,9 +98,9 @@ class Springs(Contribution):
         return table[np.diff(table.indptr) > 0]
 
 
-def _terms(spring: Spring) -> list[tuple[float, Node]]:
+def _terms(spring: Spring) -> list[tuple[float, Point]]:
     ends = [(-1.0, spring.a)]
-    return [*ends, (1.0, spring.b)] if isinstance(spring.b, Node) else ends
+    return [*ends, (1.0, spring.b)] if isinstance(spring.b, Point) else ends
 
 
 def _is_law(spring: Spring) -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.errors import LoadFailure
+from ancfsparse.errors import LoadError
 from ancfsparse.scene.kinematics.track import Offset, Track
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
@@ -49,13 +49,13 @@ class Tracks(Contribution):
         return made
 
 
-def ran_off(label: str, track: Track, s: float) -> LoadFailure:
+def ran_off(label: str, track: Track, s: float) -> LoadError:
     """Return the error for a point that has left its beam at an arc coordinate [m]."""
     whole = float(track.arcs[-1])
     where = "start" if s < 0.0 else "end"
     reason = f"the {label} ran off its {where}, to s = {s:.6g} m of {whole:.6g} m"
     advice = "end the run before, or stop the point by a spring"
-    return LoadFailure(f"{reason}: {advice}", math.nan)
+    return LoadError(f"{reason}: {advice}", math.nan)
 
 
 def of(system: System) -> list[Tracks]:
