@@ -28,6 +28,7 @@ from ancfsparse.errors.runs import (
     PlanChangedWarning,
     PlanError,
     StepError,
+    trial_call,
 )
 
 __all__ = [
@@ -52,5 +53,6 @@ __all__ = [
     "StepError",
     "UnstableEquilibriumWarning",
     "in_python",
+    "trial_call",
     "with_unit",
 ]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
-from ancfsparse.errors.inputs import AncfError
+from ancfsparse.errors.inputs import AncfError, InputError
 from ancfsparse.errors.message import Face, Parameter, Sentence, in_python, with_unit
 
 KEPT = " The states up to here are in the attribute `trajectory` of this error."
@@ -335,3 +336,12 @@ class LoadError(AncfError, RuntimeError):
         if self.trajectory is None:
             return self.reason
         return f"{self.reason.rstrip('.')}." + KEPT
+
+
+@contextmanager
+def trial_call() -> Iterator[None]:
+    """Raise the failure of a function that is tried out as an error of the argument it was."""
+    try:
+        yield
+    except LoadError as failure:
+        raise InputError(str(failure)) from failure.__cause__

@@ -192,7 +192,7 @@ def test_names_are_composed_for_messages_alone(monkeypatch):
         raise AssertionError("a name was composed")
 
     loads = [loads_of(function) for function in (AT_ONCE[0], stepped, ancf.Ramp((0.0, 1.0), 5.0))]
-    monkeypatch.setattr(ancf.scene.bodies.Point, "__repr__", refuse)
+    monkeypatch.setattr(ancf.scene.bodies.body.Point, "__repr__", refuse)
     for each in loads:
         each.amplitudes(TIMES)
         each.amplitudes(TIMES[:1])

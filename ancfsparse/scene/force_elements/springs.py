@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import MODERATE, check_finite
-from ancfsparse.errors import InputError, LoadError, with_unit
+from ancfsparse.errors import InputError, LoadError, trial_call, with_unit
 from ancfsparse.messages import numbers
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_point
@@ -270,12 +270,13 @@ class Springs(Records):
 
 def try_out(spring: Spring, elongation: float) -> None:
     """Call a force law once, so that a wrong one is found where it is given."""
-    try:
-        found = float(spring.stiffness(elongation))
-    except Exception as error:  # a function of the caller's may raise anything
-        raise spring.failure(elongation, error) from error
-    if not math.isfinite(found):
-        raise spring.failure(elongation)
+    with trial_call():
+        try:
+            found = float(spring.stiffness(elongation))
+        except Exception as error:  # a function of the caller's may raise anything
+            raise spring.failure(elongation, error) from error
+        if not math.isfinite(found):
+            raise spring.failure(elongation)
 
 
 def place(end: Point | NDArray[np.float64]) -> str:

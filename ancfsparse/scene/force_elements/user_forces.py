@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_flag
-from ancfsparse.errors import InputError, LoadError
+from ancfsparse.errors import InputError, LoadError, trial_call
 from ancfsparse.messages import shown
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_point
@@ -142,8 +142,8 @@ class Forces(Records):
         Raises
         ------
         InputError
-            If there are no points, or one twice; a `LoadError` if the function fails in the
-            reference shape at rest at t = 0, where it is tried out.
+            If there are no points, or one twice; if the function fails in the reference shape at
+            rest at t = 0, where it is tried out.
 
         Notes
         -----
@@ -172,7 +172,8 @@ class Forces(Records):
             )
         elif callable(function):
             positions = np.array([point.position for point in where])
-            force.checked(positions, np.zeros_like(positions), 0.0)
+            with trial_call():
+                force.checked(positions, np.zeros_like(positions), 0.0)
         else:
             raise InputError(
                 f"{force.what} must be a function of positions, velocities and time, got "

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_finite, check_reals, check_vector, keep
-from ancfsparse.errors import InputError, LoadError
+from ancfsparse.errors import InputError, LoadError, trial_call
 from ancfsparse.messages import shown
 from ancfsparse.scene.bodies.body import Body, ElasticBody, Point
 from ancfsparse.scene.records.record import At, BodyRef, PointRef, Spec, text
@@ -40,7 +40,8 @@ class Applied(ABC):
 
     def __post_init__(self) -> None:
         """Try the load out, and keep a constant one as a checked number or vector."""
-        now = self.at(0.0)
+        with trial_call():
+            now = self.at(0.0)
         if not callable(self.value):
             keep(self, value=now if self.shape else float(now[0]))
 

@@ -40,14 +40,19 @@ class BodyRef:
 
     def __init_subclass__(cls) -> None:
         """Enter it in the table of references."""
-        REFERENCES[cls.__name__] = cls
+        REFERENCES[cls.kind()] = cls
+
+    @classmethod
+    def kind(cls) -> str:
+        """Return its name in files, such as "Point"."""
+        return cls.__name__.removesuffix("Ref")
 
     def of(self, scene: Records) -> Any:
         """Return its handle in a scene."""
         return scene.body(self.body)
 
 
-REFERENCES["BodyRef"] = BodyRef
+REFERENCES[BodyRef.kind()] = BodyRef
 
 
 @dataclass(frozen=True)

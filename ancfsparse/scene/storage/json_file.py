@@ -24,7 +24,7 @@ from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
 from ancfsparse.scene.geometry.curves import Arc, Helix
 from ancfsparse.scene.methods.scene_base import Records
 from ancfsparse.scene.records.compiled_callbacks import is_compiled
-from ancfsparse.scene.records.record import REFERENCES, SPECS, Spec
+from ancfsparse.scene.records.record import REFERENCES, SPECS, BodyRef, Spec
 from ancfsparse.scene.records.signal import Sum
 from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
 from ancfsparse.scene.records.transferable_functions import Unsent
@@ -156,10 +156,10 @@ def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
         return [encoded(each, where, names) for each in value]
     if isinstance(value, np.ndarray):
         return _array(value)
-    kind = type(value)
-    if (DATA | REFERENCES).get(kind.__name__) is kind:
+    kind = value.kind() if isinstance(value, BodyRef) else type(value).__name__
+    if (DATA | REFERENCES).get(kind) is type(value):
         given = {each.name: getattr(value, each.name) for each in fields(value) if each.init}
-        return {"kind": kind.__name__} | {k: encoded(v, where, names) for k, v in given.items()}
+        return {"kind": kind} | {k: encoded(v, where, names) for k, v in given.items()}
     if isinstance(value, ElementKind):
         name = value.package or value.name
         return {"own": name, "definition": value.definition, "values": dict(value.values)}
