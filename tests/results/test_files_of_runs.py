@@ -114,9 +114,8 @@ h5py.File = without_mark
 @pytest.mark.parametrize("how", [KILLED_WITH_ROOM, KILLED_WITHOUT_MARK])
 def test_a_run_that_is_killed_while_it_makes_its_file_can_be_run_again(tmp_path, how):
     path = tmp_path / "run.h5"
-    code = (
-        "import os, sys, h5py\nfrom ancfsparse.results.export import hdf5_writer as writer\n" + how
-    )
+    code = "import os, sys, h5py\n"
+    code += "from ancfsparse.results.export import hdf5_writer as writer\n" + how
     code += "writer.Writer(sys.argv[1], 3, 0, None, {}, {})"
     done = subprocess.run([sys.executable, "-c", code, str(path)], check=False)
     assert done.returncode == 9

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ancfsparse.errors import InputError, SingularSceneError
+from ancfsparse.errors import InputError, LoadError, SingularSceneError
 from ancfsparse.scene import Clamp, Connect, Material, Pin, Rectangle, Rod, Scene
 
 
@@ -143,7 +143,7 @@ def test_loads_may_be_functions_of_time():
     moment = scene.point_moment(right.end, lambda t: 2.0 * t)
     np.testing.assert_allclose(force.at(0.5), [0.0, np.sin(0.5)])
     np.testing.assert_allclose(moment.at(0.5), [1.0])
-    with pytest.raises(InputError, match="a function of time, at t = 2 s, must be finite, but its"):
+    with pytest.raises(LoadError, match="a function of time, at t = 2 s, must be finite, but its"):
         scene.point_force(left.end, lambda t: (0.0, np.nan if t > 1 else 0.0)).at(2.0)
 
 
