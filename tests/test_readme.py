@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import ancfsparse as ancf
 
@@ -20,17 +21,18 @@ def run(*sources):
 
 
 def block_with(word):
-    """Return the example in which a word stands."""
+    """Return the example that contains a word."""
     (found,) = (block for block in BLOCKS if word in block)
     return found
 
 
-def test_first_example_swings_to_the_reference_positions():
-    names = run(FIRST)
-    path, rod = names["run"], names["rod"]
+@pytest.mark.parametrize("method", ["run", "paper"])
+def test_first_example_reaches_the_reference_positions(method):
+    names = run(FIRST, block_with("davidon"))
+    path, rod = names[method], names["rod"]
 
     # Tip of the planar thin pendulum, 10 elements, exact in time (an 8th-order integrator run at
-    # two tolerances, which agree to 1e-12 m); the bound is for the trapezoidal rule at this step.
+    # two tolerances, which agree to 1e-12 m); the bound is for a method of order 2 at this step.
     for t, tip in {
         0.5: (1.311527427649, -1.202929975106),
         1.0: (-1.741823228420, -0.966187601349),
