@@ -35,6 +35,7 @@ from ancfsparse.integrators import (
 )
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.on_demand import on_demand
+from ancfsparse.plans.goal_oriented_run import simulate
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import (
     Circle,
@@ -51,7 +52,7 @@ from ancfsparse.scene import (
     Taper,
     Tube,
 )
-from ancfsparse.solve import simulate, solve_static, stable_step
+from ancfsparse.solve import solve_static, stable_step
 from ancfsparse.system import State
 
 if TYPE_CHECKING:

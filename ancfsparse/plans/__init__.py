@@ -1,18 +1,22 @@
 """Plans: the cheapest model, mesh, step and method that give a quantity to an error."""
 
-from ancfsparse.plans.execution.plan_data import Plan
-from ancfsparse.plans.plan import plan
-from ancfsparse.plans.quantities.functions import (
-    energy,
-    frequency,
-    position,
-    reaction,
-    section_force,
-    slope_angle,
-    static_deflection,
-    strain,
-    velocity,
-)
+from typing import TYPE_CHECKING
+
+from ancfsparse.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from ancfsparse.plans.planning import Plan, plan
+    from ancfsparse.plans.quantities.functions import (
+        energy,
+        frequency,
+        position,
+        reaction,
+        section_force,
+        slope_angle,
+        static_deflection,
+        strain,
+        velocity,
+    )
 
 __all__ = [
     "Plan",
@@ -27,3 +31,9 @@ __all__ = [
     "strain",
     "velocity",
 ]
+
+_ON_DEMAND = dict.fromkeys(__all__, "quantities.functions") | dict.fromkeys(
+    ("Plan", "plan"), "planning"
+)
+
+__getattr__ = on_demand(__name__, _ON_DEMAND)

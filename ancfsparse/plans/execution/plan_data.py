@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_flag
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method
 from ancfsparse.nonlinear.iteration import describe
-from ancfsparse.plans.execution.planned_trajectory import PlannedRun
-from ancfsparse.plans.execution.replanning import carried_out
 from ancfsparse.plans.execution.validity_range import Span
-from ancfsparse.plans.execution.verification import measured
 from ancfsparse.plans.models.model import Model, built
 from ancfsparse.plans.models.planar_reduction import InPlane
 from ancfsparse.plans.quantities.tolerances import Wanted
@@ -98,7 +93,7 @@ class Alternative:
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class PlanData:
     """How a scene is to be run, as `plan` returns it.
 
     Attributes
@@ -196,46 +191,6 @@ class Plan:
         lines.append(f"  cheaper: {self.cheaper}")
         lines.append(f"  dearer:  {self.dearer}")
         return "\n".join([*lines, *(f"  - {reason}" for reason in self.reasons)])
-
-    def run(self, verify: bool = False, **options: Any) -> PlannedRun:
-        """March the scene as planned.
-
-        Parameters
-        ----------
-        verify : bool, optional
-            Also run with finer meshes, given ones too, and half the step, and report the difference
-            beside the prediction.
-        **options
-            Other arguments of `simulate`, such as ``output`` or ``progress``.  By default every
-            step is saved up to 2000, and of more steps at least every 1000th part.
-
-        Returns
-        -------
-        PlannedRun
-            A `Trajectory` that also has the plan, and what was measured.  Handles of the scene that
-            was planned may be used with it.
-
-        Raises
-        ------
-        StepError
-            If a step cannot be solved, even with steps 16 times shorter.
-        PlanError
-            If a motion whose equilibria cease to exist has no plan.
-
-        Warns
-        -----
-        PlanChangedWarning
-            If the run leaves the range of the plan: a step fails that pilots had passed, strains,
-            turns in a step or loads are larger than theirs, a stop, a rope or a function of the
-            motion pushes that did not push there, or an equilibrium ceases to exist.
-            What is done is kept where a step fails, and goes on with half of it; otherwise meshes
-            and steps are refined until two runs agree, or the scene is planned again with steps.
-        """
-        check_flag("verify", verify)
-        plan, run = carried_out(self, options)
-        off = measured(plan, run) if verify else ()
-        return PlannedRun(**{name: getattr(run, name) for name in Trajectory.__dataclass_fields__},
-                          plan=plan, measured=off)  # fmt: skip
 
     @property
     def save_every(self) -> int:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.plans.execution.plan_data import PlanData
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Point
-
-if TYPE_CHECKING:
-    from ancfsparse.plans.execution.plan_data import Plan
 
 Array = NDArray[np.float64]
 
@@ -25,14 +22,14 @@ class PlannedRun(Trajectory):
 
     Attributes
     ----------
-    plan : Plan
+    plan : PlanData
         The plan that it came to its end by, which differs from the first one if that changed.
     measured : tuple of float
         With ``verify``, by how much each quantity differs from the run one rung up [its unit];
         empty otherwise.
     """
 
-    plan: Plan | None = None
+    plan: PlanData | None = None
     measured: tuple[float, ...] = ()
 
     def _lifted(self, values: Array, node: Point, point: bool = False) -> Array:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from ancfsparse.errors import AncfError, InputError, LoadError, PlanChangedWarning, StepError
+from ancfsparse.plans.execution.plan_data import PlanData
 from ancfsparse.plans.execution.run_plan import march
 from ancfsparse.plans.execution.validity_range import span_of
 from ancfsparse.plans.execution.verification import FINER_STEPS, apart, richer
@@ -20,8 +21,8 @@ from ancfsparse.solve import simulate
 from ancfsparse.solve.motion.arguments import DEFAULT
 from ancfsparse.system import System
 
-if TYPE_CHECKING:
-    from ancfsparse.plans.execution.plan_data import Plan
+P = TypeVar("P", bound=PlanData)
+Planner = Callable[..., P]
 
 # How often a run is planned again.
 MOST = 4
@@ -29,19 +30,21 @@ MOST = 4
 JOINABLE = frozenset({"progress"})
 
 
-def carried_out(plan: Plan, options: Mapping[str, Any]) -> tuple[Plan, Trajectory]:
+def carried_out(plan: P, options: Mapping[str, Any], replan: Planner[P]) -> tuple[P, Trajectory]:
     """March a plan, and plan again where it leaves its range.
 
     Parameters
     ----------
-    plan : Plan
+    plan : P
         The plan.
     options : mapping of str to object
         Other arguments of `simulate`.
+    replan : callable
+        `plan`, which plans again by steps where a path of equilibria ends.
 
     Returns
     -------
-    Plan
+    P
         The one that came to its end.
     Trajectory
         Its motion.
@@ -50,12 +53,12 @@ def carried_out(plan: Plan, options: Mapping[str, Any]) -> tuple[Plan, Trajector
     if made is not None:
         return plan, made
     if isinstance(plan.integrator, Way):
-        return _by_way(plan, options)
+        return _by_way(plan, options, replan)
     plan, run = _halved(plan, options)
     return _refined(plan, run, options)
 
 
-def _made(plan: Plan, options: Mapping[str, Any]) -> Trajectory | None:
+def _made(plan: PlanData, options: Mapping[str, Any]) -> Trajectory | None:
     """Return the run if it was made as a pilot, with as many states as would be saved."""
     if plan.answer is None or options:
         return None
@@ -67,7 +70,7 @@ def _changed(reason: str) -> None:
     warnings.warn(PlanChangedWarning(f"the run left the range of its plan: {reason}"), stacklevel=5)
 
 
-def _by_way(plan: Plan, options: Mapping[str, Any]) -> tuple[Plan, Trajectory]:
+def _by_way(plan: P, options: Mapping[str, Any], replan: Planner[P]) -> tuple[P, Trajectory]:
     """Follow equilibria or sum modes, and march where that is not possible."""
     try:
         run = march(plan, plan.build(), **options)
@@ -79,17 +82,15 @@ def _by_way(plan: Plan, options: Mapping[str, Any]) -> tuple[Plan, Trajectory]:
     if not reason:
         return plan, run
     _changed(f"{reason}; it is planned again, by steps in time")
-    from ancfsparse.plans.plan import plan as planned
-
     asked = [(each.wanted.quantity, each.wanted) for each in plan.predictions]
     errors = [f"{100 * w.error!r} %" if w.relative else w.error for _, w in asked]
     fixed: dict[str, Any] = {"integrator": DEFAULT, "start": plan.start}
-    again = planned(plan.source, plan.t_end, [each for each, _ in asked], errors, **fixed)
+    again = replan(plan.source, plan.t_end, [each for each, _ in asked], errors, **fixed)
     again = replace(again, scene=plan.scene, flat=plan.flat)
-    return carried_out(again, options)
+    return carried_out(again, options, replan)
 
 
-def _halved(plan: Plan, options: Mapping[str, Any]) -> tuple[Plan, Trajectory]:
+def _halved(plan: P, options: Mapping[str, Any]) -> tuple[P, Trajectory]:
     """March with half the step from where a step fails."""
     scene = plan.build()
     done: Trajectory | None = None
@@ -112,7 +113,7 @@ def _halved(plan: Plan, options: Mapping[str, Any]) -> tuple[Plan, Trajectory]:
 
 
 def _onward(
-    plan: Plan, scene: Any, done: Trajectory | None, options: Mapping[str, Any]
+    plan: PlanData, scene: Any, done: Trajectory | None, options: Mapping[str, Any]
 ) -> Trajectory:
     """March from where a run was left, and return all of it."""
     if done is None:
@@ -133,7 +134,7 @@ def _onward(
     return _joined(done, rest)
 
 
-def _saved(plan: Plan, done: Trajectory | None, path: Trajectory | None) -> Trajectory | None:
+def _saved(plan: PlanData, done: Trajectory | None, path: Trajectory | None) -> Trajectory | None:
     """Return the states of a run that failed which are among those to be saved."""
     if path is None or plan.t_end is None:
         return done
@@ -166,12 +167,12 @@ def _joined(one: Trajectory, other: Trajectory | None) -> Trajectory:
     return replace(one, t=t, q=q, v=v, a=a, lam=lam, stats=stats, settings=settings, ending=None)
 
 
-def _beyond(plan: Plan, run: Trajectory) -> str:
+def _beyond(plan: PlanData, run: Trajectory) -> str:
     """Explain by what a run leaves the range of the pilots; empty if it does not."""
     return "" if plan.span is None else plan.span.left_by(span_of(run, plan.steps))
 
 
-def _refined(plan: Plan, run: Trajectory, options: Mapping[str, Any]) -> tuple[Plan, Trajectory]:
+def _refined(plan: P, run: Trajectory, options: Mapping[str, Any]) -> tuple[P, Trajectory]:
     """Refine meshes and steps of a run that leaves its range until two runs agree."""
     reason = _beyond(plan, run) if plan.t_end is not None else ""
     if not reason or not set(options) <= JOINABLE:

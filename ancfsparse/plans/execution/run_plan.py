@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ancfsparse.errors import InputError
+from ancfsparse.plans.execution.plan_data import PlanData
 from ancfsparse.plans.trial_runs.solution_methods import Way
 from ancfsparse.plans.trial_runs.trial_runs import at_rest
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate, solve_static
 
-if TYPE_CHECKING:
-    from ancfsparse.plans.execution.plan_data import Plan
 
-
-def march(plan: Plan, scene: Scene, **options: Any) -> Trajectory:
+def march(plan: PlanData, scene: Scene, **options: Any) -> Trajectory:
     """Return the motion of a scene as planned, with other arguments of `simulate`.
 
     Raises

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from ancfsparse.integrators import Explicit
+from ancfsparse.plans.execution.plan_data import PlanData
 from ancfsparse.plans.execution.run_plan import march
 from ancfsparse.plans.models.model import RIGID, Model, Rung, built, refined
 from ancfsparse.plans.trial_runs.solution_methods import Way
@@ -16,9 +16,6 @@ from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from ancfsparse.solve.motion.arguments import DEFAULT
 
-if TYPE_CHECKING:
-    from ancfsparse.plans.execution.plan_data import Plan
-
 SPATIAL = 3
 # Steps and elements of the run that proves a plan, over those of the plan.
 FINER_STEPS, FINER_MESH = 2, 1.5
@@ -26,12 +23,12 @@ FINER_STEPS, FINER_MESH = 2, 1.5
 LINK = 4
 
 
-def measured(plan: Plan, run: Trajectory) -> tuple[float, ...]:
+def measured(plan: PlanData, run: Trajectory) -> tuple[float, ...]:
     """Return by how much every quantity changes one rung up [its unit].
 
     Parameters
     ----------
-    plan : Plan
+    plan : PlanData
         The plan.
     run : Trajectory
         The motion by it.
@@ -40,7 +37,7 @@ def measured(plan: Plan, run: Trajectory) -> tuple[float, ...]:
     return apart(plan, run, _beside(plan, finer, run))
 
 
-def apart(plan: Plan, one: Trajectory, other: Trajectory) -> tuple[float, ...]:
+def apart(plan: PlanData, one: Trajectory, other: Trajectory) -> tuple[float, ...]:
     """Return by how much every quantity of two motions differs [its unit]."""
     scenes = one.system.scene, other.system.scene
     return tuple(
@@ -65,7 +62,7 @@ def richer(model: Model, dim: int) -> Model:
     )
 
 
-def _beside(plan: Plan, finer: Scene, run: Trajectory) -> Trajectory:
+def _beside(plan: PlanData, finer: Scene, run: Trajectory) -> Trajectory:
     """Return the motion on finer meshes: by half the step, or by steps where none were."""
     if plan.t_end is None:
         return march(plan, finer)

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +23,9 @@ from ancfsparse.plans.model_error.section_energies import (
 )
 from ancfsparse.plans.quantities.quantity import Frequency
 from ancfsparse.results import Trajectory
+from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import ElasticBody, Scene
-
-if TYPE_CHECKING:
-    from ancfsparse.results.solutions.modes import Modes
+from ancfsparse.solve.vibration.modes import modes
 
 Array = NDArray[np.float64]
 
@@ -84,8 +82,6 @@ def _elastic(scene: Scene) -> list[ElasticBody]:
 
 def _modes(scene: Scene, run: Trajectory, number: int) -> Modes:
     """Return some more modes than are asked for, if there are."""
-    from ancfsparse.solve.vibration.modes import modes  # what motions do not need
-
     try:
         return modes(scene, number + MORE, at=run.last)
     except (InputError, LoadError):

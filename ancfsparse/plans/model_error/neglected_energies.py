@@ -6,7 +6,6 @@ is kept it is, to first order, the relative change of the compliance or of the i
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -15,10 +14,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import ApproximateModesWarning
 from ancfsparse.plans.model_error.frequency_shift import frequency_effects
 from ancfsparse.plans.model_error.section_energies import (
-    edges,
     energies_of,
     rotary_energy,
     string_energies,
@@ -28,7 +25,6 @@ from ancfsparse.plans.quantities.quantity import Frequency, Position, Quantity
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import ElasticBody, Scene
 from ancfsparse.scene.sections.sections import Section, Taper, principal_axes
-from ancfsparse.solve.vibration.modes import modes
 
 Array = NDArray[np.float64]
 March = Callable[[Scene], Trajectory]
@@ -82,20 +78,18 @@ def neglected_effects(
         - ``"stretch"``: by which converged elements differ, since their tension and their bending
           depend on it in several ways.
         - ``"bending"``: of strings.
-        - ``"inertia"``: of a quasi-static run.
 
         An effect that the model includes is left out.
 
     Notes
     -----
-    Energies that are neglected over those that are kept, integrated over the beams and largest over
-    time: shear ``Q^2/kGA : M^2/EI``, torsion ``T^2/GJ : M^2/EI``, rotary inertia ``rho I w^2 : rho
-    A v^2`` with the angular velocity w of the axis, stretch ``2 eps M^2/EI : M^2/EI`` or, if that
-    is more, ``3/2 eps N^2/EA : N^2/EA + M^2/EI``, bending of strings ``EI kappa^2 : N phi^2`` with
-    the curvature of the polygon and its angle phi to the chord.  Inertia: ``2 y'' / omega^2`` for a
-    quantity y and the lowest frequency, and ``y' / omega`` for what sets in with a rate.  Beside
-    richer models they are right within a factor of 2 where the effect is below 10 %
-    (tests/plans/test_neglected.py).  Frequencies have estimates of their own, `frequency_effects`.
+    Ratios of neglected to retained energies, integrated over the beams, each the largest over time:
+    shear ``Q^2/kGA : M^2/EI``; torsion ``T^2/GJ : M^2/EI``; rotary inertia ``rho I w^2 : rho A
+    v^2`` with the angular velocity w of the axis; stretch ``2 eps M^2/EI : M^2/EI`` or, if larger,
+    ``3/2 eps N^2/EA : N^2/EA + M^2/EI``; bending of strings ``EI kappa^2 : N phi^2`` with the
+    curvature of the polygon and its angle phi to the chord.  Compared with richer models they are
+    right within a factor of 2 where the effect is below 10 % (tests/plans/test_neglected.py).
+    Frequencies have their own estimates, `frequency_effects`.
     """
     if isinstance(quantity, Frequency):
         return frequency_effects(scene, run, quantity)
@@ -145,8 +139,6 @@ def neglected_effects(
         effects["bending"] = shares["bending"] * size
     if cables and not still:
         effects["rotary inertia"] = dense * heavy
-    if still and len(run.t) > 2:
-        effects["inertia"] = _inertia(scene, whole, history)
     return effects
 
 
@@ -252,47 +244,3 @@ def _size(quantity: Quantity, history: Array) -> float:
         apart = np.linalg.norm(history - quantity.point.position, axis=1)
         size = max(size, float(apart.max()))
     return size
-
-
-def _inertia(scene: Scene, run: Trajectory, history: Array) -> float:
-    """Return what inertia and the vibration that it starts change of a quasi-static motion."""
-    dt = float(np.diff(run.t).min())
-    rates = np.diff(history, axis=0) / np.diff(run.t)[:, None]
-    with warnings.catch_warnings():  # their symmetric part is enough for an estimate
-        warnings.simplefilter("ignore", ApproximateModesWarning)
-        omega = 2.0 * np.pi * float(modes(scene, 1, at=run.last).frequencies[0])
-    if not omega > 0.0:
-        return np.inf
-    turns = float(np.linalg.norm(np.diff(rates, axis=0), axis=1).max())
-    # A kink between saved times leaves a vibration of 1 / omega of the change of the rate.
-    return turns * max(2.0 / (omega**2 * dt), 1.0 / omega) + float(np.linalg.norm(rates[0])) / omega
-
-
-def flexibility(run: Trajectory, quantity: Position) -> float:
-    """Estimate by how much the position of a point of a beam would change if the beam were rigid.
-
-    Parameters
-    ----------
-    run : Trajectory
-        A motion of the beam with elements.
-    quantity : Position
-        Of a point of that beam.
-
-    Returns
-    -------
-    float
-        Largest distance over time of the point from where the rigid motion has it that is closest
-        to the nodes of the beam [m].
-    """
-    body = quantity.point.beam
-    r = np.stack([run.position(body.node(i)) for i in range(body.n_nodes)], axis=1)
-    weights = np.zeros(body.n_nodes)
-    np.add.at(weights, edges(body), 0.5 * body.lengths[:, None] / body.lengths.sum())
-    middle, here = weights @ body.positions, np.einsum("n,knd->kd", weights, r)
-    rest, apart = body.positions - middle, r - here[:, None]
-    # The rotation that brings the reference shape next to the nodes (Kabsch 1976).
-    left, _, right = np.linalg.svd(np.einsum("n,ni,knj->kij", weights, rest, apart))
-    signs = np.ones((len(r), body.dim))
-    signs[:, -1] = np.sign(np.linalg.det(left) * np.linalg.det(right))
-    turned = np.einsum("i,kij,kj,kjl->kl", quantity.point.position - middle, left, signs, right)
-    return float(np.linalg.norm(run.position(quantity.point) - here - turned, axis=1).max())

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Beam, Body, ElasticBody, Scene
+from ancfsparse.scene import Beam, ElasticBody, Scene
 from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.loads.loads import PointMoment
 
@@ -105,11 +105,6 @@ def rotary_energy(run: Trajectory, body: ElasticBody) -> Array:
     stretching = np.einsum("ked,ked->ke", along, faster) ** 2 / square
     rates = (np.einsum("ked,ked->ke", faster, faster) - stretching) / square
     return np.asarray((0.5 * body.lengths * body.stiffnesses()["inertia_y"] * rates).sum(axis=1))
-
-
-def edges(body: Body) -> NDArray[np.int32]:
-    """Return the two nodes of every element, (n_elements, 2)."""
-    return np.asarray(body.row_nodes[body.ends])
 
 
 def folds(ways: Array, body: ElasticBody) -> tuple[Array, Array]:

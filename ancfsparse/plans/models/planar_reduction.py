@@ -62,23 +62,6 @@ class InPlane:
         """Return the handle in the planar scene for a beam, a mesh or a point of the other."""
         return self.scene.counterpart(handle)
 
-    def position(self, solved: Any, node: Any) -> Vector:
-        """Return where a point of the scene in space is, from a planar run or equilibrium.
-
-        Parameters
-        ----------
-        solved : Trajectory or Equilibrium
-            Of the planar scene.
-        node : Point
-            A point of the scene in space.
-
-        Returns
-        -------
-        ndarray, shape (k, 3) or (3,)
-            [m].
-        """
-        return self.plane.place(solved.position(self.counterpart(node)))
-
 
 def planar(scene: Scene) -> InPlane | None:
     """Rebuild a scene that moves in a plane as a planar scene.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.plans.models.model import counterpart
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Point, Scene
-
-if TYPE_CHECKING:
-    from ancfsparse.plans.execution.plan_data import Plan
+from ancfsparse.solve.vibration.modes import modes
 
 Array = NDArray[np.float64]
 
@@ -85,12 +83,6 @@ class Quantity(ABC):
     def on(self, scene: Scene) -> Quantity:
         """Return the same quantity of a scene that was built from the one it is of."""
         return self
-
-    def plan(self, scene: Scene, t_end: float, quantity: Any, error: Any, **fixed: Any) -> Plan:
-        """Plan for quantities, of which this is one; see `ancfsparse.plan`."""
-        from ancfsparse.plans.plan import plan
-
-        return plan(scene, t_end, quantity, error, **fixed)
 
     def value(self, run: Trajectory) -> Array:
         """Return the values that are asked for.
@@ -360,7 +352,5 @@ class Frequency(Quantity):
 
     def history(self, run: Trajectory) -> Array:
         """Return the frequency about the last state, (1, 1) [Hz]."""
-        from ancfsparse.solve.vibration.modes import modes  # what motions do not need
-
         found = modes(run.system.scene, self.number, at=run.last)
         return np.array([[found.frequencies[self.number - 1]]])

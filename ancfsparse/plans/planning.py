@@ -4,29 +4,84 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
-from ancfsparse.checks import check_choice, check_positive
+from ancfsparse.checks import check_choice, check_flag, check_positive
 from ancfsparse.errors import InputError, LoadError, PlanError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.integrators.interface.time_grid import count_steps_from
 from ancfsparse.plans.discretization_error.error_model import Found, neighbours
 from ancfsparse.plans.discretization_error.initial_singularity import check_start
-from ancfsparse.plans.discretization_error.mesh_grading import described as spread_by
-from ancfsparse.plans.execution.plan_data import SAVED, Alternative, Plan, Prediction, described
+from ancfsparse.plans.execution.plan_data import (
+    SAVED,
+    Alternative,
+    PlanData,
+    Prediction,
+    described,
+)
+from ancfsparse.plans.execution.plan_reasons import reasons
+from ancfsparse.plans.execution.planned_trajectory import PlannedRun
+from ancfsparse.plans.execution.replanning import carried_out
 from ancfsparse.plans.execution.validity_range import span_of
+from ancfsparse.plans.execution.verification import measured
 from ancfsparse.plans.models.model import refined, spread, undecided
 from ancfsparse.plans.models.planar_reduction import InPlane, planar
 from ancfsparse.plans.quantities.functions import checked
 from ancfsparse.plans.quantities.quantity import AtPoint, Quantity
 from ancfsparse.plans.quantities.tolerances import Wanted, wanted
 from ancfsparse.plans.selection.confirmation_run import confirmed
-from ancfsparse.plans.selection.element_hierarchy import NAMES
 from ancfsparse.plans.selection.method_selection import Chosen, choose
 from ancfsparse.plans.trial_runs.trial_runs import FEWEST, Pilots
+from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.motion.arguments import DEFAULT, EQUILIBRIUM, check_integrator
 from ancfsparse.solve.preparation.memory_estimate import estimate
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan(PlanData):
+    """How a scene is to be run, as `plan` returns it; fields as in `PlanData`."""
+
+    def run(self, verify: bool = False, **options: Any) -> PlannedRun:
+        """March the scene as planned.
+
+        Parameters
+        ----------
+        verify : bool, optional
+            Also run with finer meshes, given ones too, and half the step, and report the difference
+            beside the prediction.
+        **options
+            Other arguments of `simulate`, such as ``output`` or ``progress``.  By default every
+            step is saved up to 2000, and of more steps at least every 1000th part.
+
+        Returns
+        -------
+        PlannedRun
+            A `Trajectory` that also has the plan, and what was measured.  Handles of the scene that
+            was planned may be used with it.
+
+        Raises
+        ------
+        StepError
+            If a step cannot be solved, even with steps 16 times shorter.
+        PlanError
+            If a motion whose equilibria cease to exist has no plan.
+
+        Warns
+        -----
+        PlanChangedWarning
+            If the run leaves the range of the plan: a step fails that pilots had passed, strains,
+            turns in a step or loads are larger than theirs, a stop, a rope or a function of the
+            motion pushes that did not push there, or an equilibrium ceases to exist.
+            What is done is kept where a step fails, and goes on with half of it; otherwise meshes
+            and steps are refined until two runs agree, or the scene is planned again with steps.
+        """
+        check_flag("verify", verify)
+        last, run = carried_out(self, options, plan)
+        off = measured(last, run) if verify else ()
+        return PlannedRun(**{name: getattr(run, name) for name in Trajectory.__dataclass_fields__},
+                          plan=last, measured=off)  # fmt: skip
 
 
 def plan(
@@ -202,7 +257,7 @@ def _record(
         memory,
         cheaper,
         dearer,
-        (*chosen.why, *_reasons(scene, found, predictions, integrator_given)),
+        (*chosen.why, *reasons(scene, found, predictions, integrator_given)),
         {
             "seconds": time.perf_counter() - begin,
             "runs": float(len(pilots.done)),
@@ -223,64 +278,3 @@ def _alternative(
     errors = tuple(sum(each.values()) for each in found.errors(finest, steps))
     choice = described(scene, model, steps, t_end, pilots.integrator)
     return Alternative(choice, errors, found.seconds(finest, steps))
-
-
-def _reasons(
-    scene: Scene, found: Found, predictions: Sequence[Prediction], integrator_given: bool
-) -> list[str]:
-    """Explain what decided, in sentences."""
-    out = []
-    worst = max(predictions, key=lambda each: each.error / each.asked)
-    largest = max(worst.sources, key=lambda name: worst.sources[name])
-    out.append(
-        f"the largest part of the error is that of the {NAMES[largest]}, "
-        f"{worst.sources[largest]:.1e} of {worst.asked:.1e} {worst.wanted.quantity.unit}".rstrip()
-    )
-    if found.model.grades:
-        out.append(spread_by(found.model.grades))
-    for name, part in (("mesh", found.mesh), ("steps", found.time)):
-        if found.is_bound:
-            break
-        if part is not None and not all(each.settled for each in part.estimates):
-            reserve = "" if found.chosen else ", and half of the error stays in reserve"
-            out.append(
-                f"pilots of the {name} do not show the order of the method, so the more "
-                f"pessimistic order is used{reserve}"
-            )
-    if found.is_bound:
-        out.append(
-            "whole motions do not approach each other as steps are halved, as after jumps; what is "
-            "asked for does as mesh and steps are refined together, by order 1 or less, so errors "
-            "are bounds that four motions show"
-        )
-    elif found.chosen is not None:
-        out.append(
-            "the run was made as the last pilot, and is as far from those before as foreseen"
-        )
-    for body in scene.beams:
-        if "n_elements" not in body.automatic:
-            share = max(each / most for each, most in zip(found.given, found.asked, strict=True))
-            word = "above" if share > 1.0 else "below"
-            out.append(
-                f"mesh of {body.name} given: the error of given meshes is predicted to be "
-                f"{max(found.given):.1e}, {word} what was asked for"
-            )
-    if found.fixed_steps is not None:
-        out.append("step given")
-    if integrator_given:
-        out.append("integrator given")
-    for each in predictions:
-        unit = each.wanted.quantity.unit
-        if each.floor > each.asked:
-            out.append(
-                f"elements that are all converged differ by about {each.floor:.1e} {unit} in the "
-                f"{each.wanted.quantity.name}, because bending and stretch are measured in several "
-                f"ways: no model here can promise {each.asked:.1e} {unit}".rstrip()
-            )
-    if any(each.error > each.asked for each in predictions):
-        out.append(
-            f"the error asked for is not reached: most of what is left, "
-            f"{worst.sources[largest]:.1e} {worst.wanted.quantity.unit}".rstrip()
-            + f", is that of the {NAMES[largest]}, and what is open cannot reduce it further"
-        )
-    return out
