@@ -12,35 +12,35 @@ from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.cli.app import check_writable, run_app, write_json
 from ancfsparse.cli.options import in_options
 from ancfsparse.errors import InputError
-from benchmarks.bench.kernels import KernelBench
-from benchmarks.bench.kernels import bench_kernels as run_bench_kernels
-from benchmarks.bench.paper import PaperBench
-from benchmarks.bench.paper import bench_paper as run_bench_paper
-from benchmarks.bench.sweep import SweepBench
-from benchmarks.bench.sweep import bench_sweep as run_bench_sweep
+from benchmarks.accuracy.error_budget_report import STUDY as ERROR_BUDGET
+from benchmarks.accuracy.total_error_report import STUDY as TOTAL_ERROR
+from benchmarks.accuracy.work_precision_report import STUDY as WORK_PRECISION
 from benchmarks.common import paper
 from benchmarks.common.files import check_targets, fill_page, plain
 from benchmarks.common.study import Study
 from benchmarks.economy.report import STUDY as ECONOMY
 from benchmarks.economy.scenes import CASES as ECONOMY_CASES
-from benchmarks.error_budget.report import STUDY as ERROR_BUDGET
-from benchmarks.lattices.report import STUDY as LATTICES
-from benchmarks.long_runs.report import STUDY as LONG_RUNS
 from benchmarks.mechanisms.report import STUDY as MECHANISMS
-from benchmarks.memory.lattices import STUDY as MEMORY_LATTICES
-from benchmarks.memory.report import STUDY as MEMORY
-from benchmarks.scaling.report import STUDY as SCALING
+from benchmarks.scaling.lattice_pairs import STUDY as MEMORY_LATTICES
+from benchmarks.scaling.lattice_report import STUDY as LATTICES
+from benchmarks.scaling.scaling_report import STUDY as SCALING
+from benchmarks.scaling.secant_pairs_report import STUDY as MEMORY
+from benchmarks.stability.factorizations import CASES
+from benchmarks.stability.factorizations import STUDY as STABILITY_SEEDS
+from benchmarks.stability.long_runs_report import STUDY as LONG_RUNS
 from benchmarks.stability.report import STUDY as STABILITY
-from benchmarks.stability.run import read as read_stability
 from benchmarks.stability.scenes import SCENES
-from benchmarks.stability.seeds import CASES
-from benchmarks.stability.seeds import STUDY as STABILITY_SEEDS
+from benchmarks.stability.stability_map import read as read_stability
+from benchmarks.table1.kernels import KernelBench
+from benchmarks.table1.kernels import bench_kernels as run_bench_kernels
 from benchmarks.table1.report import ON_BENCHMARKS
 from benchmarks.table1.report import STUDY as TABLE1
-from benchmarks.total_error.report import STUDY as TOTAL_ERROR
+from benchmarks.table1.speed import PaperBench
+from benchmarks.table1.speed import bench_paper as run_bench_paper
+from benchmarks.table1.sweeps import SweepBench
+from benchmarks.table1.sweeps import bench_sweep as run_bench_sweep
 from benchmarks.units.run import SCENES as UNITS_SCENES
 from benchmarks.units.run import STUDY as UNITS
-from benchmarks.work_precision.report import STUDY as WORK_PRECISION
 
 app = typer.Typer(
     help="Table 1 of the paper, and studies of cost, memory and accuracy with tables and charts.",

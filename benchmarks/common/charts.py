@@ -2,34 +2,18 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Callable, Mapping, Sequence
-from itertools import zip_longest
-from typing import Any, cast
+from collections.abc import Mapping
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import NullFormatter
-from matplotlib.transforms import blended_transform_factory
-
-from benchmarks.common.contest import failure, grouped_failures
-from benchmarks.common.models import MODELS
-from benchmarks.common.race import Point
 
 # A page shows a picture 800 pixels wide: what is drawn at this width [in] has letters of ten pixels
 # and more if they are of 8 points; notes, which no finding needs, of 8.6 pixels.
 WIDTH = 9.0
 SMALL = 8.0
 NOTE_SIZE = 7.0
-
-# Letters that fit into a column of notes.
-NOTE_LETTERS = 71
-
-MODEL_COLOURS = dict(
-    zip(MODELS, ("#0072b2", "#009e73", "#e69f00", "#d55e00", "#cc79a7"), strict=True)
-)
-"""One colour per model, distinguished by colour-blind eyes too."""
 
 
 def new_figure(height: float, title: str) -> Figure:
@@ -71,68 +55,3 @@ def set_empty(ax: Axes, why: str) -> None:
     """Leave a panel without data blank but for why: a logarithmic axis needs data."""
     ax.set_axis_off()
     ax.text(0.5, 0.5, why, transform=ax.transAxes, ha="center", fontsize=SMALL)
-
-
-def mark_failures(
-    ax: Axes, points: Sequence[Point], colour: Callable[[Point], str], notes: list[str]
-) -> None:
-    """Put a numbered hollow marker at the top edge for each failure, and its reason into notes.
-
-    Curves are drawn already, and each point has the colour of its own; `notes` holds the lines of
-    all panels so far, to which the new ones are appended.
-    """
-    groups = grouped_failures(points)
-    place = blended_transform_factory(ax.transAxes, ax.transAxes)
-    for column, (key, members) in enumerate(groups.items()):
-        x = 0.98 - 0.045 * column
-        notes.append(f"{len(notes) + 1}: {failure(*key, members)}")
-        ax.plot(
-            x, 0.965, "o", transform=place, markerfacecolor="none", markersize=8,
-            markeredgecolor=colour(members[0]), clip_on=False,
-        )  # fmt: skip
-        ax.annotate(
-            str(len(notes)), (x, 0.91), xycoords=place, ha="center", va="center", fontsize=SMALL
-        )
-    if groups:
-        low, high = ax.get_ylim()
-        ax.set_ylim(low, high * (high / low) ** 0.12)  # room for them above the curves
-
-
-def write_notes(figure: Figure, notes: Sequence[str]) -> None:
-    """Set the reasons of the hollow markers in two columns below all else.
-
-    Parameters
-    ----------
-    figure : Figure
-        Of constrained layout, complete otherwise with one key; it grows by what the notes take.
-    notes : sequence of str
-        As `mark_failures` leaves them.
-    """
-    if not notes:
-        return
-    half = -(-len(notes) // 2)
-    columns = [_wrapped(part) for part in (notes[:half], notes[half:])]
-    lines = [
-        f"{left:<{NOTE_LETTERS + 2}}{right}".rstrip()
-        for left, right in zip_longest(*columns, fillvalue="")
-    ]
-    # The layout keeps one thing free below the panels: here that is the notes with the key on them.
-    above = figure.get_figheight()
-    below = (len(lines) + 2) * 1.3 * NOTE_SIZE / 72.0
-    keys = [legend.get_window_extent().height / figure.dpi for legend in figure.legends]
-    figure.set_figheight(above + below)
-    share, floor = below / (above + below), (below + sum(keys)) / (above + below)
-    cast(ConstrainedLayoutEngine, figure.get_layout_engine()).set(rect=(0, floor, 1, 1 - floor))
-    for legend in figure.legends:
-        legend.set_bbox_to_anchor((0, share, 1, floor - share), figure.transFigure)
-    figure.text(
-        0.01, share, "\n".join(["hollow markers, runs without result", *lines]),
-        fontsize=NOTE_SIZE, va="top", family="monospace",
-    )  # fmt: skip
-
-
-def _wrapped(notes: Sequence[str]) -> list[str]:
-    return [
-        line for each in notes
-        for line in textwrap.wrap(each, NOTE_LETTERS, subsequent_indent=4 * " ")
-    ]  # fmt: skip

@@ -27,7 +27,7 @@ from ancfsparse.solve import stable_step
 from benchmarks.common.progress import bar
 from benchmarks.economy.reference import Reference, run_in, times_of, values_of
 from benchmarks.economy.scenes import CASES, RICHEST, Case, Made
-from benchmarks.peers.environment import environment
+from benchmarks.other_codes.environment import environment
 
 REQUESTS = (0.03, 0.003, 0.0003)
 """Errors that are asked for, over the size of the quantity [-]."""

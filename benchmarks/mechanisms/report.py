@@ -8,9 +8,9 @@ from dataclasses import asdict
 from matplotlib.figure import Figure
 
 from benchmarks.common.charts import new_figure, set_axes, set_legend
-from benchmarks.common.race import OURS
 from benchmarks.common.study import Study
 from benchmarks.common.tables import Table, bullets
+from benchmarks.common.timing import OURS
 from benchmarks.mechanisms.run import WANTED, Comparison, Row, mechanisms
 
 COLUMNS: dict[str, Callable[[tuple[Row, Row]], str]] = {

@@ -28,11 +28,11 @@ from ancfsparse.solve.motion.runs import build_run
 from ancfsparse.solve.motion.simulate import system_at_start
 from ancfsparse.solve.stepping.state_recorder import Record
 from benchmarks.common.progress import bar as progress_bar
-from benchmarks.common.race import OURS
 from benchmarks.common.target import Target
-from benchmarks.peers import exudyn_mechanisms as exudyn
-from benchmarks.peers.environment import environment
-from benchmarks.peers.exudyn import ExudynError
+from benchmarks.common.timing import OURS
+from benchmarks.other_codes import exudyn_mechanisms as exudyn
+from benchmarks.other_codes.environment import environment
+from benchmarks.other_codes.exudyn import ExudynError
 
 Array = NDArray[np.float64]
 

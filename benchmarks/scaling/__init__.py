@@ -1,1 +1,1 @@
-"""Cost per element and step, and memory, against size, beside the roofline."""
+"""Time, memory and iterations against the size of chains, nets and lattices."""

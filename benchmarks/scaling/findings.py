@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.common.target import Target
-from benchmarks.peers.exudyn_scene import SETTINGS as PEERS
+from benchmarks.other_codes.exudyn_scene import SETTINGS as PEERS
 from benchmarks.scaling.rows import TITLES, Row, Scaling, ratios
 
 # Auto may cost this much more than the best solver on a scene, because it tries.

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.common.worker import Answered
-from benchmarks.peers.exudyn_scene import SETTINGS as PEERS
+from benchmarks.other_codes.exudyn_scene import SETTINGS as PEERS
 from benchmarks.scaling.roofline import Roofline
-from benchmarks.scaling.worker import SOLVERS
+from benchmarks.scaling.scaling_job import SOLVERS
 
 TITLES = {
     ("chain", "rest"): "chain falling from rest",

@@ -1,1 +1,1 @@
-"""Which runs complete, over step, stiffness, integrator and solver."""
+"""Outcome of runs over time step, stiffness, integrator and solver, and of a million steps."""

@@ -17,7 +17,7 @@ from benchmarks.stability.cells import (
     Run,
     kinds,
 )
-from benchmarks.stability.run import (
+from benchmarks.stability.stability_map import (
     CALM_SHARE,
     CALM_STRETCH,
     CALM_TURN,

@@ -18,7 +18,7 @@ from benchmarks.common.charts import SMALL, new_figure
 from benchmarks.common.study import Study
 from benchmarks.stability.cells import INTEGRATORS, OUTCOMES, SOLVERS, Run
 from benchmarks.stability.findings import completed, findings, integrator_table, solver_table
-from benchmarks.stability.run import FOR_ALL_SOLVERS, MOST_GAIN, Stability, stability
+from benchmarks.stability.stability_map import FOR_ALL_SOLVERS, MOST_GAIN, Stability, stability
 
 COLOURS = ("#bfe3d0", "#56b4e9", "#e69f00", "#8c1d04")
 """One for each of `OUTCOMES`."""

@@ -25,7 +25,7 @@ from ancfsparse.system import System
 from benchmarks.common import paper
 from benchmarks.common.first_order import FirstOrder, OdeRun, OutOfTimeError, integrate
 from benchmarks.common.methods import SOLVERS
-from benchmarks.common.race import in_turn
+from benchmarks.common.timing import in_turn
 
 Vector = NDArray[np.float64]
 Kept = TypeVar("Kept")

@@ -13,7 +13,7 @@ from scipy.ndimage import maximum_filter1d
 
 from ancfsparse.results.plotting.line_plots import snapshots
 from benchmarks.common import paper
-from benchmarks.table1.run import Table
+from benchmarks.table1.table import Table
 
 Vector = NDArray[np.float64]
 

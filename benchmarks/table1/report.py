@@ -11,8 +11,8 @@ from benchmarks.common.study import Study
 from benchmarks.common.tables import Table, bullets
 from benchmarks.table1.cells import COLUMNS, ROWS, Cell
 from benchmarks.table1.figures import figure1, figure2
-from benchmarks.table1.run import Match, table1
-from benchmarks.table1.run import Table as Results
+from benchmarks.table1.table import Match, table1
+from benchmarks.table1.table import Table as Results
 
 EXPLANATION = """\
 faster by: the paper's time over ours. tip error: largest distance from the same mesh converged \

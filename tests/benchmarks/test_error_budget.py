@@ -7,8 +7,8 @@ import pytest
 
 from ancfsparse.problems import pendulum
 from ancfsparse.solve import simulate
-from benchmarks.error_budget.report import STUDY, chart
-from benchmarks.error_budget.run import DEFAULT, Budget, Part, error_budget
+from benchmarks.accuracy.error_budget import DEFAULT, Budget, Part, error_budget
+from benchmarks.accuracy.error_budget_report import STUDY, chart
 
 
 @pytest.fixture(scope="module")

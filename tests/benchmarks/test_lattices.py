@@ -6,9 +6,9 @@ import json
 import pytest
 
 from benchmarks.commands import main
-from benchmarks.lattices.jobs import OTHERS, RUNS, Job, jobs_of
-from benchmarks.lattices.report import STUDY, chart, findings, targets
-from benchmarks.lattices.run import Row, _again_in_turn, in_process, pairs, run
+from benchmarks.scaling.lattice_jobs import OTHERS, RUNS, Job, jobs_of
+from benchmarks.scaling.lattice_report import STUDY, chart, findings, targets
+from benchmarks.scaling.lattices import Row, _again_in_turn, in_process, pairs, run
 
 
 def row(size, seed, seconds, case="lattice", threads=1, jitter=0.0, **more):
@@ -21,8 +21,8 @@ def row(size, seed, seconds, case="lattice", threads=1, jitter=0.0, **more):
 
 def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     # All in this process, whose memory says nothing.
-    monkeypatch.setattr("benchmarks.lattices.jobs.OCTETS", {1: 3, 2: 6})
-    here = "benchmarks.lattices.run.in_process"
+    monkeypatch.setattr("benchmarks.scaling.lattice_jobs.OCTETS", {1: 3, 2: 6})
+    here = "benchmarks.scaling.lattices.in_process"
     monkeypatch.setattr(here, lambda job: run(job) | {"base_bytes": 0})
     page = tmp_path / "page.md"
     page.write_text("<!-- lattices:begin -->\n<!-- lattices:end -->\n", encoding="utf-8")
@@ -120,7 +120,7 @@ def test_runs_on_one_and_two_threads_are_compared_by_the_fastest_in_turn(monkeyp
         ran.append(job.threads)
         return {"seconds": next(seconds)}
 
-    monkeypatch.setattr("benchmarks.lattices.run.in_process", answer)
+    monkeypatch.setattr("benchmarks.scaling.lattices.in_process", answer)
     _again_in_turn(rows)
     assert ran == [1, 2, 1, 2]
     assert [each.record["seconds"] for each in rows] == [2.5, 5.0, 1.0]

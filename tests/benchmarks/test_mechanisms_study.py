@@ -5,7 +5,7 @@ import math
 import pytest
 
 from ancfsparse.errors import InputError
-from benchmarks.common.race import OURS
+from benchmarks.common.timing import OURS
 from benchmarks.mechanisms import run as study
 from benchmarks.mechanisms.report import STUDY, chart
 from benchmarks.mechanisms.run import Comparison, Row, mechanisms

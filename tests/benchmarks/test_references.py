@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.common.models import MODELS, distance
-from benchmarks.common.references import converged, converged_in_time, extrapolate, march
+from benchmarks.accuracy.models import MODELS, distance
+from benchmarks.accuracy.references import converged, converged_in_time, extrapolate, march
 
 
 def test_extrapolation_removes_the_second_and_fourth_power():

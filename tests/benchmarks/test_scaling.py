@@ -9,13 +9,13 @@ import pytest
 from benchmarks.commands import main
 from benchmarks.common.worker import Worker
 from benchmarks.scaling import roofline as module
-from benchmarks.scaling import worker as scaling_job
+from benchmarks.scaling import scaling_job as scaling_job
 from benchmarks.scaling.findings import findings, skipped, targets
-from benchmarks.scaling.report import STUDY, chart
 from benchmarks.scaling.roofline import Loop, Roofline, roofline, triad
 from benchmarks.scaling.rows import TITLES, Row, Scaling, ratios, slope
-from benchmarks.scaling.run import MORE, enough, leave_out, scaling
-from benchmarks.scaling.worker import PROGRAM, SOLVERS, Job
+from benchmarks.scaling.scaling import MORE, enough, leave_out, scaling
+from benchmarks.scaling.scaling_job import PROGRAM, SOLVERS, Job
+from benchmarks.scaling.scaling_report import STUDY, chart
 
 QUICK = Roofline(20.0, [Loop("solve", 100, 10.0, 50.0, 30.0), Loop("factor", 100, 5.0)])
 
@@ -33,8 +33,8 @@ def rows(size, seconds, note="", scene=("chain", "rest")):
 
 
 def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("benchmarks.scaling.run.roofline", lambda n: QUICK)
-    monkeypatch.setattr("benchmarks.scaling.run.ENOUGH", 0.0)
+    monkeypatch.setattr("benchmarks.scaling.scaling.roofline", lambda n: QUICK)
+    monkeypatch.setattr("benchmarks.scaling.scaling.ENOUGH", 0.0)
     page = tmp_path / "page.md"
     page.write_text("<!-- scaling:begin -->\n<!-- scaling:end -->\n", encoding="utf-8")
     words = ["--largest", "12", "--largest-net", "3", "--steps", "4", "--rounds", "1"]
@@ -70,8 +70,8 @@ def test_what_threads_gain_is_told():
 
 
 def test_threads_run_beside_auto(monkeypatch):
-    monkeypatch.setattr("benchmarks.scaling.run.roofline", lambda n: QUICK)
-    monkeypatch.setattr("benchmarks.scaling.run.ENOUGH", 0.0)
+    monkeypatch.setattr("benchmarks.scaling.scaling.roofline", lambda n: QUICK)
+    monkeypatch.setattr("benchmarks.scaling.scaling.ENOUGH", 0.0)
     result = scaling(10, 2, 0, rounds=1, threads=2)
     found = [row for row in result.rows if row.job.threads == 2]
     assert [row.job.solver for row in found] == ["auto, 2 threads"] * 2

@@ -34,7 +34,8 @@ from benchmarks.stability.cells import (
 )
 from benchmarks.stability.findings import findings
 from benchmarks.stability.report import integrator_chart, solver_chart
-from benchmarks.stability.run import (
+from benchmarks.stability.scenes import PUSH, SCENES, Case
+from benchmarks.stability.stability_map import (
     CALM_SHARE,
     FOR_ALL_SOLVERS,
     MOST_GAIN,
@@ -44,7 +45,6 @@ from benchmarks.stability.run import (
     places,
     read,
 )
-from benchmarks.stability.scenes import PUSH, SCENES, Case
 
 SHIPPED = Path(__file__).parents[2] / "docs" / "data" / "stability.csv"
 

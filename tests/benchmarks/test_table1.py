@@ -11,7 +11,7 @@ from ancfsparse.errors import InputError, StepError
 from benchmarks.common import paper
 from benchmarks.table1 import cells, figures, report
 from benchmarks.table1.report import findings
-from benchmarks.table1.run import table1
+from benchmarks.table1.table import table1
 
 ROWS = ("L2T2", "Thin")
 

@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.accuracy import total_error as module
+from benchmarks.accuracy.references import Reference
+from benchmarks.accuracy.timed_runs import Point, Task
+from benchmarks.accuracy.total_error import TotalError, element_forces, total_error
+from benchmarks.accuracy.total_error_report import STUDY, chart, findings
 from benchmarks.commands import main
-from benchmarks.common.race import OURS, Point, Task
-from benchmarks.common.references import Reference
-from benchmarks.total_error import run as module
-from benchmarks.total_error.report import STUDY, chart, findings
-from benchmarks.total_error.run import TotalError, element_forces, total_error
+from benchmarks.common.timing import OURS
 
 
 def point(model, elements, dt, error, seconds, program=OURS, note=""):

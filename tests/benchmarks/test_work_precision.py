@@ -11,13 +11,14 @@ from tqdm import tqdm
 
 from ancfsparse.integrators import Newmark, RungeKuttaNystrom
 from ancfsparse.solve import stable_step
+from benchmarks.accuracy.candidates import INTEGRATORS, Integrator, entrants
+from benchmarks.accuracy.models import MODELS
+from benchmarks.accuracy.references import Reference, march
+from benchmarks.accuracy.timed_runs import Point, Task, race
+from benchmarks.accuracy.work_precision import LEVELS, WorkPrecision, work_precision
+from benchmarks.accuracy.work_precision_report import STUDY, chart, findings
 from benchmarks.commands import main
-from benchmarks.common.entrants import INTEGRATORS, Integrator, entrants
-from benchmarks.common.models import MODELS
-from benchmarks.common.race import OURS, Point, Task, race
-from benchmarks.common.references import Reference, march
-from benchmarks.work_precision.report import STUDY, chart, findings
-from benchmarks.work_precision.run import LEVELS, WorkPrecision, work_precision
+from benchmarks.common.timing import OURS
 
 MODEL = "Thin, Biot"
 PEER_METHODS = {

@@ -11,8 +11,8 @@ from ancfsparse.solve.preparation.choose_factorization import make_seed
 from ancfsparse.solve.preparation.memory_estimate import NOTHING
 from ancfsparse.system import System
 from benchmarks.common.worker import Worker
-from benchmarks.scaling.run import PROGRAM
-from benchmarks.scaling.worker import Job, counts
+from benchmarks.scaling.scaling import PROGRAM
+from benchmarks.scaling.scaling_job import Job, counts
 
 CHAINS = (100, 1000, 10_000)
 NETS = (10, 20, 40, 80)

@@ -1,0 +1,158 @@
+"""Seconds against error in time: elements, integrators, solvers and steps of ours, and peers.
+
+Every run is compared with the motion of the same mesh converged in time, so that nothing but the
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+from ancfsparse.checks import check_choice, check_count, check_positive
+from benchmarks.accuracy.candidates import INTEGRATORS, SOLVERS, Integrator, entrants
+from benchmarks.accuracy.comparison import Contest
+from benchmarks.accuracy.models import INSTANTS, MODELS, step_up_to
+from benchmarks.accuracy.other_code_tasks import EXUDYN_MODEL, missing, peers
+from benchmarks.accuracy.references import Reference, converged_in_time
+from benchmarks.accuracy.timed_runs import Point, Task, fastest, race
+from benchmarks.common import paper
+from benchmarks.common.progress import bar as progress_bar
+from benchmarks.common.target import Target
+from benchmarks.common.timing import OURS
+from benchmarks.other_codes.environment import environment
+
+LEVELS = (*(a * 10.0**-k for k in range(2, 9) for a in (1.0, 0.3)), 1e-9)
+"""Errors at which the fastest runs are compared [m]: from 1e-2 down to 1e-9, two a decade."""
+
+# Largest step of the trapezoidal rule that is extrapolated [s].
+REFERENCE_DT = 3.125e-5
+
+# Elements whose step needs more corrections and more time get fewer solvers.
+SOLVERS_OF = {"Thick": ("BFGS", "modified Newton")}
+
+# Exudyn's implicit methods should be beaten by this, at errors down to this [m].
+FACTOR, DOWN_TO = 5.0, 1e-5
+
+
+class WorkPrecision(Contest):
+    """Everything the study measures."""
+
+    def programs(self, model: str) -> list[str]:
+        """Return the peers of a model."""
+        names = dict.fromkeys(p.task.program for p in self.of(model))
+        return [name for name in names if name != OURS]
+
+    def ratio(
+        self, model: str, program: str, error: float, implicit: bool = False, alike: bool = False
+    ) -> float:
+        """Return how many times faster our best is than a peer's best at an error [m].
+
+        0 where only the peer reaches the error, infinite where only we do, NaN where neither does.
+        With `implicit` only those runs of the peer count that solve equations, with `alike` those
+        of ours too.
+        """
+        theirs = [p for p in self.of(model, program) if p.task.solver or not implicit]
+        ours = [p for p in self.of(model, OURS) if p.task.solver or not alike]
+        a, b = fastest(ours, error), fastest(theirs, error)
+        if a is None:
+            return math.nan if b is None else 0.0
+        return math.inf if b is None else b.seconds / a.seconds
+
+    def worst(
+        self, model: str, program: str, implicit: bool = False, low: float = 0.0
+    ) -> tuple[float, float]:
+        """Return the smallest ratio over `LEVELS` from `low` on, and the error where it is."""
+        found = [
+            (ratio, level)
+            for level in LEVELS
+            if level >= low * 0.999
+            and not math.isnan(ratio := self.ratio(model, program, level, implicit))
+        ]
+        return min(found, default=(math.nan, math.nan))
+
+    def targets(self) -> list[Target]:
+        """Return the targets against the peers that ran, and whether they were reached."""
+        model = EXUDYN_MODEL
+        targets = []
+        for program in self.programs(model):
+            ratio, level = self.worst(model, program)
+            if math.isfinite(ratio):
+                what = f"smallest speed-up over {program}, at an error of {level:.0e} m"
+                targets.append(Target(what, ratio, 1.0))
+        if "Exudyn" in self.programs(model):
+            ratio, level = self.worst(model, "Exudyn", implicit=True, low=DOWN_TO)
+            what = f"smallest speed-up over Exudyn's implicit methods, at an error of {level:.0e} m"
+            targets.append(Target(what, ratio, FACTOR))
+        return targets
+
+    def orders(self) -> dict[str, float]:
+        """Return the power of the step with which each curve of ours falls at its fine end.
+
+        Taken between neighbouring steps whose errors are well above the reference's uncertainty;
+        the median of the last three of them.
+        """
+        orders = {}
+        for model, reference in self.references.items():
+            curves: dict[str, list[Point]] = {}
+            for p in self.of(model, OURS):
+                if p.finished and p.error > 10.0 * reference.uncertainty:
+                    curves.setdefault(p.task.name, []).append(p)
+            for name, curve in curves.items():
+                powers = [
+                    math.log(a.error / b.error) / math.log(a.task.value / b.task.value)
+                    for a, b in pairwise(curve)
+                ][-3:]
+                if powers:
+                    orders[f"{model}: {name}"] = sorted(powers)[len(powers) // 2]
+        return orders
+
+
+def work_precision(
+    models: Sequence[str] = (EXUDYN_MODEL, "L2T2", "Thick"),
+    elements: int = paper.ELEMENTS,
+    t_end: float = paper.T_END,
+    with_peers: bool = False,
+    rounds: int = 3,
+    cap: float = 8.0,
+    integrators: Sequence[Integrator] = INTEGRATORS,
+    progress: bool = False,
+) -> WorkPrecision:
+    """Run all methods on each mesh, and on that of Exudyn the peers, each `cap` seconds at most."""
+    for model in models:
+        check_choice("model", model, MODELS)
+    check_count("elements", elements)
+    check_count("rounds", rounds)
+    check_positive("cap", cap, "s")
+    check_positive("t_end", t_end, "s")
+    tasks: list[Task] = []
+    for model in models:
+        solvers = SOLVERS_OF.get(model, tuple(SOLVERS))
+        tasks += entrants(model, elements, t_end, integrators, solvers)
+        if with_peers and model == EXUDYN_MODEL:
+            tasks += peers(model, elements, t_end, cap)
+    total = len(models) + rounds * len(tasks)
+    with progress_bar(total, "run", progress) as bar:
+        references = {}
+        for model in models:
+            bar.set_description(f"{model}, reference")
+            dt = step_up_to(REFERENCE_DT, t_end)
+            references[model] = converged_in_time(model, elements, t_end, dt)
+            bar.update()
+        points = race(tasks, partial(_tip_of, references), rounds, bar)
+    settings = {
+        "scene": "the paper's pendulum, planar",
+        "elements": elements,
+        "t_end_s": t_end,
+        "error": f"largest tip distance at {INSTANTS} instants, from the same mesh solved exactly",
+        "seconds": f"best of {rounds} rounds in turn, march or solver alone",
+        "cap_s": cap,
+        **environment(),
+    }
+    return WorkPrecision(points, references, missing() if with_peers else [], settings)
+
+
+def _tip_of(references: dict[str, Reference], task: Task) -> Any:
+    return references[task.model].tip

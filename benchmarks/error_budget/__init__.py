@@ -1,1 +1,0 @@
-"""How much of the error is due to the mesh, the step and the iteration."""

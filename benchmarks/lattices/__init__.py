@@ -1,1 +1,0 @@
-"""Exact and incomplete seeds on lattices and nets, by size."""

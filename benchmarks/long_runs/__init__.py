@@ -1,1 +1,0 @@
-"""A million steps: memory, energy, and what fails when."""

@@ -1,1 +1,0 @@
-"""What secant pairs are worth: updates and memory lengths."""

@@ -1,0 +1,1 @@
+"""Other codes for comparison: Exudyn, SUNDIALS, PyElastica."""

@@ -1,0 +1,28 @@
+"""On what a study ran, for its JSON."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+
+from ancfsparse.dispatch import instruction_set
+from ancfsparse.errors import InputError
+from benchmarks.other_codes import sundials as sundials_peer
+
+PACKAGES = ("numpy", "scipy", "exudyn", "pyelastica")
+
+
+def environment() -> dict[str, str]:
+    """Return instruction set, machine and the versions of what is compared."""
+    found = {"instruction_set": instruction_set(), "machine": platform.machine()}
+    found["python"] = platform.python_version()
+    for name in PACKAGES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "not installed"
+    try:
+        found["sundials"] = sundials_peer.load().VERSION
+    except InputError:
+        found["sundials"] = "not installed"
+    return found

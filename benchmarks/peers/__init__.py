@@ -1,1 +1,0 @@
-"""Other programs on the same scenes: Exudyn, SUNDIALS, PyElastica."""

@@ -1,0 +1,187 @@
+"""Time, memory and counts of each run of nets, lattices and trusses, in a process of its own."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from ancfsparse.errors import EquilibriumError, InputError, StepError
+from ancfsparse.problems import lattice
+from ancfsparse.solve import simulate, solve_static
+from ancfsparse.solve.preparation.choose_factorization import groups_of
+from ancfsparse.system import System
+from benchmarks.common.process import peak_memory
+from benchmarks.common.progress import bar as progress_bar
+from benchmarks.common.worker import Answered, Worker, serve
+from benchmarks.scaling.lattice_jobs import Job, jobs_of
+
+# Runs shorter than this [s] are repeated, up to this number of times, and the fastest counts.
+SHORT, ROUNDS = 1.0, 3
+# How often runs on one and on more threads are repeated: ratios of single times are mostly noise.
+TURNS = 2
+# Fill, in blocks of an exact factor per block of the matrix, beyond which it is not counted.
+MOST_FILL = 1e4
+
+
+class Row(Answered):
+    """What a job gave."""
+
+    @property
+    def inner(self) -> float:
+        """Sweeps and products with the matrix per step."""
+        return float(self.record["sweeps"] + self.record["products"])
+
+    def flat(self) -> dict[str, Any]:
+        """Return one line of the table."""
+        line = asdict(self.job) | {"elements": self.job.elements, "note": self.note}
+        if self.note:
+            return line
+        line |= {"microseconds": self.microseconds, "bytes_per_element": self.bytes_per_element}
+        return line | {k: v for k, v in self.record.items() if not isinstance(v, dict)}
+
+
+def lattices(
+    largest: int = 22,
+    largest_net: int = 100,
+    largest_exact: int = 16,
+    steps: int = 20,
+    threads: int = 1,
+    progress: bool = False,
+) -> list[Row]:
+    """Run nets, lattices and trusses on both kinds of seeds, each in a process of its own.
+
+    Sizes are numbers of nodes along a side: before the largest come those of `jobs.LATTICES` and
+    `jobs.NETS` that are smaller, and octet trusses are those of `jobs.OCTETS` with as many
+    elements. With several threads the largest lattice is run on so many too, in turn with one.
+    """
+    jobs = jobs_of(largest, largest_net, largest_exact, steps, threads)
+    rows = []
+    with progress_bar(jobs, "run", progress) as bar:
+        for job in bar:
+            bar.set_description(f"{job.title}, {job.size}, {job.seed}")
+            rows.append(Row(job, in_process(job)))
+    _again_in_turn(rows)
+    return rows
+
+
+def in_process(job: Job) -> dict[str, Any]:
+    """Run a job in a process of its own; one that ends without an answer leaves a note."""
+    with Worker(__name__) as worker:
+        return worker.run(job)
+
+
+def run(job: Job) -> dict[str, Any]:
+    """Run a job in this process.
+
+    Returns
+    -------
+    dict
+        ``seconds`` of the march and ``set_up_seconds`` before it, the scene included [s];
+        ``corrections``, ``sweeps``, ``products`` per step; ``factorizations``, ``recoveries``;
+        ``peak_bytes`` and ``base_bytes`` of the process; with exact seeds ``fill``, the blocks of
+        the factor for each of the matrix; or ``note``, why there is no result.
+    """
+    simulate(lattice(2).scene, 1e-3, 1e-3, seed="incomplete")  # whatever is loaded once only
+    base = peak_memory()
+    try:
+        record = _statics(job) if job.case == "statics" else _march(job)
+    except (InputError, StepError, EquilibriumError, MemoryError) as error:
+        return {"note": str(error) or type(error).__name__}
+    record |= {"peak_bytes": peak_memory(), "base_bytes": base}
+    if job.seed == "exact" and job.case != "statics":
+        record["fill"] = _fill(job)
+    return record
+
+
+def _march(job: Job) -> dict[str, Any]:
+    """Run the steps of a job; short ones again, and the fastest counts."""
+    best: dict[str, Any] = {}
+    for _ in range(ROUNDS):
+        begin = time.perf_counter()
+        scene = job.scene()
+        built, t_end = time.perf_counter() - begin, job.steps * job.dt
+        stats = simulate(
+            scene,
+            t_end,
+            job.dt,
+            seed=job.seed,
+            save_every=job.steps,
+            save_nodes=[scene.beams[0].node(0)],
+            threads=job.threads,
+        ).stats
+        set_up = built + stats.seconds["set-up"]
+        if not best or stats.march_seconds < best["seconds"]:
+            best = {
+                "seconds": stats.march_seconds,
+                "corrections": stats.iterations_per_step,
+                "sweeps": stats.sweeps / stats.steps,
+                "products": stats.products / stats.steps,
+                "factorizations": stats.factorizations,
+                "recoveries": stats.recoveries,
+                "set_up_seconds": min(set_up, best.get("set_up_seconds", set_up)),
+            }
+        if time.perf_counter() - begin > SHORT:
+            break
+    return best
+
+
+def _statics(job: Job) -> dict[str, Any]:
+    """Find the equilibrium of a job."""
+    scene, begin = job.scene(), time.perf_counter()
+    stats = solve_static(scene, seed=job.seed).stats
+    return {
+        "seconds": time.perf_counter() - begin,
+        "set_up_seconds": 0.0,
+        "corrections": float(stats.iterations),
+        "sweeps": float(stats.sweeps),
+        "products": float(stats.products),
+        "factorizations": stats.factorizations,
+        "recoveries": 0,
+    }
+
+
+def _fill(job: Job) -> float:
+    """Return the fill of an exact factor, blocks per block of the matrix; NaN if too large."""
+    groups = groups_of(System(job.scene()))
+    fill = groups.exact_fill(MOST_FILL)
+    return math.nan if fill is None else fill.nnz / groups.nnz
+
+
+def pairs(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
+    """Return the runs with results on both kinds of seeds, exact first."""
+    by_scene: dict[tuple[str, int], dict[str, Row]] = {}
+    for row in rows:
+        if not row.note and row.job.threads == 1:
+            by_scene.setdefault((row.job.title, row.job.size), {})[row.job.seed] = row
+    return [(both["exact"], both["incomplete"]) for both in by_scene.values() if len(both) == 2]
+
+
+def threaded(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
+    """Return pairs of rows of the same run on one and on more threads."""
+
+    def key(row: Row) -> tuple[object, ...]:
+        job = row.job
+        return job.case, job.size, job.stiff, job.motion, job.dt, job.jitter, job.rods, job.seed
+
+    ones = {key(row): row for row in rows if row.job.threads == 1 and not row.note}
+    return [
+        (ones[key(row)], row)
+        for row in rows
+        if row.job.threads > 1 and not row.note and key(row) in ones
+    ]
+
+
+def _again_in_turn(rows: Sequence[Row]) -> None:
+    """Run what is compared by threads again, in turn; the fastest counts."""
+    for both in threaded(rows):
+        for row in TURNS * both:
+            record = in_process(row.job)
+            if record.get("seconds", math.inf) < row.record["seconds"]:
+                row.record = record
+
+
+if __name__ == "__main__":
+    serve(lambda job: run(Job(**job)))

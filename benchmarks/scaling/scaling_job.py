@@ -1,0 +1,151 @@
+"""One run of a scaling study, in a process of its own."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from statistics import median
+from typing import Any, cast
+
+from ancfsparse.errors import InputError, StepError
+from ancfsparse.integrators import Newmark
+from ancfsparse.nonlinear import Method
+from ancfsparse.problems import chain, net
+from ancfsparse.results import RunStats
+from ancfsparse.scene import Beam, Scene
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve import simulate
+from ancfsparse.system import System
+from benchmarks.common import methods
+from benchmarks.common.methods import chosen
+from benchmarks.common.process import peak_memory
+from benchmarks.common.worker import serve
+from benchmarks.other_codes.exudyn import ExudynError
+from benchmarks.other_codes.exudyn_scene import SETTINGS as PEERS
+from benchmarks.other_codes.exudyn_scene import march_exudyn
+
+SOLVERS: dict[str, Method | str] = {
+    **chosen(methods.SOLVERS, "auto", "Newton", "modified Newton"),
+    "Broyden, 10 pairs": methods.SOLVERS["broyden, 10 pairs"],
+    "Davidon, dense": methods.SOLVERS["davidon, full"],
+}
+"""Ours; the last is the paper's, a full matrix."""
+
+PROGRAM = __name__
+"""What a `Worker` runs."""
+
+# A run shorter than this is repeated until this much time has gone by [s].
+SHORT = 0.1
+
+
+@dataclass(frozen=True)
+class Job:
+    """One scene, one solver.
+
+    Attributes
+    ----------
+    case : {"chain", "net"}
+        The scene.
+    size : int
+        Elements of the chain, or nodes along a side of the net.
+    motion : str
+        As in `problems.chain`.
+    solver : str
+        A name in `SOLVERS`, or of a setting of Exudyn, or that of auto on several threads.
+    steps : int
+        Time steps.
+    dt : float
+        Their length [s].
+    threads : int
+        How many may share the work.
+    """
+
+    case: str
+    size: int
+    motion: str
+    solver: str
+    steps: int
+    dt: float
+    threads: int = 1
+
+    def scene(self) -> Scene:
+        """Build the scene."""
+        return (chain if self.case == "chain" else net)(self.size, self.motion).scene
+
+    @property
+    def elements(self) -> int:
+        """Number of elements."""
+        return self.size if self.case == "chain" else 2 * self.size * (self.size - 1)
+
+
+def run(job: Job, base: int) -> dict[str, Any]:
+    """Run a job in this process.
+
+    Returns
+    -------
+    dict
+        ``seconds`` of the march and ``set_up_seconds`` before it, from the scene on [s],
+        ``iterations_per_step``, ``factorizations``, ``recoveries``, ``split`` by part [s],
+        ``peak_bytes`` of the process and ``base_bytes``; or ``note``, why there is nothing to
+        report.
+    """
+    try:
+        for setting in PEERS:
+            if job.solver == setting.name:
+                record: dict[str, Any] = march_exudyn(job.scene(), setting, job.dt, job.steps)
+                return record | {"base_bytes": base, "peak_bytes": peak_memory()}
+        return _ours(job) | {"base_bytes": base, "peak_bytes": peak_memory()}
+    except (InputError, StepError, ExudynError, MemoryError) as error:
+        return {"note": str(error) or type(error).__name__}
+
+
+def _ours(job: Job) -> dict[str, Any]:
+    runs: list[RunStats] = []
+    set_ups: list[float] = []
+    first = time.perf_counter()
+    while not runs or time.perf_counter() - first < SHORT:
+        begin = time.perf_counter()
+        scene = job.scene()
+        end = cast(Beam, scene.beams[0]).end  # chains and nets are made of beams
+        built = time.perf_counter() - begin
+        stats = simulate(
+            scene,
+            job.steps * job.dt,
+            job.dt,
+            integrator=Newmark(0.0),  # as the peer
+            solver=SOLVERS["auto" if job.threads > 1 else job.solver],
+            threads=job.threads,
+            save_every=job.steps,
+            save_nodes=[end],
+        ).stats
+        runs.append(stats)
+        set_ups.append(built + stats.seconds["set-up"])
+    parts = [key for key in stats.seconds if key != "set-up"]
+    return {
+        "seconds": median(each.march_seconds for each in runs),
+        "set_up_seconds": median(set_ups),
+        "iterations_per_step": stats.iterations_per_step,
+        "factorizations": stats.factorizations,
+        "recoveries": stats.recoveries,
+        "split": {key: median(each.seconds[key] for each in runs) for key in parts},
+        "chosen": stats.solver,
+    }
+
+
+def counts(scene: Scene) -> dict[str, Any]:
+    """Count what grows with a scene: unknowns, entries of the pattern and of L, operations."""
+    system = System(scene)
+    seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+    return {
+        "unknowns": seed.n,
+        "pattern_entries": system.pattern.n_values,
+        "factor_entries": seed.nnz,
+        "factor_flops": seed.factor_flops,
+        "ordering": seed.ordering,
+    }
+
+
+if __name__ == "__main__":
+    run(Job("chain", 2, "rest", "auto", 1, 5e-4), 0)  # whatever is loaded once only
+    idle = peak_memory()
+    serve(lambda job: run(Job(**job), idle))

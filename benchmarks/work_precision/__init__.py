@@ -1,1 +1,0 @@
-"""Seconds against the error of the steps, beside peers."""

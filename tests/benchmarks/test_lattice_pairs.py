@@ -1,0 +1,56 @@
+"""Secant pairs on incomplete seeds: what the study runs, weighs, says and draws."""
+
+import csv
+
+import pytest
+
+from benchmarks.commands import main
+from benchmarks.scaling import lattice_pairs as module
+from benchmarks.scaling.lattice_pairs import STUDY, Row, beside, chart, entrants, findings
+
+
+def row(update, pairs, carry, work, h_omega=50.0, failed=False):
+    return Row("steel, at rest", h_omega, update, pairs, carry, 3.0, 4.0, 1, 0, work, failed)
+
+
+def rows():
+    found = []
+    for h_omega, failed in ((50.0, False), (250.0, False), (1000.0, True)):
+        for update, pairs, carry in entrants():
+            broken = failed and update in ("chord", "auto")
+            work = 10.0 if update == "chord" else 8.0 + carry
+            found.append(row(update, pairs, carry, work, h_omega, broken))
+    return found
+
+
+def test_work_is_beside_the_chord():
+    made = rows()
+    assert beside(made, made[1]) == pytest.approx(0.8)
+    last = made[-1]
+    assert beside(made, last) != beside(made, last)  # the chord fails there
+
+
+def test_what_is_said_follows_the_rows():
+    first, second = findings(rows())
+    assert "auto takes 0.80 (h omega = 50) to 0.80 (50) of the work of the chord" in first
+    assert "Pairs complete 16 runs that the chord does not" in second
+    assert "bfgs, 2 pairs carried" in STUDY.text(rows())
+    table = STUDY.region("memory-lattices", rows())
+    assert table.count("| chord |") == 3
+    assert "| steel, at rest | 1000 | chord | fails |" in table
+
+
+def test_the_chart_can_be_read(readable):
+    readable(chart(rows()))
+
+
+def test_the_command_runs_a_small_lattice(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "H_OMEGA", {"steel": (50, 250)})
+    monkeypatch.setattr(module, "MOTIONS", ("rest",))
+    with pytest.raises(SystemExit) as left:
+        main(["memory", "--lattice", "4", "--output", str(tmp_path)])
+    assert left.value.code == 0
+    with (tmp_path / "memory-lattices.csv").open(encoding="utf-8") as file:
+        table = list(csv.DictReader(file))
+    assert len(table) == 2 * len(entrants())
+    assert all(float(line["work"]) > 0.0 for line in table)

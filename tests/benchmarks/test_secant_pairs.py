@@ -1,0 +1,76 @@
+"""The study of memory lengths: its model of cost, its files, and what it dares to say."""
+
+import csv
+import json
+
+import pytest
+
+from ancfsparse.nonlinear import ModifiedNewton, QuasiNewton
+from ancfsparse.nonlinear.iteration import Costs
+from ancfsparse.nonlinear.methods import UPDATES
+from benchmarks.commands import main
+from benchmarks.scaling.secant_pairs import LENGTHS, MemoryStudy, Run, model_cost
+from benchmarks.scaling.secant_pairs_report import chart
+
+COSTS = Costs(iteration=100.0, seed=1000.0)
+
+
+def test_model_counts_iterations_seeds_and_terms():
+    chord = model_cost(COSTS, 10, 10, 30, 2, ModifiedNewton())
+    assert chord == pytest.approx((30 * 100 + 2 * 1000) / 10)
+    # Three corrections in a step see 0, 1 and 2 pairs: 1 on average, 2 operations per unknown.
+    own = model_cost(COSTS, 10, 10, 30, 2, QuasiNewton("broyden", memory=10))
+    assert own - chord == pytest.approx(30 * 2 * 10 * 1.0 / 10)
+    # A carried memory of 5 holds 1, 2, ... 5 pairs in turn, and BFGS has two terms for each.
+    carried = model_cost(COSTS, 10, 10, 30, 2, QuasiNewton("bfgs", memory=5, carry=True))
+    assert carried - chord == pytest.approx(30 * 2 * 10 * 3.0 * 2 / 10)
+
+
+def test_verdict_follows_the_counts():
+    def run(update, pairs, carry, cost, iterations):
+        return Run("chain", update, pairs, carry, iterations, 1, 0, 0, cost, [cost])
+
+    chord = run("chord", 0, False, 10.0, 3.0)
+    own, carried = run("broyden", 5, False, 8.0, 2.5), run("bfgs", 10, True, 12.0, 2.0)
+    (finding,) = MemoryStudy([chord, own, carried], {}).findings()
+    assert "this step's pairs pay: 0.80 of the cost" in finding
+    assert "carried pairs do not pay: 1.50 of the cost" in finding
+    assert "fall from 3.00 (chord) and 2.50 to 2.00 per step" in finding
+
+
+def test_study_on_tiny_sizes(tmp_path, capsys):
+    page = tmp_path / "page.md"
+    page.write_text("<!-- memory:begin -->\n<!-- memory:end -->\n", encoding="utf-8")
+    words = ["--chain", "12", "--net", "3", "--steps", "3", "--rounds", "1"]
+    with pytest.raises(SystemExit) as left:
+        main(["memory", *words, "--output", str(tmp_path), "--page", str(page)])
+    out = capsys.readouterr().out
+    assert left.value.code == 0
+    assert "net 3 x 3, rough: this step's pairs" in out
+    with (tmp_path / "memory.csv").open(encoding="utf-8") as file:
+        table = list(csv.DictReader(file))
+    assert len(table) == 4 * (1 + len(UPDATES) * 2 * len(LENGTHS))
+    assert all(float(row["model_cost"]) > 0 for row in table)
+    data = json.loads((tmp_path / "memory.json").read_text(encoding="utf-8"))
+    assert len(data["findings"]) == 4
+    text = page.read_text(encoding="utf-8")
+    assert text.count("| chord |") == 4
+    assert text.count(" carried |") == 4
+    assert "- net 3 x 3, rough: this step's pairs" in text
+    assert (tmp_path / "gallery" / "memory.png").stat().st_size > 10_000
+
+
+def test_the_chart_can_be_read(readable):
+    runs = []
+    for scene in ("chain of 1000, smooth", "chain of 1000, rough", "net 20 x 20, smooth",
+                  "net 20 x 20, rough"):  # fmt: skip
+        runs.append(Run(scene, "chord", 0, False, 3.0, 5, 0, 0, 10.0, [1.0]))
+        for update in UPDATES:
+            for carry in (False, True):
+                for pairs in LENGTHS:
+                    runs.append(Run(scene, update, pairs, carry, 2.5, pairs, 0, 0, 9.0, [0.5]))
+    figure = chart(MemoryStudy(runs, {}))
+    readable(figure)
+    seeds = figure.axes[4].lines[0]
+    assert seeds.get_ydata()[0] == 5
+    assert list(seeds.get_ydata()[1:]) == list(LENGTHS)
