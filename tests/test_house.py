@@ -4,11 +4,11 @@ import importlib.metadata
 import importlib.resources
 import re
 import subprocess
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+from tests.paths import ROOT
+
 PAPER = (
     "On the Numerical Treatment of Nonlinear Flexible Multibody Systems "
     "with the Use of Quasi-Newton Methods"
@@ -71,12 +71,6 @@ def test_links_between_pages_lead_somewhere(file):
 
 def test_the_package_is_marked_as_typed():
     assert (importlib.resources.files("ancfsparse") / "py.typed").is_file()
-
-
-def test_modules_of_tests_have_names_of_their_own():
-    # They are imported by name from their folders: of two alike, one would be taken for both.
-    names = [file.name for file in tracked("tests/*/*.py") if file.name != "conftest.py"]
-    assert not [name for name in set(names) if names.count(name) > 1]
 
 
 ODD = re.compile(

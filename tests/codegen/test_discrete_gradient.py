@@ -4,11 +4,11 @@ from fractions import Fraction
 
 import pytest
 import sympy as sp
-from test_tape import EXPRESSIONS, POINT, evaluate, on_tape, same, x, y, z
 
 from codegen.discrete_gradient import DiscreteGradient
 from codegen.symbols import to_tape
 from codegen.tape import Tape
+from tests.codegen.test_tape import EXPRESSIONS, POINT, evaluate, on_tape, same, x, y, z
 
 LATER = {x: sp.Rational(8, 5), y: sp.Rational(1, 9), z: sp.Rational(-2, 7)}
 RATIONAL = [*EXPRESSIONS, (x + y**2 + 3) ** -2, (x**2 + y**2) ** sp.Rational(-5, 2) * z]

@@ -1,7 +1,6 @@
 """Order of convergence in time, against motions that are known exactly in time."""
 
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,8 +8,8 @@ from scipy.optimize import brentq
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
+from tests.paths import REFERENCES
 
-REFERENCES = Path(__file__).parents[1] / "references"
 TIPS = tomllib.loads((REFERENCES / "pendulum.toml").read_text(encoding="utf-8"))
 ROOTS = tomllib.loads((REFERENCES / "vibration.toml").read_text(encoding="utf-8"))
 ELEMENTS = {"l2t2": ("l2t2", {}), "green": ("thin", {}), "biot": ("thin", {"strain": "biot"})}

@@ -9,7 +9,8 @@ the right derivative there because the smallest rotation moves normals only alon
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from reference_energies import IN_PLANE, LONG, centre_line, dot, gauss, square
+
+from tests.kernels.reference_energies import IN_PLANE, LONG, centre_line, dot, gauss, square
 
 Parameters = Mapping[str, float]
 Strains = Callable[[np.ndarray, Parameters, np.ndarray], tuple[np.ndarray, np.ndarray]]

@@ -1,10 +1,10 @@
 """What plans would gain by adjoint solutions, by the prototype that docs/model.md reports on."""
 
-import adjoints
 import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from tests.plans import adjoints
 
 
 def test_the_adjoint_is_the_transpose_of_the_tangent():

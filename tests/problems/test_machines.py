@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from rods import G, carried, hung, shot, spatial
 from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
@@ -22,6 +21,7 @@ from ancfsparse.problems import (
     spring_antenna,
 )
 from ancfsparse.problems.named import MECHANISMS
+from tests.problems.rods import G, carried, hung, shot, spatial
 
 
 def value_of(name):

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 import scipy.linalg
-from matrices import lower_csc
 
 from ancfsparse.dispatch import available_instruction_sets, compiled
 from ancfsparse.problems import pendulum
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
 from ancfsparse.system import System
+from tests.seeds.matrices import lower_csc
 
 
 def mixed(rng, sizes):

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from matrices import lower_csc, net
 
 from ancfsparse.seeds import Groups, IncompleteSeed
 from ancfsparse.seeds.incomplete.constraint_border import Border, leading
 from ancfsparse.seeds.ordering import unknown_groups as groups_module
+from tests.seeds.matrices import lower_csc, net
 
 SIDE = 12
 N = 3 * SIDE * SIDE

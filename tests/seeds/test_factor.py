@@ -5,11 +5,11 @@ import pytest
 import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matrices import chain, lower_csc, net, random_spd, saddle
 from sksparse.cholmod import analyze
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.seeds import SparseSeed
+from tests.seeds.matrices import chain, lower_csc, net, random_spd, saddle
 
 KINDS = {
     "chain": (chain, 48),

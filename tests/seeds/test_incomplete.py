@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from matrices import lower_csc
 
 from ancfsparse.errors import InputError
 from ancfsparse.seeds import Groups, IncompleteSeed
 from ancfsparse.seeds.ordering import unknown_groups as groups_module
+from tests.seeds.matrices import lower_csc
 
 ROUNDING = 2.0**-24
 """Of a number in single precision (IEEE 754)."""

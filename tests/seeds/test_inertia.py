@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from matrices import chain, lower_csc, net, random_spd, saddle
 
 from ancfsparse.seeds import SparseSeed
+from tests.seeds.matrices import chain, lower_csc, net, random_spd, saddle
 
 
 @pytest.mark.parametrize("make", [chain, net, random_spd, saddle])

@@ -5,10 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from matrices import chain, lower_csc, net
 
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.complete.supernodes import Shape, parts_of
+from tests.seeds.matrices import chain, lower_csc, net
 
 
 def star(rng, arms=6, length=20):

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from matrices import chain, lower_csc, net, random_spd, saddle
 
 import ancfsparse as ancf
 from ancfsparse.problems import chain as cable
 from ancfsparse.problems import elastic_four_bar, pendulum
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.complete import sparse_seed
+from tests.seeds.matrices import chain, lower_csc, net, random_spd, saddle
 
 ROUNDING = 2.0**-24
 """Of a number in single precision (IEEE 754)."""

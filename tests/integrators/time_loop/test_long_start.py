@@ -1,0 +1,148 @@
+"""Start values where steps are long beside what they march, and steps with several solutions."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.nonlinear import Outcome, Rung
+from ancfsparse.solve.initial_conditions.consistent_accelerations import initial_jerk
+from ancfsparse.solve.initial_conditions.consistent_state import starting_state
+from tests.integrators.points import Point
+
+LENGTH, MASS = 3.0443, 10.0
+
+
+def bar(stiffness=1e10, stretch=1.0, velocity=(0.0, 7.72)):
+    """A mass point on a bar of Green's strain along x."""
+    return Point((stretch * LENGTH, 0.0), velocity, MASS, 0.0, None, stiffness, LENGTH)
+
+
+@pytest.mark.parametrize("stiffness", [1e6, 1e10])
+def test_the_rate_of_the_start_acceleration_is_exact_however_stiff_the_bar(stiffness):
+    point = bar(stiffness, 1.01, (1.0, 7.0))
+    seed = point.seed()
+    seed.factor(point.matrix(1.0, 0.0, point.q0, np.zeros(0), None))
+    a = -point.force(point.q0) / MASS
+    # Rate of the force EA e / L q: EA (e / L + q q^T / L^3) v, with e = (1.01^2 - 1) / 2.
+    rate = stiffness * 1.01**2 / LENGTH * np.array([1.0, 0.0])
+    rate += stiffness * (1.01**2 - 1.0) / 2.0 / LENGTH * point.v0
+    for dt in (0.1, 1e-3):
+        jerk = initial_jerk(point, seed, point.v0, a, np.zeros(0), dt)
+        np.testing.assert_allclose(jerk, -rate / MASS, rtol=1e-6, atol=1e-8 * stiffness)
+
+
+@pytest.mark.parametrize("integrator", [ancf.Newmark(), ancf.GeneralizedAlpha(0.5)], ids=repr)
+def test_the_march_starts_with_what_its_step_can_follow(integrator):
+    # Along the bar a mode of angular frequency omega keeps 1 - (1 - 1/(1 + scale omega^2))^2.
+    point, dt = bar(1e8, 1.0 + 1e-4, (0.0, 0.0)), 1e-3
+    start, a = starting_state(point, point.seed(), integrator, dt)
+    assert a[0] == pytest.approx(-point.force(point.q0)[0] / MASS, rel=1e-12)
+    # Stiffness along the bar: EA (e + (1 + 1e-4)^2) / L.
+    stretch = (1.0 + 1e-4) ** 2
+    omega2 = 1e8 / LENGTH * ((stretch - 1.0) / 2.0 + stretch) / MASS
+    left = 1.0 / (1.0 + integrator.scale * dt**2 * omega2)
+    assert left < 0.8
+    assert start.a[0] == pytest.approx((1.0 - (1.0 - left) ** 2) * a[0], rel=1e-9)
+    assert start.b[0] == pytest.approx(start.a[0], rel=1e-9)  # at rest nothing changes
+
+
+def of_a_cubic(point, integrator, dt, n):
+    """The march of a bar worked out by hand: the new place is along the sum of all that is known.
+
+    ``q (1 + k e(q)) = known`` with ``k = scale EA / (m L)`` is a cubic equation for the length;
+    its largest root is the bar that turns without turning over.
+    """
+    start, _ = starting_state(point, point.seed(), integrator, dt)
+    q, v, a, b = start.q, start.v, start.a, start.b
+    m, f, beta, gamma = (getattr(integrator, x) for x in ("alpha_m", "alpha_f", "beta", "gamma"))
+    scale = integrator.scale * dt**2
+    k = scale * point.stiffness / (MASS * LENGTH)
+    places = []
+    for _ in range(n):
+        rest = (f * a - m * b) / (1.0 - m)
+        known = q + dt * v + dt**2 * ((0.5 - beta) * b + beta * rest)
+        size = np.linalg.norm(known)
+        roots = np.roots([0.5 * k / LENGTH**2, 0.0, 1.0 - 0.5 * k, -size])
+        q = max(roots.real[np.abs(roots.imag) < 1e-9]) / size * known
+        a = (q - known) / scale
+        new = rest + (1.0 - f) / (1.0 - m) * a
+        v = v + dt * ((1.0 - gamma) * b + gamma * new)
+        b = new
+        places.append(q)
+    return np.array(places)
+
+
+@pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.5), ancf.HHT(0.3)], ids=repr)
+@pytest.mark.parametrize("dt", [0.01, 0.1])
+def test_steps_of_a_stiff_bar_are_roots_of_a_cubic(integrator, dt):
+    n = round(1.0 / dt)
+    expected = of_a_cubic(bar(), integrator, dt, n)
+    q, *_, outcome = bar().march(dt, n, integrator)
+    assert outcome == Outcome.CONVERGED
+    np.testing.assert_allclose(q, expected, rtol=0, atol=1e-7)
+
+
+def turned_over(begin):
+    """A predictor that lies beyond the pin, in equations that hold no acceleration of the start."""
+    known = begin.q + STEP * begin.v
+    beyond = -(1.0 + 1.05 * LENGTH / np.linalg.norm(known)) * known
+    a = beyond / (ASYMPTOTIC.scale * STEP**2)
+    return type(begin)(begin.q, begin.v, a, 0.0 * a, begin.lam, begin.amplitudes)
+
+
+ASYMPTOTIC, STEP = ancf.GeneralizedAlpha(0.0), 0.05  # with alpha_f = 0
+
+
+def test_a_solution_that_gains_energy_is_refused_for_one_that_does_not():
+    # The bar turned over is a root of the cubic equation too, and Newton finds the nearer one.
+    lost = bar()
+    q, v, *_ = lost.march(STEP, 1, ASYMPTOTIC, start=turned_over)
+    assert q[0, 0] < -0.9 * LENGTH
+    assert lost.energy(q, v)[0] > 10.0 * lost.energy(lost.q0[None], lost.v0[None])[0]
+    point = bar()
+    q, *_, outcome = point.march(STEP, 1, ASYMPTOTIC, start=turned_over, largest_gain=0.01)
+    assert outcome == Outcome.CONVERGED
+    assert [event[:3] for event in point.loop.events] == [(1, Rung.COASTING, Outcome.GAINED_ENERGY)]
+    assert point.loop.counts["recoveries_newton"] == 1
+    calm, *_ = bar().march(STEP, 1, ASYMPTOTIC)
+    np.testing.assert_allclose(q, calm, rtol=0, atol=1e-9)
+
+
+def pushed(begin):
+    """An acceleration at the start along the velocity, which gives every solution energy."""
+    return type(begin)(begin.q, begin.v, begin.a, 5.0 * begin.v, begin.lam, begin.amplitudes)
+
+
+def test_of_solutions_that_all_gain_energy_the_one_that_gains_least_is_kept():
+    both = [
+        bar().march(STEP, 1, ASYMPTOTIC, start=start)[:2]
+        for start in (pushed, lambda begin: pushed(turned_over(begin)))
+    ]
+    point = bar()
+    before = point.energy(point.q0[None], point.v0[None])[0]
+    little, much = (point.energy(q, v)[0] / before - 1.0 for q, v in both)
+    assert 0.1 < little < 0.01 * much
+    # Newton finds the one that gains much, other start and descent the other; both gain too much.
+    q, v, _, _, outcome = point.march(
+        STEP, 1, ASYMPTOTIC, start=lambda begin: pushed(turned_over(begin)), largest_gain=0.01
+    )
+    assert outcome == Outcome.CONVERGED  # in the first steps a gain stops no run
+    assert [event[:3] for event in point.loop.events] == [
+        (1, Rung.COASTING, Outcome.GAINED_ENERGY),
+        (1, Rung.DESCENT, Outcome.GAINED_ENERGY),
+    ]
+    np.testing.assert_allclose(q, both[0][0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(v, both[0][1], rtol=0, atol=1e-7)
+
+
+def test_a_step_that_only_gains_is_not_taken():
+    # No energy may be gained at all.
+    point = bar(1e6, 1.1)
+    q, v, _, _, outcome = point.march(0.1, 50, ancf.Newmark(), largest_gain=1e-9)
+    assert outcome == Outcome.WOULD_GAIN
+    state = point.marched.state
+    kept = (q[-1], v[-1]) if len(q) else (point.q0, point.v0)
+    np.testing.assert_array_equal(state[0], kept[0])
+    np.testing.assert_allclose(state[1], kept[1], rtol=1e-12, atol=1e-12)
+    gain, exchanged = point.marched.refused_gain
+    assert gain > 1e-9 * exchanged

@@ -1,0 +1,192 @@
+"""Steps so long that only Newton's own corrections solve them: the rungs that save the others."""
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+import ancfsparse as ancf
+from ancfsparse.nonlinear import Outcome, Rung
+from ancfsparse.seeds.complete import sparse_seed
+from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.system import System
+from benchmarks.stability.scenes import SCENES
+from tests.nonlinear.loop.handmade import Equations
+
+
+def test_an_attempt_with_a_new_seed_renews_it_where_waiting_costs_more():
+    # A hardening spring far out: at rest it is 150 times softer than the seed at the start.
+    equations = Equations(
+        lambda x: 50.0 * x**3 + x - 0.1, lambda x: np.diag(150.0 * x**2 + 1.0), [1.0]
+    )
+    loop = equations.loop(
+        equations.limited("broyden", 0), learns=False, max_iterations=15, cost_seed=1.0
+    )
+    assert loop.solve() == Outcome.CONVERGED
+    root = equations.x[0]
+    assert 50.0 * root**3 + root == pytest.approx(0.1, rel=1e-9)
+    assert [event[1] for event in loop.events] == [Rung.NEW_SEED]
+    assert loop.counts["recoveries_reseed"] == 1
+    assert loop.counts["reseeds_inside"] > 1
+
+
+def test_a_step_lost_on_a_rounded_seed_is_the_last_on_one(monkeypatch):
+    # The spring of above: the rounding is not the cause here, but it might be.
+    monkeypatch.setattr(sparse_seed, "SINGLE_FROM", 0.0)
+    equations = Equations(
+        lambda x: 50.0 * x**3 + x - 0.1, lambda x: np.diag(150.0 * x**2 + 1.0), [0.1]
+    )
+    loop = equations.loop(equations.limited("broyden", 0), learns=False, max_iterations=15)
+    assert loop.solve() == Outcome.CONVERGED
+    assert loop.counts["single_seeds"] == 1
+    equations.start[:] = 1.0
+    assert loop.solve() == Outcome.CONVERGED
+    assert loop.events
+    loop.mark_stale()
+    equations.start[:] = 0.1
+    assert loop.solve() == Outcome.CONVERGED
+    assert loop.counts["factorizations"] > 2
+    assert loop.counts["single_seeds"] == 1
+
+
+@pytest.mark.parametrize(
+    ("scene", "stiffness", "dt", "solver"),
+    [
+        ("rod at the tip", 1e7, 0.02, "auto"),
+        ("rod at the tip", 1e9, 0.02, ancf.QuasiNewton("bfgs", 10)),
+        ("compressed beam", 1e10, 0.02, ancf.QuasiNewton("dfp")),
+    ],
+    ids=str,
+)
+def test_what_newton_solves_the_ladder_solves(scene, stiffness, dt, solver):
+    # Damped Newton fails in some of these steps, and undamped does not.
+    n = round(2.0 / dt)
+    runs = []
+    for method in (ancf.Newton(), solver):
+        case = SCENES[scene](stiffness)
+        runs.append(ancf.simulate(case.scene, n * dt, dt, solver=method,
+                                  integrator=ancf.GeneralizedAlpha(0.8)))  # fmt: skip
+    assert runs[1].stats.steps == runs[0].stats.steps == n
+    assert runs[1].stats.recoveries > 0
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "integrator", "solver"),
+    [
+        (1e7, ancf.HHT(0.3), "auto"),
+        (1e7, ancf.GeneralizedAlpha(0.5), "auto"),
+        (1e9, ancf.GeneralizedAlpha(0.8), ancf.QuasiNewton("davidon", 10)),
+    ],
+    ids=repr,
+)
+def test_a_step_with_several_solutions_ends_where_newton_does(stiffness, integrator, solver):
+    # A step of the last tenth of a second has one more that corrections on a kept seed can find.
+    runs = []
+    for method in (ancf.Newton(), solver):
+        case = SCENES["rod at the tip"](stiffness)
+        runs.append(
+            ancf.simulate(
+                case.scene, 2.0, 0.02, solver=method, integrator=integrator, tolerance=1e-5
+            )
+        )
+    energy = runs[1].energy
+    assert (energy.total - energy.total[0]).max() < 1e-3 * energy.kinetic.max()
+    assert np.abs(runs[1].q - runs[0].q).max() < 1e-2
+
+
+def test_a_rough_step_has_two_solutions():
+    # Found by SciPy: that a method ends in another one than Newton is no fault of its tolerance.
+    dt, n = 0.02, 97
+    system = System(SCENES["rod at the tip"](1e7).scene)
+    march, loop, *_ = prepare(
+        system, dt, ancf.GeneralizedAlpha(0.5), ancf.Newton(), "default", np.inf
+    )
+    loads, widths = np.zeros((n, 0)), (*[system.n_all] * 3, system.n_multipliers)
+
+    def residual(x):
+        march.prepare(loads[:1])
+        march.correct(x)
+        return march.residual()
+
+    march.advance(loop, n - 1, loads[1:], n, 0, *(np.zeros((1, width)) for width in widths))
+    free, rng = system.n_free, np.random.default_rng(1)
+    found = []
+    for size in np.repeat([0.01, 0.03, 0.1], 8):
+        start = np.append(size * rng.normal(size=free), np.zeros(system.n_multipliers))
+        x = root(residual, start, options={"xtol": 1e-13}).x
+        if np.abs(residual(x)).max() < 1e-13:
+            found.append(x[:free])
+    apart = np.abs(np.array(found) - found[0]).max(axis=1)
+    assert set(np.round(apart, 6) > 0.0) == {False, True}
+    assert apart.max() > 0.3
+
+
+def test_the_last_rung_starts_elsewhere():
+    # Newton's method goes to and fro between 0 and 1, and damped it is caught at 0.8, where the
+    # slope is zero; the root is on the other side.
+    def make(coast):
+        return Equations(
+            lambda x: x**3 - 2.0 * x + 2.0, lambda x: np.diag(3.0 * x**2 - 2.0), [0.0], coast=coast
+        )
+
+    assert make(None).loop(max_iterations=6).solve() != Outcome.CONVERGED
+    equations = make([-2.0])
+    loop = equations.loop(max_iterations=6)
+    assert loop.solve() == Outcome.CONVERGED
+    assert equations.x[0] == pytest.approx(np.roots([1, 0, -2, 2]).real.min(), rel=1e-9)
+    assert [event[1] for event in loop.events] == [Rung.DAMPED_NEWTON, Rung.COASTING]
+    assert loop.counts["recoveries_newton"] == 1
+    assert loop.take_events()
+    assert loop.events == []
+
+
+@pytest.mark.parametrize(
+    ("coast", "corrections", "outcome"),
+    [
+        (2e4, 25 + 2, Outcome.CONVERGED),  # the last of 25 leaves a hundredth of what there was
+        (2e7, 25 + 5, Outcome.TOO_MANY),  # each leaves 0.3, since far away the cubic term decides
+    ],
+)
+def test_newton_s_last_start_goes_on_a_little_while_it_converges(coast, corrections, outcome):
+    equations = Equations(
+        lambda x: x**3 + x - 10.0, lambda x: np.diag(3.0 * x**2 + 1.0), [-2e7], coast=[coast]
+    )
+    assert equations.loop(max_iterations=25).solve() == outcome
+    assert of_last_start(equations) == corrections
+
+
+def test_newton_s_last_start_ends_in_time_where_it_hardly_converges():
+    # Corrections of a root lead from x to -2/3 x, and leave 0.78 of it.
+    power, starts = 0.6, ([1.0], [8.0])
+    equations = Equations(
+        lambda x: np.sign(x) * np.abs(x) ** power,
+        lambda x: np.diag(power * np.abs(x) ** (power - 1.0)),
+        starts[0],
+        coast=starts[1],
+    )
+    assert equations.loop(max_iterations=6).solve() == Outcome.TOO_MANY
+    assert of_last_start(equations) == 6
+
+
+def of_last_start(equations):
+    """Corrections from the start without acceleration."""
+    return equations.trace[equations.trace.index("coast") :].count("correct")
+
+
+@pytest.mark.parametrize(
+    "solver",
+    [ancf.QuasiNewton("broyden"), ancf.QuasiNewton("bfgs"), ancf.ModifiedNewton()],
+    ids=str,
+)
+def test_a_stiff_bar_that_turns_gains_no_energy_by_false_belief(solver):
+    # Its tangent is stiff in both coordinates of a node and soft across the bar: a residual that
+    # would turn the bar is small over the diagonal.
+    ends = []
+    for method in (ancf.Newton(), solver):
+        case = SCENES["truss pendulum"](2e11)
+        run = ancf.simulate(
+            case.scene, 2.0, 0.02, solver=method, integrator=ancf.GeneralizedAlpha(0.8)
+        )
+        energy = run.energy
+        assert (energy.total - energy.total[0]).max() < 1e-6 * energy.kinetic.max()
+        ends.append(run.position(case.rod.end)[-1])
+    assert np.linalg.norm(ends[1] - ends[0]) < 1e-2

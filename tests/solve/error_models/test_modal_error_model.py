@@ -1,0 +1,191 @@
+"""Errors predicted from the vibrations of a scene, against those of runs."""
+
+import math
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.solve.error_models.load_discontinuities import Breaks
+from ancfsparse.solve.error_models.modal_error_model import MOST, Waves
+from ancfsparse.solve.error_models.step_count_selection import BESIDE, SAFETY, StepPlan
+from ancfsparse.solve.stepping.sampled_states import States
+from ancfsparse.system import System
+from tests.solve.error_control.accuracy_scenes import SAVED, distance, make, positions, reference
+
+SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
+T_END = 0.2
+END = (0.8, -0.6)  # oblique, so that weight sets off waves along the rod and across it
+
+
+def rod(n=5, gravity=-9.81, **options):
+    scene = ancf.Scene((0.0, gravity))
+    beam = scene.add_beam("thin", (0, 0), END, n, SECTION, MATERIAL, **options)
+    return scene, beam
+
+
+def clamped():
+    scene, beam = rod()
+    scene.clamp(beam.start, stretch="fixed")
+    return scene
+
+
+def swinging():
+    scene, beam = rod(
+        velocity=lambda x: (
+            np.stack([0 * x[:, 0], 0.2 * x[:, 0]], axis=1) @ [[0.8, -0.6], [0.6, 0.8]]
+        )
+    )
+    scene.pin(beam.start)
+    return scene
+
+
+def struck():
+    scene, beam = rod()
+    scene.pin(beam.start)
+    scene.point_force(beam.end, lambda t: (0.0, 2.0 if t >= 0.1 else 0.0))
+    return scene
+
+
+def hanging():
+    scene, beam = rod()
+    scene.rod(beam.start, (0.0, 1.0))
+    return scene
+
+
+def waves_of(scene):
+    system = System(scene)
+    breaks = Breaks(system.loads, 0.0, T_END)
+    return Waves.of(system, breaks, T_END), breaks
+
+
+def tips(scene, steps, integrator):
+    run = ancf.simulate(
+        scene, T_END, T_END / steps, save_every=steps // 20, integrator=integrator,
+        max_energy_gain=np.inf,
+    )  # fmt: skip
+    return run.position(scene.beams[0].end)
+
+
+@pytest.mark.parametrize("make", [clamped, swinging, hanging])
+def test_the_error_of_explicit_runs_is_predicted_not_much_too_small(make):
+    waves, _ = waves_of(make())
+    exact = tips(make(), 8000, ancf.DormandPrince())
+    methods = [ancf.DormandPrince()]
+    if make is not hanging:
+        methods += [ancf.CentralDifference(), ancf.RungeKuttaNystrom(4), ancf.RungeKuttaNystrom(8)]
+    for method in methods:
+        limit = ancf.stable_step(make(), method)
+        for finer in (1.1, 2.0):
+            steps = 20 * int(np.ceil(T_END / limit * finer / 20))
+            error = np.linalg.norm(tips(make(), steps, method) - exact, axis=1).max()
+            predicted = waves.error(method.tableau, T_END / steps)
+            assert predicted / 50.0 < error < 5.0 * predicted or error < 1e-11
+
+
+@pytest.mark.parametrize("make", [clamped, swinging, hanging])
+def test_the_error_of_implicit_runs_is_predicted_within_a_factor_of_five(make):
+    waves, breaks = waves_of(make())
+    plan = StepPlan.of(waves, breaks, T_END)
+    exact = tips(make(), 8000, ancf.DormandPrince())
+    for steps in (100, 400, 1600):
+        error = np.linalg.norm(tips(make(), steps, ancf.GeneralizedAlpha(0.9)) - exact, axis=1)
+        assert plan.plain(steps) / 5.0 < error.max() < 5.0 * plan.plain(steps)
+
+
+def test_a_jump_sets_off_waves_for_the_time_after_it():
+    waves, _ = waves_of(struck())
+    calm, _ = waves_of(swinging())
+    n = len(calm.omega)
+    assert len(waves.omega) == 2 * n
+    np.testing.assert_allclose(waves.time[n:], 0.1, rtol=1e-6)
+    np.testing.assert_allclose(waves.time[:n], T_END)
+    assert waves.amplitude[n:].max() > 1e-4
+
+
+def test_damping_ends_waves_and_creeping_ones_are_none():
+    scene = ancf.Scene((0.0, -9.81))
+    wet = ancf.Material(1e8, 4000.0, axial_damping=1e-3, bending_damping=1e-3)
+    scene.clamp(scene.add_beam("thin", (0, 0), END, 5, SECTION, wet).start, stretch="fixed")
+    waves, _ = waves_of(scene)
+    dry, _ = waves_of(clamped())
+    assert len(waves.omega) < len(dry.omega)
+    # C = tau K: vibrations of omega tau < 2, which last for 2 / (omega^2 tau).
+    assert waves.omega.max() < 2000.0
+    np.testing.assert_allclose(waves.time, np.minimum(T_END, 2e3 / waves.omega**2), rtol=1e-6)
+
+
+def test_what_is_not_known_is_none():
+    scene, beam = rod(n=MOST // 4 + 1)
+    scene.pin(beam.start)
+    assert waves_of(scene)[0] is None
+    for gravity, expected in ((0.0, True), (-9.81, False)):
+        scene, beam = rod(gravity=gravity)
+        scene.pin(beam.start)
+        scene.point_force(beam.end, lambda t: (0.0, 0.1 * np.sin(3 * t) ** 2))
+        assert (waves_of(scene)[0] is None) == expected, gravity
+    assert waves_of(rod(gravity=0.0)[0])[0] is None  # at rest
+
+
+def test_runs_that_dissipate_the_same_waves_do_not_see_them():
+    waves, _ = waves_of(clamped())
+    method = ancf.RungeKuttaNystrom(4)
+    limit = ancf.stable_step(clamped(), method)
+    pair, far = (method.tableau, method.tableau), (0.95 * limit, 0.8 * limit)
+    assert waves.unseen(pair, far) > 0.3 * waves.error(method.tableau, far[1])
+    near = (0.1 * limit, 0.08 * limit)
+    assert waves.unseen(pair, near) < 0.05 * waves.error(method.tableau, near[1])
+
+
+def one_wave(omega=50.0, amplitude=1e-2):
+    return StepPlan(Waves(np.array([amplitude]), np.array([omega]), np.array([1.0])), 1.0, 10.0)
+
+
+def test_the_errors_of_one_vibration():
+    plan = one_wave()
+    steps = 4000
+    z = 50.0 / steps
+    assert plan.plain(steps) == pytest.approx(1e-2 * 50.0 * z**2 / 12.0, rel=1e-3)
+    assert plan.plain(10) == 1e-2  # its phase is lost
+    assert plan.apart(2000, 4000) == pytest.approx(3.0 * plan.plain(4000), rel=1e-3)
+    # What is left without the second power falls with the fourth.
+    assert plan.mixed(2000, 4000) / plan.mixed(4000, 8000) == pytest.approx(16.0, rel=0.1)
+    assert plan.mixed(4000, 8000) < 0.01 * plan.plain(8000)
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-7])
+def test_plans_end_with_the_accuracy(accuracy):
+    plan = one_wave()
+    first, total = plan.first(accuracy)
+    runs, spent = [first], first + BESIDE
+    while True:
+        enough = plan.plain(runs[-1]) <= SAFETY * accuracy
+        if len(runs) > 2:
+            enough |= plan.mixed(*runs[-2:]) <= SAFETY * accuracy
+        if enough and len(runs) > 1:
+            break
+        runs.append(plan.next(runs, accuracy)[0])
+        spent += runs[-1] + BESIDE
+        assert len(runs) < 8
+    assert spent == pytest.approx(total, rel=0.1)
+    assert plan.plain(runs[-1] / 1.2) > SAFETY * accuracy or len(runs) > 2
+
+
+def test_vibrations_that_others_set_off_are_found_in_a_run():
+    case = make(0)
+    system = System(case.scene)
+    start = Waves.of(system, Breaks(system.loads, 0.0, case.t_end), case.t_end)
+    exact, _ = reference(case)
+    method = ancf.RungeKuttaNystrom(4)
+    limit = ancf.stable_step(case.scene, method)
+    runs = []
+    for finer in (2.0, 4.0):
+        every = math.ceil(case.t_end / limit * finer / SAVED)
+        dt = case.t_end / SAVED / every
+        run = ancf.simulate(case.scene, case.t_end, dt, save_every=every, integrator=method)
+        runs.append((run, dt, distance(positions(system, run.q), exact)))
+    first = runs[0][0]
+    during = Waves.during(system, States(first.t, first.q, first.v, first.a, first.lam))
+    for _, dt, error in runs:
+        assert start.error(method.tableau, dt) < 0.3 * error
+        assert 0.5 * error < during.error(method.tableau, dt) < 4.0 * error
