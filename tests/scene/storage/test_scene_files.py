@@ -43,9 +43,10 @@ def test_everything_comes_back(tmp_path):
     scene = everything(2)
     assert read_again(scene, tmp_path / "scene.json") == scene
     assert sorted(functions(scene)) == [
-        f"everything.{name}" for name in ("bulge", "drag", "gust", "law", "length", "still")
+        f"tests.scene.everything.{name}"
+        for name in ("bulge", "drag", "gust", "law", "length", "still")
     ]
-    assert all_of_it.gust is functions(scene)["everything.gust"]
+    assert all_of_it.gust is functions(scene)["tests.scene.everything.gust"]
 
 
 def test_a_motion_from_a_file_has_the_same_bits(tmp_path):
