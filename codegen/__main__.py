@@ -11,10 +11,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from codegen.declarations.fields import Element
 from codegen.derive import derive
 from codegen.elements import ELEMENTS
 from codegen.emit import module
-from codegen.fields import Element
 from codegen.lists import c_header, cython_text
 from codegen.stamp import COMMAND, digest_of_inputs, header, sums
 
@@ -80,7 +80,7 @@ def from_file(path: Path, folder: Path) -> Path:
     sys.path.insert(0, str(path.resolve().parent))  # for imports from the same folder
     element = runpy.run_path(str(path)).get("ELEMENT")
     if not isinstance(element, Element):
-        raise ValueError("it has no `ELEMENT = Element(...)`, see codegen/fields.py")
+        raise ValueError("it has no `ELEMENT = Element(...)`, see codegen/declarations/fields.py")
     source = str(path.resolve())
     inputs = digest_of_inputs(source, lambda: element)
     program = derive(element)
@@ -155,7 +155,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     lines = differences(wanted, options.folder)
     stale = [path.name for path, make in LISTS.items() if _differs(path, make())]
-    lines += [f"{name}: differs from the output of codegen/kernels.py" for name in stale]
+    lines += [
+        f"{name}: differs from the output of codegen/declarations/kernels.py" for name in stale
+    ]
     if not lines:
         return 0
     print("\n".join(lines[:DIFF_LINES]))

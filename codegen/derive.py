@@ -16,8 +16,8 @@ from itertools import product
 
 import sympy as sp
 
+from codegen.declarations.fields import PARAMETERS, Element, length, x
 from codegen.discrete_gradient import HALF, DiscreteGradient
-from codegen.fields import PARAMETERS, Element, length, x
 from codegen.modes import ModeVectors
 from codegen.strains import Patch, Patches
 from codegen.symbols import to_tape

@@ -3,9 +3,9 @@
 import hashlib
 from collections.abc import Sequence
 
+from codegen.declarations.fields import Element
+from codegen.declarations.kernels import KERNELS
 from codegen.derive import Program
-from codegen.fields import Element
-from codegen.kernels import KERNELS
 from codegen.tape import PARAMETER, Node, Tape
 
 LINE = 100

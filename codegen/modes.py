@@ -7,7 +7,7 @@ from functools import cache
 import sympy as sp
 from sympy.integrals.quadrature import gauss_legendre
 
-from codegen.fields import Element, Field, length, x
+from codegen.declarations.fields import Element, Field, length, x
 from codegen.symbols import fraction, to_tape
 from codegen.tape import Node, Tape
 

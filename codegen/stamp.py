@@ -8,8 +8,8 @@ from pathlib import Path
 
 import sympy as sp
 
+from codegen.declarations.fields import Element
 from codegen.derive import Program
-from codegen.fields import Element
 
 ROOT = Path(__file__).parent.parent
 COMMAND = "make codegen"

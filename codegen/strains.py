@@ -12,7 +12,7 @@ from itertools import product
 
 import sympy as sp
 
-from codegen.fields import Element, Field, Gauss, Legendre, Term, length, x
+from codegen.declarations.fields import Element, Field, Gauss, Legendre, Term, length, x
 from codegen.modes import ModeVectors, gauss_rule, legendre_value, product_modes
 from codegen.symbols import Scaled, affine, combine, to_tape
 from codegen.tape import Node, Tape

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from codegen.fields import PARAMETERS, dot
+from codegen.declarations.fields import PARAMETERS, dot
 from codegen.tape import Node, Tape
 
 Scaled = tuple[sp.Expr, Node]

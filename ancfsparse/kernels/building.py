@@ -41,7 +41,7 @@ def build_element(
     Parameters
     ----------
     source : str or Path
-        A Python file with an ``ELEMENT = Element(...)`` made with ``codegen.fields``.
+        A Python file with an ``ELEMENT = Element(...)`` made with ``codegen.declarations.fields``.
     folder : str or Path, optional
         Where to write the package, a folder with the name of the element.
     instruction_sets : sequence of str, optional

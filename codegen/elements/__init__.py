@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from functools import partial
 
+from codegen.declarations.fields import Element
 from codegen.elements.l2t2 import l2t2
 from codegen.elements.string import string
 from codegen.elements.thick import thick
 from codegen.elements.thin import thin
-from codegen.fields import Element
 
 
 def _table() -> dict[str, tuple[str, Callable[[], Element]]]:

@@ -1,6 +1,6 @@
 """L2T2: planar cable of Berzeri and Shabana (2000), axial model L2, bending model T2."""
 
-from codegen.fields import Element, Term, interpolate, parameter
+from codegen.declarations.fields import Element, Term, interpolate, parameter
 
 axial_stiffness = parameter("axial_stiffness")
 bending_stiffness = parameter("bending_stiffness")

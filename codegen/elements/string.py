@@ -2,7 +2,16 @@
 
 import sympy as sp
 
-from codegen.fields import Element, Gauss, OwnParameter, Term, inner, interpolate, norm, parameter
+from codegen.declarations.fields import (
+    Element,
+    Gauss,
+    OwnParameter,
+    Term,
+    inner,
+    interpolate,
+    norm,
+    parameter,
+)
 
 axial_stiffness = parameter("axial_stiffness")
 mass_per_length = parameter("mass_per_length")

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import sympy as sp
 
-from codegen.fields import (
+from codegen.declarations.fields import (
     Element,
     Field,
     Gauss,
@@ -15,7 +15,7 @@ from codegen.fields import (
     interpolate,
     parameter,
 )
-from codegen.kernels import NAMES
+from codegen.declarations.kernels import NAMES
 
 lame_area = parameter("lame_area")
 shear_modulus_area = parameter("shear_modulus_area")

@@ -1,6 +1,15 @@
 """Thin cable of Gerstmayr and Shabana (2006): exact curvature, planar or spatial."""
 
-from codegen.fields import Element, Gauss, Term, cross, inner, interpolate, norm, parameter
+from codegen.declarations.fields import (
+    Element,
+    Gauss,
+    Term,
+    cross,
+    inner,
+    interpolate,
+    norm,
+    parameter,
+)
 
 axial_stiffness = parameter("axial_stiffness")
 bending_stiffness = parameter("bending_stiffness")

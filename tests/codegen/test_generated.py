@@ -31,7 +31,7 @@ def test_headers_carry_the_digest_of_the_sources():
     [
         ("elements/thin.py", "thin"),
         ("elements/thick.py", "thick"),
-        ("fields.py", ""),
+        ("declarations/fields.py", ""),
         ("tape.py", ""),
         ("emit.py", ""),
         ("stamp.py", ""),

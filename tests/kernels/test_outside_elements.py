@@ -14,7 +14,7 @@ from ancfsparse.kernels.building import build_element
 from ancfsparse.kernels.catalog import element_kind, from_module
 from ancfsparse.kernels.outside import built
 
-HEAD = "from codegen.fields import Element, Term, interpolate, parameter\n"
+HEAD = "from codegen.declarations.fields import Element, Term, interpolate, parameter\n"
 CABLE = """
 r = interpolate("r", (0, 1), "r", "r_x")
 r_x = r.diff()

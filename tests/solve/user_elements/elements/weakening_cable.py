@@ -2,7 +2,16 @@
 
 import sympy as sp
 
-from codegen.fields import Element, Gauss, OwnParameter, Term, cross, interpolate, norm, parameter
+from codegen.declarations.fields import (
+    Element,
+    Gauss,
+    OwnParameter,
+    Term,
+    cross,
+    interpolate,
+    norm,
+    parameter,
+)
 
 PLANE = (0, 1)
 r = interpolate("r", PLANE, "r", "r_x")

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from codegen.kernels import NAMES
+from codegen.declarations.kernels import NAMES
 
 x, length = sp.symbols("x length", positive=True)
 dot = sp.Function("dot")

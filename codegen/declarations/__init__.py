@@ -1,0 +1,1 @@
+"""Terms that elements are declared with, and the kernels derived for them."""
