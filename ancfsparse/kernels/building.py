@@ -27,9 +27,9 @@ MARCH = {
 OPENING = '''\
 """Element {name}, built by `ancfsparse element` from {source}."""
 
-from ancfsparse.kernels.outside import built
+from ancfsparse.kernels.catalog import external_element
 
-ELEMENT = built(__name__)
+ELEMENT = external_element(__name__)
 '''
 
 

@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
+from importlib import import_module
 from itertools import product
 from types import MappingProxyType, ModuleType
 from typing import Any
@@ -14,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice, check_finite
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled, instruction_set
 from ancfsparse.errors import InputError
+from ancfsparse.openmp import brief_waits
 
 OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
     "string": {},
@@ -305,12 +307,43 @@ def from_module(module: ModuleType, package: str = "") -> ElementKind:
     )
 
 
+@cache
+def external_element(package: str) -> ElementKind:
+    """Return the element of a package that ``ancfsparse element`` has built from a file.
+
+    Parameters
+    ----------
+    package : str
+        Name of the package, as it is imported; its ``ELEMENT`` is the value of this function.
+
+    Raises
+    ------
+    InputError
+        If it cannot be imported, or was not built for this machine or this version.
+    """
+    name = package.rpartition(".")[2]
+    module = f"{package}.{name}_{instruction_set()}"
+    try:
+        with brief_waits():
+            found = import_module(module)
+    except ModuleNotFoundError as missing:
+        if missing.name == module:
+            raise InputError(
+                f"element {name} was not built for instruction set {instruction_set()} and this "
+                "Python: build it again with `ancfsparse element`, on this machine or with "
+                f"--instruction-set {instruction_set()}"
+            ) from None
+        raise InputError(
+            f"element {name} is in the package {package}, which cannot be imported here: put the "
+            "folder that contains it into PYTHONPATH, or build it again with `ancfsparse element`"
+        ) from None
+    return from_module(found, package)
+
+
 def _loaded(name: str, package: str, values: Mapping[str, float]) -> ElementKind:
     """Return a pickled element."""
     if package:
-        from ancfsparse.kernels.outside import built
-
-        kind = built(package)
+        kind = external_element(package)
     else:
         kind = from_module(compiled(name))
     return kind.with_values(**values) if values else kind

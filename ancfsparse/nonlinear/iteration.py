@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_positive
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError, Parameter
+from ancfsparse.nonlinear.loop_protocols import Tolerance
 from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.seeds import Fill, Seed
 
@@ -50,41 +51,6 @@ class Equations(Protocol):
 
     def correct(self, s: NDArray[np.float64]) -> None:
         """Add a correction."""
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """When a step counts as converged.
-
-    Attributes
-    ----------
-    by_correction : bool
-        Measure the residual by its length (default), or the largest entry of the residual (the
-        paper's way).
-    force, constraint : float
-        Bounds on the entries of the scaled residual: beta dt^2 times newtons, and metres.
-    correction : float
-        Bound on the length of what is left after a correction [m].
-    noise : float
-        Corrections shorter than this are rounding [m].
-    share, work : float
-        Bounds on what is left over the first correction of the step, and over the way that the step
-        moves the scene [-].
-    floor : float
-        Rounding of the residual [m]: no bound is below it.
-    sure : bool
-        Whether what is left is always looked at, and not foreseen by the contraction.
-    """
-
-    by_correction: bool
-    force: float
-    constraint: float
-    correction: float
-    noise: float
-    share: float = math.inf
-    work: float = math.inf
-    floor: float = 0.0
-    sure: bool = False
 
 
 def tolerance_of(

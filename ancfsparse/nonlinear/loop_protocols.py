@@ -1,16 +1,50 @@
-"""The Python interface of the compiled nonlinear loop and its inverses; types only."""
+"""The Python interface of the compiled nonlinear loop and its inverses."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+import math
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from ancfsparse.nonlinear.iteration import Tolerance
-
 Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """When a step counts as converged.
+
+    Attributes
+    ----------
+    by_correction : bool
+        Measure the residual by its length (default), or the largest entry of the residual (the
+        paper's way).
+    force, constraint : float
+        Bounds on the entries of the scaled residual: beta dt^2 times newtons, and metres.
+    correction : float
+        Bound on the length of what is left after a correction [m].
+    noise : float
+        Corrections shorter than this are rounding [m].
+    share, work : float
+        Bounds on what is left over the first correction of the step, and over the way that the step
+        moves the scene [-].
+    floor : float
+        Rounding of the residual [m]: no bound is below it.
+    sure : bool
+        Whether what is left is always looked at, and not foreseen by the contraction.
+    """
+
+    by_correction: bool
+    force: float
+    constraint: float
+    correction: float
+    noise: float
+    share: float = math.inf
+    work: float = math.inf
+    floor: float = 0.0
+    sure: bool = False
 
 
 class Inverse(Protocol):

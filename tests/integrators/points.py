@@ -12,7 +12,8 @@ from scipy.integrate import solve_ivp
 
 from ancfsparse.integrators.implicit.time_integration import make_march
 from ancfsparse.nonlinear import Newton
-from ancfsparse.nonlinear.iteration import Costs, Tolerance, make_inverse, make_iteration
+from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
+from ancfsparse.nonlinear.loop_protocols import Tolerance
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_state import starting_state
 from ancfsparse.system.coordinates.prescribed_motion import Prescribed

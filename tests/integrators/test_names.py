@@ -8,6 +8,7 @@ from ancfsparse.integrators.interface.integrator import Integrator
 from ancfsparse.integrators.names import BY_NAME, EXAMPLES, EXPLICIT, integrator_of
 from ancfsparse.nonlinear import loop_protocols as nonlinear
 from ancfsparse.nonlinear.methods import BY_NAME as METHODS
+from ancfsparse.seeds.incomplete.factor_protocol import IncompleteFactor
 from ancfsparse.seeds.interface import protocols
 from ancfsparse.system.assembly.assembly_protocol import Assembly
 
@@ -53,7 +54,7 @@ def test_damped_newmark_is_of_first_order():
         (nonlinear.Inverse, "corotated", "Corotated"),
         (Assembly, "assembly", "Assembly"),
         (protocols.CompleteFactor, "ldl", "Ldl"),
-        (protocols.IncompleteFactor, "ic", "Ic"),
+        (IncompleteFactor, "ic", "Ic"),
         (protocols.Solver, "blocks", "Blocks"),
         (protocols.PythonSeed, "callback", "Callback"),
     ],

@@ -11,8 +11,7 @@ import ancfsparse as ancf
 from ancfsparse.dispatch import compiled, instruction_set
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.building import build_element
-from ancfsparse.kernels.catalog import element_kind, from_module
-from ancfsparse.kernels.outside import built
+from ancfsparse.kernels.catalog import element_kind, external_element, from_module
 
 HEAD = "from codegen.declarations.fields import Element, Term, interpolate, parameter\n"
 CABLE = """
@@ -47,7 +46,7 @@ def test_a_file_that_describes_no_element(tmp_path, text, words):
         build_element(file, tmp_path)
 
 
-def test_what_cannot_be_built(tmp_path, monkeypatch):
+def test_what_cannot_be_external_element(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"there is no file .*missing\.py with the energy"):
         build_element(tmp_path / "missing.py", tmp_path)
     with pytest.raises(InputError, match="'sse9' is not one of the instruction sets x86_64, "):
@@ -61,13 +60,13 @@ def test_what_cannot_be_built(tmp_path, monkeypatch):
 
 def test_packages_that_cannot_be_loaded(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="package nowhere, which cannot be imported here: put the"):
-        built("nowhere")
+        external_element("nowhere")
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere" / "__init__.py").write_text("")
     monkeypatch.syspath_prepend(tmp_path)
     words = f"not built for instruction set {instruction_set()} and this Python: build it again"
     with pytest.raises(InputError, match=words):
-        built("elsewhere")
+        external_element("elsewhere")
 
 
 def test_a_module_of_another_calling_convention_is_refused():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ancfsparse.seeds.ordering import ordering
+from ancfsparse.seeds.ordering import elimination_order
 
 
 def pattern(n, extra=()):
@@ -14,22 +14,22 @@ def pattern(n, extra=()):
     return np.append(0, np.cumsum(np.bincount(columns, minlength=n))).astype(np.int64), rows
 
 
-@pytest.fixture(params=[0, ordering.SMALL], ids=["by digest", "whole"])
+@pytest.fixture(params=[0, elimination_order.SMALL], ids=["by digest", "whole"])
 def orders(request, monkeypatch):
-    monkeypatch.setattr(ordering, "SMALL", request.param)
+    monkeypatch.setattr(elimination_order, "SMALL", request.param)
     made = []
-    find = ordering._cheapest
-    monkeypatch.setattr(ordering, "_KNOWN", {})
-    monkeypatch.setattr(ordering, "_cheapest", lambda *args: made.append(1) or find(*args))
+    find = elimination_order._cheapest
+    monkeypatch.setattr(elimination_order, "_KNOWN", {})
+    monkeypatch.setattr(elimination_order, "_cheapest", lambda *args: made.append(1) or find(*args))
     return made
 
 
 def test_equal_patterns_are_ordered_once(orders):
     ring = pattern(12, [(0, 11), (2, 9)])
-    first = ordering.cheapest(*ring, 12)
+    first = elimination_order.cheapest(*ring, 12)
     first[1][:] = first[1][::-1].copy()  # what a caller does to its own does not matter
-    again = ordering.cheapest(*(each.copy() for each in ring), 12)
-    fresh = ordering._cheapest(*ring, 12)
+    again = elimination_order.cheapest(*(each.copy() for each in ring), 12)
+    fresh = elimination_order._cheapest(*ring, 12)
     assert len(orders) == 2
     assert again[0] == fresh[0]
     np.testing.assert_array_equal(again[1], fresh[1])
@@ -40,19 +40,19 @@ def test_equal_patterns_are_ordered_once(orders):
 def test_other_patterns_and_other_multipliers_are_ordered_again(orders):
     chain, ring = pattern(12), pattern(12, [(0, 11)])
     for given, positive in ((chain, 12), (ring, 12), (chain, 11)):
-        name, permutation, _ = ordering.cheapest(*given, positive)
+        name, permutation, _ = elimination_order.cheapest(*given, positive)
         assert sorted(permutation) == list(range(12))
         assert name
     assert len(orders) == 3
 
 
 def test_few_are_kept_and_no_large_ones(orders, monkeypatch):
-    monkeypatch.setattr(ordering, "LARGEST", 20)
-    for n in range(5, 5 + 2 * ordering.MOST):
-        ordering.cheapest(*pattern(n), n)
-        ordering.cheapest(*pattern(5), 5)  # in use, so kept
-    assert len(ordering._KNOWN) == ordering.MOST
-    assert len(orders) == 2 * ordering.MOST
-    ordering.cheapest(*pattern(30), 30)
-    ordering.cheapest(*pattern(30), 30)
-    assert len(orders) == 2 * ordering.MOST + 2
+    monkeypatch.setattr(elimination_order, "LARGEST", 20)
+    for n in range(5, 5 + 2 * elimination_order.MOST):
+        elimination_order.cheapest(*pattern(n), n)
+        elimination_order.cheapest(*pattern(5), 5)  # in use, so kept
+    assert len(elimination_order._KNOWN) == elimination_order.MOST
+    assert len(orders) == 2 * elimination_order.MOST
+    elimination_order.cheapest(*pattern(30), 30)
+    elimination_order.cheapest(*pattern(30), 30)
+    assert len(orders) == 2 * elimination_order.MOST + 2

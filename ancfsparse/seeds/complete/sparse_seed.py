@@ -8,14 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.seeds.complete.supernodes import Upper, parts_of, shape_of
-from ancfsparse.seeds.ordering.ordering import cheapest, permuted
+from ancfsparse.seeds import ordering
+from ancfsparse.seeds.complete.supernodes import parts_of, shape_of
+from ancfsparse.seeds.interface.index_arrays import Indices, Triangle
+from ancfsparse.seeds.ordering.elimination_order import cheapest, permuted
 
 if TYPE_CHECKING:
     from ancfsparse.seeds.interface.protocols import CompleteFactor, PythonSeed
     from ancfsparse.seeds.ordering.cholmod import Supernodal
 
-Indices = NDArray[np.integer[Any]]
 # Operations for each entry of L from which CHOLMOD's dense blocks factor faster than our loops, on
 # one thread: a tenth slower for square nets of 200 cables a side (665), as fast for 250 (791), a
 # quarter faster for cubes of 40^3 unknowns (1129).  Its solves take 1.6 to 2.3 times as long.
@@ -89,15 +90,13 @@ class SparseSeed:
         self.nnz, self.factor_flops, self.threads = shape.nnz, shape.flops, shape.n_parts
         self._permutation, self.shape = permutation, shape
         self._own: CompleteFactor | None = None
-        self._upper: Upper | None = None
+        self._upper: Triangle | None = None
         self._fallen_back = False
         self.supernodal = n_positive == self.n and self.factor_flops > DENSE_BLOCKS * self.nnz
         self._cholmod: Supernodal | None = None
         self._callback: PythonSeed | None = None
         if self.supernodal:
-            from ancfsparse.seeds.ordering.cholmod import Supernodal
-
-            self._cholmod = Supernodal(indptr, indices, self.ordering)
+            self._cholmod = ordering.Supernodal(indptr, indices, self.ordering)
             self._callback = compiled("callback").Callback(self, self.n, len(indices))
         else:
             self._upper = upper  # until the factor is made

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-
-Upper = tuple[NDArray[np.int64], NDArray[np.int32]]
+from ancfsparse.seeds.interface.index_arrays import Triangle
 
 # Share of the work at which the root, which one thread does alone, ends the search; and share of
 # the ideal gain that a division must bring.
@@ -50,7 +49,7 @@ class Shape:
         """Number of parts without the root."""
         return len(self.part) - 2
 
-    def rows(self, upper: Upper) -> NDArray[np.int32]:
+    def rows(self, upper: Triangle) -> NDArray[np.int32]:
         """Return the rows below each supernode, ascending, one supernode after another."""
         rows: NDArray[np.int32] = compiled("tree").supernode_rows(
             *upper, self.first, self.super_of, self.parent, self.row_start
@@ -58,7 +57,7 @@ class Shape:
         return rows
 
 
-def shape_of(upper: Upper, sizes: Sequence[int] | NDArray[np.int64] = ()) -> Shape:
+def shape_of(upper: Triangle, sizes: Sequence[int] | NDArray[np.int64] = ()) -> Shape:
     """Find the supernodes of a permuted matrix.
 
     Parameters

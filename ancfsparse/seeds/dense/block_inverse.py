@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.seeds.complete.sparse_seed import Indices
+from ancfsparse.seeds.interface.index_arrays import Indices
 
 if TYPE_CHECKING:
     from ancfsparse.seeds.interface.protocols import Solver

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.seeds.complete.sparse_seed import Indices, SparseSeed
+from ancfsparse.seeds.complete.sparse_seed import SparseSeed
 from ancfsparse.seeds.incomplete.incomplete_seed import IncompleteSeed
+from ancfsparse.seeds.interface.index_arrays import Indices
 from ancfsparse.seeds.ordering.unknown_groups import Groups
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ RIDGE = 1e-10
 ENTRY = 180.0
 
 
-class Coarse(NamedTuple):
+class CoarseSpace(NamedTuple):
     """Coarse modes of unit energy in columns, what the matrix makes of them, their own factor."""
 
     modes: sp.csr_array
@@ -66,7 +67,7 @@ class DeflatedSeed:
         self.inner = 0, 0
         self.negative_pivots = 0
         self._matrix: sp.csr_array | None = None
-        self._coarse: Coarse | None = None
+        self._coarse: CoarseSpace | None = None
 
     @property
     def nbytes(self) -> float:
@@ -91,7 +92,7 @@ class DeflatedSeed:
         self._matrix = (lower + sp.tril(lower, -1).T).tocsr()
         self._coarse = self._projected(modes)
 
-    def _projected(self, modes: sp.csc_array) -> Coarse | None:
+    def _projected(self, modes: sp.csc_array) -> CoarseSpace | None:
         """Return the coarse modes with their factor, or None where the matrix is not definite."""
         import scipy.sparse as sp
 
@@ -105,7 +106,7 @@ class DeflatedSeed:
             own.sort_indices()
             seed = SparseSeed(own.indptr, own.indices, own.shape[0])
             if seed.factor(own.data) == 0:
-                return Coarse(modes, images, seed)
+                return CoarseSpace(modes, images, seed)
         self.negative_pivots = 1
         return None
 

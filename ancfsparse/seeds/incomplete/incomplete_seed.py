@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.errors import InputError
-from ancfsparse.seeds.complete.sparse_seed import Indices
 from ancfsparse.seeds.incomplete.constraint_border import Border
-from ancfsparse.seeds.incomplete.sliding_modes import Coarse, Slides
+from ancfsparse.seeds.incomplete.sliding_modes import Slides, SlidingModes
+from ancfsparse.seeds.interface.index_arrays import Indices
 from ancfsparse.seeds.ordering.unknown_groups import Groups
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-    from ancfsparse.seeds.interface.protocols import IncompleteFactor
+    from ancfsparse.seeds.incomplete.factor_protocol import IncompleteFactor
 
 # Bytes of a block: nine numbers in double precision, and its row; and of three unknowns: five
 # vectors in single precision, their scale twice, and where they are.
@@ -109,9 +109,9 @@ class IncompleteSeed:
             self._border = Border.of(*self._pattern, self.n_positive, self._unknown)
             self.nnz -= len(self._border.entry)
         self.factor_flops = FACTOR_FLOPS * self.nnz + equations * self.sweep_flops
-        self._coarse: Coarse | None = None
+        self._coarse: SlidingModes | None = None
         if slides is not None and len(slides.mode) and not equations:
-            coarse = Coarse.of(slides, self._unknown, start, row)
+            coarse = SlidingModes.of(slides, self._unknown, start, row)
             self._coarse = coarse if coarse.factor.nnz <= MOST_COARSE * self.nnz else None
         # The second front counts the rows of the middle from the end on, see ic.h.
         _, second, middle, end = self._first

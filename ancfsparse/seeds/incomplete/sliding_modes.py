@@ -39,7 +39,7 @@ class Slides(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Coarse:
+class SlidingModes:
     """The modes of a factor, and the coarse matrix between those that run side by side.
 
     Attributes
@@ -68,7 +68,7 @@ class Coarse:
         return ways * len(self.mode) + 16.0 * len(self.block) + self.factor.nbytes
 
     @classmethod
-    def of(cls, slides: Slides, unknown: Numbers, start: Numbers, row: Numbers) -> Coarse:
+    def of(cls, slides: Slides, unknown: Numbers, start: Numbers, row: Numbers) -> SlidingModes:
         """Find out which ways meet in blocks of a matrix.
 
         Parameters

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from ancfsparse.seeds.incomplete.constraint_border import Border
-    from ancfsparse.seeds.incomplete.sliding_modes import Coarse
 
 Vector = NDArray[np.float64]
 
@@ -52,40 +48,6 @@ class CompleteFactor(Factor, Protocol):
 
     def round_to_single(self) -> None:
         """Round the factor to single precision, until the next one."""
-
-
-class IncompleteFactor(Factor, Protocol):
-    """Blocks without fill, and conjugate gradients (_ic.pyx)."""
-
-    @property
-    def sweeps(self) -> int:
-        """Sweeps for compiled callers so far."""
-
-    @property
-    def products(self) -> int:
-        """Products with the matrix for compiled callers so far."""
-
-    @property
-    def sizes(self) -> Vector:
-        """Factor (m,) by which each equation is comparable with residuals of one."""
-
-    def take_modes(self, modes: Coarse) -> None:
-        """Use a coarse space too."""
-
-    def take_border(self, border: Border) -> None:
-        """Solve for multipliers too."""
-
-    def set_threads(self, threads: int) -> None:
-        """Set the number of threads, of which two find work."""
-
-    def mend(self, values: Vector) -> bool:
-        """Factor with a larger diagonal; return whether that was possible."""
-
-    def sweep(self, r: Vector) -> Vector:
-        """Return the product of one sweep with r (n,)."""
-
-    def solve_to(self, r: Vector, share: float, most: int) -> tuple[Vector, int]:
-        """Return a solution that leaves a share of r, and its number of rounds."""
 
 
 class PythonSeed(Protocol):

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ancfsparse.openmp import brief_waits
+from ancfsparse.seeds.interface.index_arrays import Indices
 
 with brief_waits():  # SuiteSparse brings OpenMP with it
     from sksparse.cholmod import CholmodNotPositiveDefiniteError, analyze
-
-Indices = NDArray[np.integer[Any]]
 
 
 def order(indptr: Indices, indices: Indices, method: str) -> NDArray[np.int32]:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.seeds.complete.sparse_seed import Indices
+from ancfsparse.seeds import ordering
+from ancfsparse.seeds.interface.index_arrays import Indices, Triangle
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
@@ -26,8 +27,6 @@ TWO_FRONTS_FROM = 5000
 CYCLES_FROM = 1.5
 # More than any memory holds.
 MOST_BLOCKS = 1e15
-
-Lower = tuple[NDArray[np.int64], NDArray[np.int32]]
 
 
 class Fill(NamedTuple):
@@ -62,7 +61,7 @@ class Groups:
 
     members: NDArray[np.integer[Any]]
     node: NDArray[np.int32]
-    meeting: Lower
+    meeting: Triangle
 
     @classmethod
     def of(
@@ -88,9 +87,9 @@ class Groups:
         meeting = compiled("tree").contracted(indptr, indices, of_unknown, len(members))
         return cls(members, np.asarray(node, dtype=np.int32), meeting)
 
-    def nodes(self) -> Lower:
+    def nodes(self) -> Triangle:
         """Return the lower triangle of the nodes that meet, by columns, diagonal included."""
-        lower: Lower = compiled("tree").contracted(
+        lower: Triangle = compiled("tree").contracted(
             *self.meeting, self.node, int(self.node.max()) + 1
         )
         return lower
@@ -168,12 +167,10 @@ class Groups:
         most : float
             Blocks for each of the matrix beyond which counting ends with None.
         """
-        from ancfsparse.seeds.ordering.cholmod import order
-
-        by_node = self._by_node(order(*self.nodes(), "amd"))
+        by_node = self._by_node(ordering.order(*self.nodes(), "amd"))
         if self._lengths(by_node, ROUGHLY * most) is None:
             return None
-        length = self._lengths(order(*self.meeting, "metis"), most)
+        length = self._lengths(ordering.order(*self.meeting, "metis"), most)
         if length is None:
             return None
         width, nnz = self._width, self._entries(float(np.sum(length)))

@@ -9,8 +9,9 @@ from ancfsparse.errors import InputError
 from ancfsparse.nonlinear import Method
 from ancfsparse.scene import Mesh
 from ancfsparse.seeds import DeflatedSeed, Groups, IncompleteSeed, Seed, SparseSeed
-from ancfsparse.seeds.complete.sparse_seed import OWN_ENTRY, Indices
+from ancfsparse.seeds.complete.sparse_seed import OWN_ENTRY
 from ancfsparse.seeds.incomplete.constraint_border import MOST_EQUATIONS, leading
+from ancfsparse.seeds.interface.index_arrays import Indices
 from ancfsparse.solve.preparation.memory_estimate import Memory, check_factor
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.nodal_vectors import vectors_of

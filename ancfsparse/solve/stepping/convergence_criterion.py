@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.integrators import Implicit
-from ancfsparse.nonlinear.iteration import EPSILON, Tolerance, tolerance_of
+from ancfsparse.nonlinear.iteration import EPSILON, tolerance_of
+from ancfsparse.nonlinear.loop_protocols import Tolerance
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]

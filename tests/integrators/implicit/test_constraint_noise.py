@@ -6,7 +6,8 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.integrators.implicit.time_integration import make_march
 from ancfsparse.nonlinear import Newton
-from ancfsparse.nonlinear.iteration import Costs, Tolerance, make_inverse, make_iteration
+from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
+from ancfsparse.nonlinear.loop_protocols import Tolerance
 from ancfsparse.solve.initial_conditions.consistent_state import starting_state
 from tests.integrators.points import on_circle
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.seeds.complete.supernodes import Upper
-
-Indices = NDArray[np.integer[Any]]
+from ancfsparse.seeds import ordering
+from ancfsparse.seeds.interface.index_arrays import Indices, Triangle
 
 # Orderings that are kept for matrices of the same pattern, such as those of a sweep or of pilots,
 # and the most unknowns of such a matrix.
@@ -22,7 +19,7 @@ _KNOWN: dict[bytes, tuple[str, NDArray[np.int32]]] = {}
 
 def cheapest(
     indptr: Indices, indices: Indices, n_positive: int
-) -> tuple[str, NDArray[np.int32], Upper]:
+) -> tuple[str, NDArray[np.int32], Triangle]:
     """Return the name of the ordering with the least fill, the permutation, the upper triangle.
 
     Orderings of the last patterns are kept, so that runs of scenes of equal structure share them.
@@ -72,7 +69,7 @@ def _key(indptr: Indices, indices: Indices, n_positive: int) -> bytes:
 
 def _cheapest(
     indptr: Indices, indices: Indices, n_positive: int
-) -> tuple[str, NDArray[np.int32], Upper]:
+) -> tuple[str, NDArray[np.int32], Triangle]:
     """Find the ordering of a matrix that is not known yet, see `cheapest`."""
     n = len(indptr) - 1
     if n_positive == n:
@@ -91,7 +88,7 @@ def _cheapest(
     return name, permutation, permuted(indptr, indices, permutation)
 
 
-def _of_coordinates(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32], Upper]:
+def _of_coordinates(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32], Triangle]:
     """Order a positive definite matrix.
 
     Where nothing fills in, as along a chain, the natural order is kept, or better taken from both
@@ -109,11 +106,9 @@ def _of_coordinates(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.
             upper = permuted(indptr, indices, permutation)
             if tree(*upper, no_fill) is not None:
                 return name, permutation, upper
-    from ancfsparse.seeds.ordering.cholmod import order
-
     best, most = None, np.iinfo(np.int64).max
     for method in ("metis", "amd"):
-        permutation = order(indptr, indices, method)
+        permutation = ordering.order(indptr, indices, method)
         upper = permuted(indptr, indices, permutation)
         found = tree(*upper, most)
         if found is not None:
@@ -137,7 +132,7 @@ def _from_both_ends(indptr: Indices, indices: Indices) -> NDArray[np.int32]:
     return np.concatenate(columns)[np.argsort(np.concatenate(turns), kind="stable")]
 
 
-def permuted(indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> Upper:
+def permuted(indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> Triangle:
     """Return the upper triangle of the permuted matrix by columns: starts and rows."""
-    upper: Upper = compiled("tree").permuted_upper(indptr, indices, permutation)
+    upper: Triangle = compiled("tree").permuted_upper(indptr, indices, permutation)
     return upper
