@@ -33,8 +33,8 @@ def loaded_by(code):
 def test_a_short_run_needs_numpy_alone(code):
     before, after = loaded_by("import numpy"), loaded_by(code)
     assert not after & (HEAVY | OTHERS)
-    # 640 besides NumPy's when everything was loaded at once; 156 now.
-    assert len(after - before) < 160
+    # 640 besides those of NumPy when everything was loaded at once; 202 now.
+    assert len(after - before) < 210
 
 
 def test_what_is_left_out_is_loaded_where_it_is_needed(tmp_path):
