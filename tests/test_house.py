@@ -73,32 +73,6 @@ def test_the_package_is_marked_as_typed():
     assert (importlib.resources.files("ancfsparse") / "py.typed").is_file()
 
 
-ODD = re.compile(
-    r"\b(said|told|meant|wish|wishes|hears?|lives|dies|died|anew|obeys?)\b"
-    r"|\b(says?|means|tells?) (nothing|little)\b|\bknows? (no|nothing)\b|\"\"\"(Say|Tell) ",
-    re.IGNORECASE,
-)
-"""Words and phrases that a numerical analyst would not write of a program."""
-
-
-def test_prose_uses_the_words_of_numerical_analysis():
-    files = tracked("ancfsparse", "codegen", "tools", "docs", "*.md")
-    found = [
-        f"{file.relative_to(ROOT)}:{number}: {line.strip()}"
-        for file in files
-        if file.is_file() and file.suffix in {".py", ".pyx", ".pxi", ".h", ".md"}
-        for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1)
-        if ODD.search(line)
-    ]
-    assert not found
-
-
-@pytest.mark.parametrize("line", ['"""Say why."""', "It was told so.", "It knows no time."])
-def test_odd_words_are_found(line):
-    assert ODD.search(line)
-    assert not ODD.search("The message says which seed was chosen; the mean is known.")
-
-
 # Where any error of a foreign function becomes a value and not an error of ours: a row or a line
 # that names it, or another way to the same result.
 KEPT_AS_VALUE = {
