@@ -209,7 +209,7 @@ def test_a_wave_between_pins_is_no_velocity_of_the_pins(n_elements):
 def test_a_load_that_goes_bad_on_the_way_says_when(value):
     scene, rod = pendulum("l2t2", 2)
     scene.point_force(rod.end, lambda t: (1.0, 0.0) if t < 0.05 else value)
-    with pytest.raises(ancf.InputError, match=r"at t = 0\.05"):
+    with pytest.raises(ancf.LoadError, match=r"at t = 0\.05"):
         ancf.simulate(scene, 0.1, 1e-3)
 
 

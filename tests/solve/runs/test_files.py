@@ -164,7 +164,7 @@ FULL = """
 import resource, sys
 import ancfsparse as ancf
 from ancfsparse.errors import OutputError
-from ancfsparse.results.files import load
+from ancfsparse.results.hdf5_reader import load
 scene = ancf.Scene()
 rod = scene.add_beam("thin", (0, 0), (2, 0), 100, ancf.Circle(0.01), ancf.Material(1e8, 4000.0))
 scene.pin(rod.start)

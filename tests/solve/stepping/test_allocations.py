@@ -18,8 +18,8 @@ import ctypes, json, math
 import numpy as np
 import ancfsparse as ancf
 from ancfsparse.problems import lattice
-from ancfsparse.solve.explicit import prepare_explicit
-from ancfsparse.solve.setup import prepare
+from ancfsparse.solve.stepping.explicit_setup import prepare_explicit
+from ancfsparse.solve.stepping.implicit_setup import prepare
 from ancfsparse.system import System
 
 so_far = ctypes.CDLL(None).counted_so_far
