@@ -10,7 +10,7 @@ HEAVY = {"h5py", "hashlib", "matplotlib", "numpy.ma", "scipy", "sksparse", "symp
 # Our own modules that only other kinds of runs need.
 OTHERS = {
     "ancfsparse.solve.error_control.error_controlled_run",
-    "ancfsparse.results.plotting.line_plots",
+    "ancfsparse.results.plotting.plot",
     "ancfsparse.seeds.ordering.cholmod",
 }
 

@@ -9,6 +9,7 @@ import numpy as np
 import typer
 
 from ancfsparse.errors import InputError
+from ancfsparse.results import export, plotting
 from ancfsparse.results.hdf5_reader import contents, read_outline
 
 PICTURES = ".pdf", ".png", ".svg"
@@ -57,9 +58,7 @@ def plot(
     _check_target(picture, PICTURES, "a picture")
     outline, t, q, _ = read_outline(file)
     plt = _without_display()
-    from ancfsparse.results.plotting.plot import draw_shapes
-
-    draw_shapes(outline, t, q, time or None, view=_view(view))
+    plotting.draw_shapes(outline, t, q, time or None, view=_view(view))
     plt.savefig(picture, dpi=150)
     plt.close()
     typer.echo(f"written: {picture}")
@@ -76,9 +75,7 @@ def animate(
     """Write a film of a run."""
     outline, t, q, _ = read_outline(file)
     _without_display()
-    from ancfsparse.results.plotting.animation import animate as write
-
-    write(outline, t, q, film, seconds=seconds, fps=fps, dpi=dpi, view=_view(view))
+    plotting.animate(outline, t, q, film, seconds=seconds, fps=fps, dpi=dpi, view=_view(view))
     typer.echo(f"written: {film}")
 
 
@@ -89,9 +86,7 @@ def convert(
 ) -> None:
     """Write a run as VTKHDF, with velocities and strains, without the forces of `to_vtk`."""
     outline, t, q, v = read_outline(file)
-    from ancfsparse.results.export.vtkhdf import write_vtk
-
-    write_vtk(outline, t, q, v, target, per_element=per_element)
+    export.write_vtk(outline, t, q, v, target, per_element=per_element)
     typer.echo(f"written: {target}")
 
 

@@ -5,7 +5,6 @@ Pictures are in `ancfsparse.results.plotting.line_plots` (`snapshots`, `edge_lin
 """
 
 from ancfsparse.results.data.run_statistics import Event, RunStats
-from ancfsparse.results.data.solved_system import SolvedSystem
 from ancfsparse.results.fields.energy_balance import Energy
 from ancfsparse.results.solutions.equilibrium import Equilibrium
 from ancfsparse.results.solutions.trajectory import Trajectory
@@ -15,6 +14,6 @@ __all__ = [
     "Equilibrium",
     "Event",
     "RunStats",
-    "SolvedSystem",
+    "System",
     "Trajectory",
 ]

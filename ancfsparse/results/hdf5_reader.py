@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.results.data.hdf5_format import damaged, file_name, opened, text_of
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.run_statistics import RunStats
-from ancfsparse.results.data.solved_system import Array
 from ancfsparse.results.data.stored_tables import (
     LAST,
     RECORDS,
@@ -24,15 +24,15 @@ from ancfsparse.results.data.stored_tables import (
     StoredState,
     whole,
 )
+from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.solutions.trajectory import Trajectory
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.scene.storage.digest import difference
+from ancfsparse.scene.storage.json_file import built
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
     import h5py
-
-    from ancfsparse.results.geometry.scene_outline import Outline
 
 # Share of the largest coordinate by which two equal scenes may differ: rounding.
 SAME = 1e-9
@@ -96,8 +96,6 @@ def load(
 
 def _scene(path: Path, own: Mapping[str, Any]) -> Scene:
     """Rebuild the scene of a file."""
-    from ancfsparse.scene.storage.json_file import built
-
     with opened(path) as file:
         text = text_of(file, RECORDS, "")
     if not text:
@@ -202,8 +200,6 @@ def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
     InputError
         If this is no such file, or has only some points of the scene.
     """
-    from ancfsparse.results.geometry.scene_outline import Outline
-
     path = file_name("the file of a run", path)
     with opened(path) as file:
         outline = Outline.read(path, file)

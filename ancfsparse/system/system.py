@@ -9,20 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
-from ancfsparse.errors import InputError, LoadError
-from ancfsparse.scene import Joint, Point, Scene, check_scene
+from ancfsparse.errors import LoadError
+from ancfsparse.scene import Scene
 from ancfsparse.system.assembly.sparsity_pattern import build
-from ancfsparse.system.contributions import contributions_of
-from ancfsparse.system.coordinates.coordinates import Coordinates
-from ancfsparse.system.coordinates.numbering import number
-from ancfsparse.system.coordinates.state import Layout, State, check_state, meanings
-from ancfsparse.system.loads.applied_loads import loads_of
+from ancfsparse.system.contributions.selection import contributions_of
+from ancfsparse.system.coordinates.discretization import Discretization
+from ancfsparse.system.coordinates.state import Layout, State, meanings
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.force_elements.ropes import Rope
     from ancfsparse.system.assembly.assembly_protocol import Assembly
-    from ancfsparse.system.contributions.interface import Compiled
-    from ancfsparse.system.recovery.joint_forces import States
 
 Vector = NDArray[np.float64]
 
@@ -30,86 +25,29 @@ Vector = NDArray[np.float64]
 DAMPING_KERNELS = {"residual": ("damping", "inertia"), "tangent": ("material", "mass")}
 
 
-class System(Coordinates):
-    """A scene as flat arrays, with compiled evaluation.
-
-    The coordinate vector q holds the free coordinates first and the fixed ones after them; within
-    each part beam by beam (or mesh by mesh) and node by node.
-
-    Parameters
-    ----------
-    scene : Scene
-        At least one beam or mesh.
-    start : State, optional
-        Where a motion starts; by default at t = 0 in the reference shape with the velocities of
-        the beams.
+class System(Discretization):
+    """The discrete equations of motion of a scene, with compiled evaluation.
 
     Attributes
     ----------
-    n_free, n_all, n_multipliers : int
-        Free coordinates, all coordinates, constraint equations.
-    q_ref : (n_all,) float
-        Stress-free coordinates [m, 1].
-    t0 : float
-        Time at the start [s].
-    q0, v0 : (n_all,) float
-        Coordinates [m, 1] and velocities [m/s, 1/s] at the start.
-    gravity_load : (n_all,) float
-        Generalized gravity [N, N m].
+    contributions : list of Contribution
+        The terms of the equations of motion.
     pattern : Pattern
         Lower triangle of the saddle point matrix.
-    constraints : Constraints
-        The equations with multipliers.
-    prescribed : Prescribed
-        What the last coordinates and the last equations follow over time.
-    bodies, joints, attached : tuple
-        What the scene had of them, which may get more of them later.
-    description : dict of str to str
-        What the scene was when this was made, as `Scene.digest` describes it.
-    damped : bool
-        Whether any force depends on velocities.
-    contributions : list of Contribution
-        What adds to the equations of motion.
-    parts : list of Compiled
-        Their compiled parts.
     assembly : compiled object
         ``residual``, ``matrix``, ``force``, ``inertia``, ``strain_energy``.
+    damped : bool
+        Whether any force depends on velocities.
+    gravity_load : (n_all,) float
+        Generalized gravity [N, N m].
     """
 
     def __init__(self, scene: Scene, start: State | None = None) -> None:
-        check_scene(scene)
-        if not scene.bodies:
-            raise InputError(
-                "the scene has no beam: add one with scene.add_beam or scene.add_mesh, or a rigid "
-                "body with scene.add_body"
-            )
-        if any(body.automatic for body in scene.bodies):
-            from ancfsparse.scene.bodies.auto_element import check_decided
-
-            check_decided(scene.bodies)
-        self.scene, self.description = scene, scene.digest()
-        self.dim = scene.dim
-        self.bodies, self.joints = tuple(scene.bodies), tuple(scene.joints)
-        self.attached = tuple(scene.attached)
-        self.kinds = [body.kind for body in self.bodies]
-        if start is not None:
-            check_state(scene, start)
-        numbering = number(scene, self.kinds, start)
-        self.n_free, self.n_all = numbering.n_free, numbering.n_all
-        if self.n_free == 0:
-            raise InputError("the joints hold every coordinate of the scene: nothing can move")
-        self.q_ref, self.places = numbering.q_ref, numbering.places
-        self.t0 = 0.0 if start is None else float(start.t)
-        self.q0, self.v0 = numbering.q, numbering.v
-        self._index = {id(beam): k for k, beam in enumerate(self.bodies)}
-        self.constraints, self.prescribed = numbering.constraints, numbering.prescribed
-        self.n_multipliers = len(self.constraints.offset)
-        self.loads = loads_of(scene, self)
+        super().__init__(scene, start)
         self.contributions = contributions_of(self)
         cliques = [table for each in self.contributions for table in each.cliques()]
         self.pattern = build(self.n_free + self.n_multipliers, cliques)
         del cliques
-        self.parts: list[Compiled] = []
         for each in self.contributions:
             self.parts.append(each.compile(self.pattern))
         self.assembly: Assembly = compiled("assembly").Assembly(
@@ -210,21 +148,6 @@ class System(Coordinates):
         work += self._elastic(after, given[1:]) - self._elastic(after, given[:-1])
         return 0.5 * work
 
-    def tension(self, rope: Rope, states: States) -> Vector:
-        """Return the tension of a rope, (k,) [N].
-
-        Raises
-        ------
-        InputError
-            If the rope is of another scene.
-        """
-        from ancfsparse.system.contributions.force_elements.ropes import Ropes
-
-        for each in self.contributions:
-            if isinstance(each, Ropes) and each.has(rope):
-                return each.tension(rope, states.q, states.v, self.loads.amplitudes(states.t))
-        raise InputError("the rope is not of the scene that moved: take one of its handles")
-
     def _tuning(self, times: Vector) -> Vector:
         """Return amplitudes for the energies at some times, (k, n_amplitudes)."""
         return self.loads.amplitudes(times) if self.winds else np.zeros((len(times), 0))
@@ -269,18 +192,6 @@ class System(Coordinates):
         """Whether anything is prescribed over time."""
         return bool(self.prescribed)
 
-    def drive_power(self, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
-        """Return the power of what drives coordinates and equations, shape (k,) [W]."""
-        from ancfsparse.system.recovery.reactions import drive_power
-
-        return drive_power(self, q, v, a, lam, t)
-
-    def drive_work(self, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
-        """Return the work of drives in steps between states of `EnergyMomentum`, (k - 1,) [J]."""
-        from ancfsparse.system.recovery.reactions import drive_work
-
-        return drive_work(self, q, v, a, lam, t)
-
     def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector:
         """Return the power that damping takes, shape (k,) [W], of states (k, n_all), (k, m)."""
         if not self.damped:
@@ -294,35 +205,6 @@ class System(Coordinates):
         """Whether friction depends on the forces of joints."""
         return any(each.reacts for each in self.contributions)
 
-    def reaction(
-        self, node: Point, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector
-    ) -> Vector:
-        """Return the force of the joints on a node's position, shape (k, dim) [N].
-
-        Fixed coordinates give it as what is missing for equilibrium, constraint equations as
-        ``-phi_q^T lam``.
-
-        Raises
-        ------
-        InputError
-            If no joint to the ground holds the node, or it is not a node.
-        """
-        from ancfsparse.system.recovery.reactions import reaction
-
-        return reaction(self, node, q, v, a, lam, t)
-
-    def rows_of(self, joint: Joint) -> list[int]:
-        """Return the equations of a joint, in their order."""
-        from ancfsparse.system.recovery.joint_forces import rows_of
-
-        return rows_of(self, joint)
-
-    def joint_force(self, joint: Joint, states: States) -> tuple[Vector, Vector, Vector]:
-        """Return force (k, dim) [N], moment [N m] and axes of a joint, see `joint_forces`."""
-        from ancfsparse.system.recovery.joint_forces import joint_force
-
-        return joint_force(self, joint, states)
-
     def energy_scale(self, q: Vector) -> float:
         """Return the size of the terms that cancel in the strain energy [J]: max |K_ii| q_i^2."""
         return float(np.max(np.abs(self.stiffness_diagonal(q)) * q[: self.n_free] ** 2))
@@ -332,13 +214,6 @@ class System(Coordinates):
         amplitudes = self.loads.amplitudes(np.array([self.t0]))[0]
         values = self.assembly.matrix(0.0, 1.0, q, np.zeros(self.n_multipliers), amplitudes)
         return np.asarray(values[self.pattern.indptr[: self.n_free]])
-
-    def uniform(self, direction: int) -> Vector:
-        """Return the motion in which all points move by 1 along an axis of space, (n_all,)."""
-        uniform = np.zeros(self.n_all)
-        for places in self.vectors("r"):
-            uniform[places[:, direction]] = 1.0
-        return uniform
 
     @property
     def mass(self) -> float:

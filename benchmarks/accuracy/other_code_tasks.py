@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.data.solved_system import combine
+from ancfsparse.results.data.interpolation import combine
 from ancfsparse.system import System
 from benchmarks.accuracy.models import INSTANTS, MODELS, instants, meets_instants
 from benchmarks.accuracy.timed_runs import FailedError, Sample, Task

@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.integrators import Newmark
 from ancfsparse.nonlinear import ModifiedNewton
-from ancfsparse.results.data.solved_system import combine
+from ancfsparse.results.data.interpolation import combine
 from ancfsparse.solve import simulate
 from ancfsparse.system import System
 from benchmarks.accuracy.models import INSTANTS, MODELS, Tips, distance, instants

@@ -19,7 +19,7 @@ from ancfsparse.integrators.interface.time_grid import count_steps
 from ancfsparse.nonlinear import Method
 from ancfsparse.problems import Problem, pendulum
 from ancfsparse.results import Trajectory
-from ancfsparse.results.data.solved_system import combine
+from ancfsparse.results.data.interpolation import combine
 from ancfsparse.solve import simulate
 from ancfsparse.system import System
 from benchmarks.common import paper

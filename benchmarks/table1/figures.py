@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,16 +12,16 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from ancfsparse.results.plotting.line_plots import snapshots
+from ancfsparse.results.geometry.deformed_shape import shapes
+from ancfsparse.results.geometry.scene_outline import part_of
 from benchmarks.common import paper
 from benchmarks.table1.table import Table
 
 Vector = NDArray[np.float64]
 
-SNAPSHOTS = 11
-
-# Instants around each one whose largest difference is drawn.
-WINDOW = 11
+SNAPSHOTS = 11  # shapes in figure 1
+PIECES = 12  # straight pieces of an element
+WINDOW = 11  # output times around each one of which the largest difference is drawn
 
 COLOURS = {
     "Broyden": "#e69f00", "Davidon": "#0072b2", "DFP": "#009e73", "BFGS": "#cc79a7",
@@ -34,9 +35,19 @@ def figure1(table: Table) -> Figure:
     run, rod = table.motion, table.problem.rod
     figure = Figure(figsize=(7.2, 3.9), layout="constrained")
     ax = figure.add_subplot()
-    times = run.t[-1] * np.linspace(0.0, 1.0, SNAPSHOTS)
-    snapshots(run, rod, times.tolist(), ax)
+    rows = np.linspace(0, len(run.t) - 1, SNAPSHOTS).round().astype(int)
+    lines = shapes(run.q[rows], part_of(run.system, rod), PIECES).reshape(SNAPSHOTS, -1, 2)
+    nodes = [*range(0, lines.shape[1], PIECES + 1), lines.shape[1] - 1]
+    colours = mpl.colormaps["viridis_r"](np.linspace(0.2, 0.95, SNAPSHOTS))
+    for row, line, colour in zip(rows, lines, colours, strict=True):
+        ax.plot(
+            *line.T, "-o", color=colour, markevery=nodes, markersize=3, linewidth=1.6,
+            label=f"{run.t[row]:.3g} s",
+        )  # fmt: skip
     ax.plot(0.0, 0.0, "k^", markersize=9)
+    ax.set_xlabel("x [m]")
+    ax.set_ylabel("y [m]")
+    ax.grid(alpha=0.3)
     ax.set_aspect("equal", adjustable="box")
     ax.yaxis.set_major_locator(MultipleLocator(0.5))
     ax.legend(title="time", fontsize="small", loc="center left", bbox_to_anchor=(1.01, 0.5))

@@ -6,6 +6,7 @@ import pytest
 
 from ancfsparse.problems import pendulum
 from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.results.solutions import solution
 
 mpl.use("Agg")
 
@@ -64,8 +65,8 @@ class ReversedBeam:
     def dissipation(self, q, v, lam):
         return self.drag * (self._tip(v) ** 2).sum(axis=1)
 
-    def reaction(self, node, q, v, a, lam, t):
-        return lam + self._tip(a) + t[:, None]
+    def reaction(self, node, states):
+        return states.lam + self._tip(states.a) + states.t[:, None]
 
     def state(self, angle, curvature=0.0):
         """Give q for the beam turned by an angle and bent into an arc, shape (n,)."""
@@ -81,7 +82,8 @@ class ReversedBeam:
 
 
 @pytest.fixture
-def system():
+def system(monkeypatch):
+    monkeypatch.setattr(solution, "reaction", ReversedBeam.reaction)
     return ReversedBeam(pendulum(n_elements=4).rod)
 
 

@@ -6,11 +6,10 @@ from functools import cached_property
 from typing import Any
 
 import matplotlib as mpl
-import numpy as np
+import matplotlib.pyplot as plt
 
 import ancfsparse as ancf
 from ancfsparse.results.hdf5_reader import load
-from ancfsparse.results.plotting import line_plots
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
@@ -53,7 +52,7 @@ def draw(function, *names):
         try:
             return function(**options)
         finally:
-            line_plots.plt.close("all")
+            plt.close("all")
 
     drawn.__signature__ = inspect.signature(function)
     return drawn
@@ -98,7 +97,6 @@ def calls():
            "section": SECTION, "material": MATERIAL}  # fmt: skip
     end = {"node": tip.end}
     march = {"scene": moving, "t_end": 0.01, "dt": 1e-3}
-    path, table = run.position(tip.end), np.zeros((11, 2))
     return [
         Call("Scene", ancf.Scene, {}),
         Call("Rectangle", ancf.Rectangle, {"width": 0.01, "height": 0.01}),
@@ -205,12 +203,5 @@ def calls():
         *(Call(f"Equilibrium.{name}", getattr(rest, name), end) for name in
           ("position", "displacement", "slope", "reaction")),
         Call("load", load, {"path": "good.h5", "scene": moving}),
-        Call("centre_line", draw(line_plots.centre_line),
-             {"trajectory": run, "beam": tip, "states": [0]}),
-        Call("edge_lines", draw(line_plots.edge_lines),
-             {"trajectory": run, "body": tip, "states": [0]}),
-        Call("snapshots", draw(line_plots.snapshots),
-             {"trajectory": run, "body": tip, "times": [0.0, 0.01]}),
-        Call("differences", draw(line_plots.differences),
-             {"t": run.t, "curves": {"path": path}, "reference": table}),
+        Call("Trajectory.plot", draw(run.plot), {"of": tip, "times": [0.0, 0.01]}),
     ]  # fmt: skip

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import cast
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Body, Scene
-from ancfsparse.system import State, System
+from ancfsparse.system import State
 from ancfsparse.system.coordinates.numbering import reference
 from ancfsparse.system.coordinates.state import Layout, meanings
 
@@ -32,7 +30,7 @@ def prolonged(run: Trajectory, scene: Scene) -> State | None:
     State or None
         What `solve_static` may begin with; None where elements differ.
     """
-    system = cast(System, run.system)
+    system = run.system
     bodies = list(zip(system.bodies, system.places, strict=True))
     if len(bodies) != len(scene.bodies):
         return None

@@ -178,7 +178,7 @@ class Pilots:
             self.failure = failure
             return None
         if self.t_end is not None and not isinstance(self.integrator, Way):
-            own = cast(System, run.system)
+            own = run.system
             if not own.prescribed:  # what prescribes a motion is made for a step
                 self.systems[self._key(model)] = own
         histories = tuple(_history(each.quantity.on(scene), run) for each in self.wanted)

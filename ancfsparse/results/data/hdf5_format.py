@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
+from ancfsparse.results.data.file_locks import in_use
 
 if TYPE_CHECKING:
     import h5py
@@ -165,8 +166,6 @@ def unreadable(path: Path, refused: BaseException) -> str:
         return f"{path} is a folder: give the name of a file in it"
     if isinstance(refused, OSError) and refused.errno and refused.errno != errno.EAGAIN:
         return f"{path} cannot be opened: {os.strerror(refused.errno)}"
-    from ancfsparse.results.data.file_locks import in_use
-
     if isinstance(refused, BlockingIOError) or in_use(path):
         return f"{path} cannot be opened, because a run writes to it just now: wait for its end"
     import h5py

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.results.data.hdf5_format import damaged, opened, text_of
-from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.system.coordinates.state import State
+from ancfsparse.system.system import System
 
 # Data sets of the last state: vectors, multipliers, and the rest as text.
 LAST, LAST_LAM, MEMORY = "last", "last_lam", "memory"
@@ -124,7 +125,7 @@ class StoredState:
     path: Path
     run: str
 
-    def read(self, system: SolvedSystem) -> State:
+    def read(self, system: System) -> State:
         """Read it.
 
         Raises

@@ -1,1 +1,16 @@
-"""Output files: CSV tables, VTKHDF, HDF5."""
+"""Files written from solutions: HDF5, VTKHDF and CSV."""
+
+from typing import TYPE_CHECKING
+
+from ancfsparse.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from ancfsparse.results.export.csv_table import write_csv
+    from ancfsparse.results.export.hdf5_writer import Writer
+    from ancfsparse.results.export.vtkhdf import write_vtk
+
+__all__ = ["Writer", "write_csv", "write_vtk"]
+
+__getattr__ = on_demand(
+    __name__, {"Writer": "hdf5_writer", "write_csv": "csv_table", "write_vtk": "vtkhdf"}
+)

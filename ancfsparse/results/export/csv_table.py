@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,23 +12,12 @@ from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
 from ancfsparse.results.data.hdf5_format import file_name
+from ancfsparse.results.fields.motion import UNITS, Motion
 from ancfsparse.scene import Point, check_point
-
-if TYPE_CHECKING:
-    from ancfsparse.results.solutions.trajectory import Trajectory
-
-UNITS = {
-    "position": "m",
-    "velocity": "m/s",
-    "acceleration": "m/s2",
-    "slope": "-",
-    "reaction": "N",
-}
-"""What a point has over time: names of methods of `Trajectory`, and units."""
 
 
 def write_csv(
-    run: Trajectory, path: str | Path, points: Sequence[Point], quantities: Sequence[str]
+    run: Motion, path: str | Path, points: Sequence[Point], quantities: Sequence[str]
 ) -> Path:
     """Write a table; see `Trajectory.to_csv`."""
     target = file_name("a table", path)

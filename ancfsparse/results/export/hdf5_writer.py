@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError, OutputError
 from ancfsparse.results.data.file_locks import LOCKED_BY_HDF5
 from ancfsparse.results.data.hdf5_format import BLOCK, FORMAT, MARK
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.output_lock import Claim
 from ancfsparse.results.data.run_statistics import RunStats
-from ancfsparse.results.data.solved_system import Array
 from ancfsparse.results.data.stored_tables import (
     LAST,
     LAST_LAM,

@@ -18,7 +18,7 @@ from tqdm import tqdm
 from ancfsparse.checks import check_count, check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.results.data.hdf5_format import file_name
-from ancfsparse.results.data.solved_system import Array
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.fields.energy_balance import BLOCK
 from ancfsparse.results.geometry.deformed_shape import shapes, slopes
 from ancfsparse.results.geometry.scene_outline import Outline

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.data.interpolation import Array
+from ancfsparse.system.recovery.reactions import drive_power, drive_work
+from ancfsparse.system.recovery.state_history import StateHistory
+from ancfsparse.system.system import System
 
 # Numbers of a table of states that are looked at together.
 BLOCK = 4_000_000
@@ -69,36 +72,25 @@ class Energy:
         )
 
 
-def energy_of(
-    system: SolvedSystem,
-    t: Array,
-    q: Array,
-    v: Array,
-    a: Array,
-    lam: Array,
-    lag: float = 0.0,
-) -> Energy:
+def energy_of(system: System, states: StateHistory, lag: float = 0.0) -> Energy:
     """Evaluate the energy balance.
 
     Parameters
     ----------
-    system : SolvedSystem
-        The system the states belong to.
-    t : ndarray, shape (k,)
-        Times [s].
-    q, v, a : ndarray, shape (k, n)
-        Coordinates and their rates.
-    lam : ndarray, shape (k, m)
-        Multipliers.
+    system : System
+        The system of the states.
+    states : StateHistory
+        Its states; the tables may be in a file.
     lag : float, optional
-        How long before their time accelerations and multipliers hold, but for the first [s]: half a
-        step where they are means over it.
+        Time by which accelerations and multipliers precede the others, except in the first state
+        [s]: half a step if they are means over it.
 
     Returns
     -------
     Energy
         Energies at those times.
     """
+    q, v, a, lam, t = states
     # In blocks of rows: the states may be in a file and too large for memory.
     step = max(1, BLOCK // max(1, q.shape[1]))
     parts, works, wound = [], [], []
@@ -111,12 +103,13 @@ def energy_of(
         if system.is_driven:
             a_part, lam_part = a[i : i + step], lam[i : i + step]
             back = np.where(np.arange(i, i + len(t_part)) > 0, lag, 0.0)
-            far = back[:, None]
-            q_then, v_then = q_part - far * v_part, v_part - far * a_part
-            driving = system.drive_power(q_then, v_then, a_part, lam_part, t_part - back)
+            q_then = q_part - back[:, None] * v_part
+            v_then = v_part - back[:, None] * a_part
+            then = StateHistory(q_then, v_then, a_part, lam_part, t_part - back)
+            driving = drive_power(system, then)
             if every_step:
                 rows = slice(max(i - 1, 0), i + step)
-                works.append(system.drive_work(q[rows], v[rows], a[rows], lam[rows], t[rows]))
+                works.append(drive_work(system, StateHistory(*(each[rows] for each in states))))
         lost = system.dissipation(q_part, v_part, lam[i : i + step])
         parts.append((*system.energies(q_part, v_part, t_part), power, driving, lost))
         if system.winds:

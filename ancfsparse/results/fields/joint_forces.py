@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
-from ancfsparse.results.data.solved_system import Array, SolvedSystem
-
-if TYPE_CHECKING:
-    from ancfsparse.system.recovery.joint_forces import States
+from ancfsparse.results.data.interpolation import Array
+from ancfsparse.scene import Joint
+from ancfsparse.scene.force_elements.ropes import Rope
+from ancfsparse.scene.mechanisms.winch import Winch
+from ancfsparse.system.recovery import joint_forces
+from ancfsparse.system.recovery.state_history import StateHistory
+from ancfsparse.system.system import System
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,17 +38,15 @@ class JointForce:
         return JointForce(self.force[k], self.moment[k])
 
 
-def joint_force(system: SolvedSystem, joint: object, states: States, frame: str) -> JointForce:
+def joint_force(system: System, joint: object, states: StateHistory, frame: str) -> JointForce:
     """Return force and moment of a joint, see `Trajectory.joint_force`."""
-    from ancfsparse.scene import Joint
-
     check_choice("frame of joint_force", frame, ("space", "joint"))
     if not isinstance(joint, Joint):
         raise InputError(
             "joint_force needs a joint that a method of the scene returned, such as "
             f"scene.revolute(...), got {shown(joint)}"
         )
-    force, moment, axes = system.joint_force(joint, states)
+    force, moment, axes = joint_forces.joint_force(system, joint, states)
     if frame == "space":
         return JointForce(force, moment)
     if np.isnan(axes).any():
@@ -58,13 +58,10 @@ def joint_force(system: SolvedSystem, joint: object, states: States, frame: str)
     return JointForce(np.einsum("kij,kj->ki", axes, force), turned)
 
 
-def tension(system: SolvedSystem, rope: object, states: States) -> Array:
+def tension(system: System, rope: object, states: StateHistory) -> Array:
     """Return the tension of a rope, or of that of a winch, (k,) [N]."""
-    from ancfsparse.scene.force_elements.ropes import Rope
-    from ancfsparse.scene.mechanisms.winch import Winch
-
     if isinstance(rope, Rope):
-        return system.tension(rope, states)
+        return joint_forces.rope_tension(system, rope, states)
     if not isinstance(rope, Winch):
         raise InputError(
             "tension needs what scene.rope(...) or scene.winch(...) returned, got "

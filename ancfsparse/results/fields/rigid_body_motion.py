@@ -8,9 +8,10 @@ import numpy as np
 
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
-from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.stored_tables import Readable
 from ancfsparse.scene.bodies.rigid_body import RigidBody
+from ancfsparse.system.system import System
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -137,7 +138,7 @@ class BodyMotion:
         return np.asarray(np.einsum("i,kid->kd", weights, vectors))
 
 
-def motion_of(system: SolvedSystem, q: Readable, v: Readable, body: RigidBody) -> BodyMotion:
+def motion_of(system: System, q: Readable, v: Readable, body: RigidBody) -> BodyMotion:
     """Return the motion of a rigid body from coordinates and velocities (k, n).
 
     Raises

@@ -14,12 +14,13 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.fields import Points, axes, spread
 from ancfsparse.kernels.fields import curvature as turn_of
 from ancfsparse.messages import shown
-from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.stored_tables import Readable
 from ancfsparse.results.fields.energy_balance import BLOCK
 from ancfsparse.scene import ElasticBody, Mesh, Point
 from ancfsparse.scene.bodies.beam import NODE_SNAP
 from ancfsparse.system.recovery.element_end_forces import end_forces
+from ancfsparse.system.system import System
 from ancfsparse.system_memory import check_room
 
 # Numbers that an evaluation keeps at a time for each coordinate of an element.
@@ -80,7 +81,7 @@ class SectionForce:
 
 
 def section_force(
-    system: SolvedSystem,
+    system: System,
     q: Readable,
     v: Readable,
     t: Readable,
@@ -91,7 +92,7 @@ def section_force(
 
     Parameters
     ----------
-    system : SolvedSystem
+    system : System
         The system the states belong to.
     q, v : table, shape (k, n)
         Coordinates and their rates, which are read where the body is damped.
@@ -138,13 +139,13 @@ def section_force(
     return SectionForce(normal, shear, bending, torsion, force, moment)
 
 
-def axial_forces(system: SolvedSystem, q: Array, v: Array, t: Array) -> list[Array]:
+def axial_forces(system: System, q: Array, v: Array, t: Array) -> list[Array]:
     """Return the axial force in the middle of every element of every body, each (k, n_e) [N]."""
     beams = (body for body in system.bodies if isinstance(body, ElasticBody))
     return [section_force(system, q, v, t, body).N for body in beams]
 
 
-def strain(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = None) -> Array:
+def strain(system: System, q: Readable, body: ElasticBody, s: Where = None) -> Array:
     """Evaluate the stretch of the axis beyond 1; parameters as in `section_force`.
 
     Returns
@@ -165,7 +166,7 @@ def strain(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = None
     return values
 
 
-def curvature(system: SolvedSystem, q: Readable, body: ElasticBody, s: Where = None) -> Array:
+def curvature(system: System, q: Readable, body: ElasticBody, s: Where = None) -> Array:
     """Evaluate how sections turn along the axis; parameters as in `section_force`.
 
     Returns
@@ -188,7 +189,7 @@ class _Where:
     direction: Array
 
 
-def _where(system: SolvedSystem, body: ElasticBody, s: Where) -> tuple[ElasticBody, _Where]:
+def _where(system: System, body: ElasticBody, s: Where) -> tuple[ElasticBody, _Where]:
     """Return the body of the run, and the points on it."""
     if not isinstance(body, ElasticBody):
         raise InputError(f"a beam or a mesh of the run is needed, got {shown(body)}")
@@ -259,7 +260,7 @@ def _along(beam: ElasticBody, s: object, forward: Array) -> _Where:
 
 
 def _evaluated(
-    system: SolvedSystem,
+    system: System,
     body: ElasticBody,
     where: _Where,
     q: Readable,

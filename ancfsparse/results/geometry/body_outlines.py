@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.scene import Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.bodies.rigid_shapes import Cylinder
+from ancfsparse.system.system import System
+
+if TYPE_CHECKING:
+    import h5py
 
 # Files contain these numbers.
 FORMS = ("inertia", "rod", "box", "sphere", "cylinder x", "cylinder y", "cylinder z")
@@ -47,7 +50,7 @@ class Solid:
     points: Array
 
 
-def solid_of(system: SolvedSystem, body: RigidBody, used: Iterable[Point]) -> Solid:
+def solid_of(system: System, body: RigidBody, used: Iterable[Point]) -> Solid:
     """Return the outline of a rigid body, which is joined or tied at points in `used`."""
     places = system.rows(body.origin)[0].reshape(body.n_vectors + 1, body.dim).astype(np.int32)
     centre = body.masses[0, 1:] / body.mass

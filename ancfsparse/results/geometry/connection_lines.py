@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.body_outlines import PACKED
 from ancfsparse.scene import Joint, Point
 from ancfsparse.scene.force_elements.springs import Spring
 from ancfsparse.scene.loads.attachment import Attached
+from ancfsparse.system.system import System
+
+if TYPE_CHECKING:
+    import h5py
 
 TABLES = ("places", "weights", "fixed", "springs")
 
@@ -78,7 +82,7 @@ def read_links(group: h5py.Group, dim: int) -> Links:
     return links
 
 
-def links_of(system: SolvedSystem) -> Links:
+def links_of(system: System) -> Links:
     """Return the lines of everything that holds points of a system together along lines."""
     rows, springs = [], []
     things: tuple[Joint | Attached, ...] = (*system.joints, *system.attached)
@@ -103,7 +107,7 @@ def links_of(system: SolvedSystem) -> Links:
     return links
 
 
-def _end(system: SolvedSystem, point: Point | Array) -> tuple[NDArray[np.int32], Array, Array]:
+def _end(system: System, point: Point | Array) -> tuple[NDArray[np.int32], Array, Array]:
     """Return places and weights of a point, and where it is if it is fixed."""
     dim = system.scene.dim
     if not isinstance(point, Point):

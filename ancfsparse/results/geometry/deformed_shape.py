@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.kernels.hermite import position_weights, slope_weights
-from ancfsparse.results.data.solved_system import Array
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.stored_tables import Chosen, Readable
 from ancfsparse.results.geometry.scene_outline import Part
 from ancfsparse.system_memory import check_room

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.results.data.hdf5_format import DAMAGE, damaged
-from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.body_outlines import (
     PACKED,
     Solid,
@@ -23,6 +23,7 @@ from ancfsparse.results.geometry.connection_lines import Links, links_of, no_lin
 from ancfsparse.scene import Body, ElasticBody, Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.joints.joint import Mark
+from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
     import h5py
@@ -185,7 +186,7 @@ def _read_supports(group: h5py.Group) -> list[Support]:
     return [Support(KINDS[kind], *rest) for kind, *rest in rows]
 
 
-def part_of(system: SolvedSystem, body: ElasticBody) -> Part:
+def part_of(system: System, body: ElasticBody) -> Part:
     """Return the axis of one body of a system."""
     ends, kind = system.elements(body).reshape(body.n_elements, 2, -1), body.kind
     each = [ends[:, end, kind.columns(name)] for end in (0, 1) for name in kind.axis]
@@ -193,7 +194,7 @@ def part_of(system: SolvedSystem, body: ElasticBody) -> Part:
     return Part(body.name, body.lengths, places, float(np.sqrt(body.section.area / np.pi)))
 
 
-def outline_of(system: SolvedSystem, of: Body | None = None) -> Outline:
+def outline_of(system: System, of: Body | None = None) -> Outline:
     """Return the outline of a system, or of one of its bodies."""
     bodies = system.bodies if of is None else (of,)
     supports = []

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.results.data.solved_system import Array
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.body_outlines import Solid
 
 Links = NDArray[np.int64]

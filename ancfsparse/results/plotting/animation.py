@@ -19,7 +19,7 @@ from ancfsparse.checks import check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
 from ancfsparse.results.data.hdf5_format import file_name
-from ancfsparse.results.data.solved_system import Array
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.deformed_shape import rows_of
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.plotting.canvas import Canvas, film

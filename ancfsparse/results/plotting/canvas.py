@@ -19,7 +19,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
-from ancfsparse.results.data.solved_system import Array, combine
+from ancfsparse.results.data.interpolation import Array, combine
 from ancfsparse.results.geometry.deformed_shape import pieces_for, shapes
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.geometry.wireframe import edges_of

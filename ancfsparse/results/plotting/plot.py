@@ -9,22 +9,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_choice, check_reals
+from ancfsparse.checks import check_choice, check_finite, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
 from ancfsparse.results.data.index_checks import check_index
-from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.stored_tables import Readable
-from ancfsparse.results.export.csv_table import UNITS
+from ancfsparse.results.fields.motion import UNITS, Motion
 from ancfsparse.results.fields.section_forces import curvature, section_force, strain
 from ancfsparse.results.geometry.deformed_shape import rows_of
 from ancfsparse.results.geometry.scene_outline import Outline, outline_of
 from ancfsparse.results.plotting.canvas import Canvas, film
-from ancfsparse.results.plotting.line_plots import nearest
-from ancfsparse.results.solutions.load_path import LoadPath
-from ancfsparse.results.solutions.trajectory import Trajectory
 from ancfsparse.scene import Beam, Body, ElasticBody, Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
+from ancfsparse.system.system import System
 
 SECTIONS = {
     "N": ("axial force", "N"),
@@ -41,8 +39,8 @@ INSTANTS = 6
 MODE_SHARE = 0.1
 
 
-def plot(
-    run: Trajectory,
+def plot_motion(
+    run: Motion,
     what: str = "shape",
     of: Body | Point | None = None,
     *,
@@ -64,7 +62,7 @@ def plot(
         return _over_time(run, what, of, ax)
     if what in UNITS:
         raise InputError(f"{what} is that of a point, such as rod.end, got {shown(of)}")
-    rows = rows_near(run.t, times)
+    rows = nearest_rows(run.t, times)
     colours, labels = _colours(len(rows)), [f"{run.t[row]:.3g} s" for row in rows]
     q, v = rows_of(run.q, rows), rows_of(run.v, rows)
     ax = _along(run.system, q, v, run.t[rows], what, of, ax, colours, labels)
@@ -81,7 +79,7 @@ def draw_shapes(
     view: str | tuple[float, float] | None = None,
 ) -> Axes:
     """Draw shapes at instants; parameters as in `Trajectory.plot`, for states (k, n) at times t."""
-    rows = rows_near(t, times)
+    rows = nearest_rows(t, times)
     canvas = Canvas(film(outline, rows_of(q, rows)), ax, view)
     for k, (row, colour) in enumerate(zip(rows, _colours(len(rows)), strict=True)):
         canvas.draw(k, colour, label=f"{t[row]:.3g} s")
@@ -90,8 +88,8 @@ def draw_shapes(
     return canvas.ax
 
 
-def plot_at_rest(
-    system: SolvedSystem,
+def plot_equilibrium(
+    system: System,
     q: Array,
     t: float,
     what: str = "shape",
@@ -117,7 +115,7 @@ def plot_at_rest(
 
 
 def plot_mode(
-    system: SolvedSystem,
+    system: System,
     q: Array,
     unit: Array,
     amplitude: float | None,
@@ -140,21 +138,27 @@ def plot_mode(
     return canvas.ax
 
 
-def plot_path(path: LoadPath, node: Point, axis: int, ax: Axes | None) -> Axes:
-    """Draw loads over the displacement of a point; see `LoadPath.plot`."""
+def plot_load_path(
+    displacements: Array,
+    factors: Array,
+    stable: NDArray[np.bool_],
+    turns: NDArray[np.intp],
+    axis: int,
+    ax: Axes | None,
+) -> Axes:
+    """Draw load factors (k,) over the displacements (k, dim) of a point; see `LoadPath.plot`."""
     ax = _empty(ax)
-    moved = path.displacement(node)
-    axis = check_index("axis", axis, moved.shape[1])
-    x, stable = moved[:, axis], path.stable
-    ax.plot(x, path.factors, "C0--", linewidth=1.0)
-    ax.plot(x, np.where(stable, path.factors, np.nan), "C0-", linewidth=1.8)
-    ax.plot(x[path.turns], path.limits, "ko", markersize=4)
+    axis = check_index("axis", axis, displacements.shape[1])
+    x = displacements[:, axis]
+    ax.plot(x, factors, "C0--", linewidth=1.0)
+    ax.plot(x, np.where(stable, factors, np.nan), "C0-", linewidth=1.8)
+    ax.plot(x[turns], factors[turns], "ko", markersize=4)
     ax.set_xlabel(f"displacement along {'xyz'[axis]} [m]")
     ax.set_ylabel("times the loads")
     return ax
 
 
-def _energies(run: Trajectory, of: object, times: ArrayLike | None, ax: Axes | None) -> Axes:
+def _energies(run: Motion, of: object, times: ArrayLike | None, ax: Axes | None) -> Axes:
     if of is not None or times is not None:
         raise InputError("energies are those of the whole scene over all times: leave the rest out")
     ax = _empty(ax)
@@ -169,7 +173,7 @@ def _energies(run: Trajectory, of: object, times: ArrayLike | None, ax: Axes | N
     return ax
 
 
-def _over_time(run: Trajectory, what: str, point: Point, ax: Axes | None) -> Axes:
+def _over_time(run: Motion, what: str, point: Point, ax: Axes | None) -> Axes:
     if what in UNITS:
         values, label = getattr(run, what)(point), f"{what} [{UNITS[what]}]"
     else:
@@ -189,7 +193,7 @@ def _over_time(run: Trajectory, what: str, point: Point, ax: Axes | None) -> Axe
 
 
 def _along(
-    system: SolvedSystem,
+    system: System,
     q: Readable,
     v: Readable,
     t: Readable,
@@ -222,7 +226,7 @@ def _along(
 
 
 def _section(
-    system: SolvedSystem,
+    system: System,
     q: Readable,
     v: Readable,
     t: Readable,
@@ -257,7 +261,7 @@ def _components(values: Array, what: str, body: Body) -> list[tuple[Array, str]]
     return list(zip(values.T, names, strict=True))
 
 
-def rows_near(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
+def nearest_rows(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
     """Return the numbers of the saved states nearest to some times, each once."""
     if times is None:
         instants = np.linspace(t[0], t[-1], INSTANTS)
@@ -265,10 +269,22 @@ def rows_near(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
         instants = np.atleast_1d(check_reals("times", times, "a list of times in s"))
         if instants.ndim != 1 or not instants.size:
             raise InputError(f"times must be a list such as [0.0, 0.5], got {shown(times)}")
-    return np.unique([nearest(t, float(time)) for time in instants])
+    return np.unique([_nearest(t, float(time)) for time in instants])
 
 
-def outline_for(system: SolvedSystem, of: object) -> Outline:
+def _nearest(t: Array, time: float) -> int:
+    """Return the number of the saved state that is nearest to a time [s]."""
+    wanted = check_finite("time of a snapshot", time, "s")
+    slack = 1e-9 * max(abs(float(t[0])), abs(float(t[-1])))
+    if not t[0] - slack <= wanted <= t[-1] + slack:
+        raise InputError(
+            f"no state was saved at t = {wanted:.6g} s: the run goes from {t[0]:.6g} s "
+            f"to {t[-1]:.6g} s"
+        )
+    return int(np.argmin(np.abs(t - wanted)))
+
+
+def outline_for(system: System, of: object) -> Outline:
     """Return what is drawn of a system: one body, or all where none is given."""
     if isinstance(of, Point):
         raise InputError(f"a point has no shape: give {of.beam.name}, or nothing for all bodies")

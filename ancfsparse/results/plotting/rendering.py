@@ -11,7 +11,7 @@ from ancfsparse.checks import check_finite, check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
 from ancfsparse.results.data.hdf5_format import file_name
-from ancfsparse.results.data.solved_system import Array
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.body_outlines import Solid
 from ancfsparse.results.geometry.deformed_shape import pieces_for, shapes, slopes
 from ancfsparse.results.geometry.scene_outline import Outline, Part
@@ -39,7 +39,7 @@ def render(
     q: Array,
     path: str | Path,
     *,
-    view: tuple[float, float] = EYE,
+    view: tuple[float, float] | None = None,
     size: tuple[int, int] = (1000, 750),
     strain: bool = False,
 ) -> Path:
@@ -59,6 +59,7 @@ def render(
         raise InputError(f"a picture must end in .png or .jpg, got {str(target)!r}")
     if not target.absolute().parent.is_dir():
         raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
+    view = EYE if view is None else view
     if not (isinstance(view, tuple) and len(view) == 2):
         raise InputError(f"view must be elevation and azimuth in degrees, got {shown(view)}")
     tilt, turn = (np.radians(check_finite("view", each, "degrees")) for each in view)

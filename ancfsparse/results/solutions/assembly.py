@@ -6,18 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.results.data.solved_system import Array, SolvedSystem, combine
-from ancfsparse.scene import Point
+from ancfsparse.results.data.interpolation import Array
+from ancfsparse.results.solutions.solution import Configurations
 from ancfsparse.system.coordinates.state import State
+from ancfsparse.system.system import System
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Assembly:
+class Assembly(Configurations):
     """A state in which all joints hold and all drives are where they should be.
 
     Parameters
     ----------
-    system : SolvedSystem
+    system : System
         The system that was assembled.
     q : ndarray, shape (n,)
         Coordinates, m for positions and dimensionless for slopes.
@@ -31,7 +32,7 @@ class Assembly:
         Multipliers of the constraints at rest without loads, zero.
     """
 
-    system: SolvedSystem
+    system: System
     q: Array
     t: float
     violation: float
@@ -70,11 +71,3 @@ class Assembly:
         """The state, at rest, from which a motion or statics may start."""
         rest, lam = np.zeros_like(self.q), self.multipliers
         return self.system.state(self.t, self.q, rest, rest, lam)
-
-    def position(self, node: Point) -> Array:
-        """Return the position of a point, (dim,) [m]."""
-        return combine(self.system.point(node), self.q)
-
-    def displacement(self, node: Point) -> Array:
-        """Return how far a point has moved from the reference shape, (dim,) [m]."""
-        return np.asarray(self.position(node) - node.position)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.solutions.mode_shapes import ModeShapes
 from ancfsparse.system.coordinates.state import State
+from ancfsparse.system.system import System
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -15,7 +16,7 @@ class Buckling(ModeShapes):
 
     Parameters
     ----------
-    system : SolvedSystem
+    system : System
         The system that buckles.
     about : State
         The state about which its stiffness was taken.
@@ -26,7 +27,7 @@ class Buckling(ModeShapes):
         mass ``x.M x`` of 1 kg m2.
     """
 
-    system: SolvedSystem
+    system: System
     about: State
     factors: Array
     shapes: Array

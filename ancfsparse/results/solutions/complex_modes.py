@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.solutions.mode_shapes import ModeShapes, check_amplitude
 from ancfsparse.system.coordinates.state import State
+from ancfsparse.system.system import System
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -18,7 +19,7 @@ class ComplexModes(ModeShapes):
 
     Parameters
     ----------
-    system : SolvedSystem
+    system : System
         The system that moves.
     about : State
         The state.
@@ -32,7 +33,7 @@ class ComplexModes(ModeShapes):
         eigenvalues are about to meet, as at the onset of flutter, errors are larger.
     """
 
-    system: SolvedSystem
+    system: System
     about: State
     eigenvalues: NDArray[np.complex128]
     shapes: NDArray[np.complex128]

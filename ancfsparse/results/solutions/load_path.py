@@ -8,23 +8,26 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.results import plotting
 from ancfsparse.results.data.index_checks import check_index
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.run_statistics import RunStats
-from ancfsparse.results.data.solved_system import Array, SolvedSystem, combine
+from ancfsparse.results.solutions.solution import Configurations
 from ancfsparse.scene import Point
 from ancfsparse.system.coordinates.state import State
+from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LoadPath:
+class LoadPath(Configurations):
     """Equilibria under multiples of the loads, in the order in which they follow each other.
 
     Parameters
     ----------
-    system : SolvedSystem
+    system : System
         The system at rest.
     factors : ndarray, shape (k,)
         Multiples of all loads [-], from 0.
@@ -46,7 +49,7 @@ class LoadPath:
         The time of loads and drives [s].
     """
 
-    system: SolvedSystem
+    system: System
     factors: Array
     q: Array
     lam: Array
@@ -81,14 +84,6 @@ class LoadPath:
         """Whether every small motion away from each equilibrium takes energy, (k,)."""
         return np.asarray(self.negative_pivots == 0)
 
-    def position(self, node: Point) -> Array:
-        """Return the positions of a point along the path, (k, dim) [m]."""
-        return combine(self.system.point(node), self.q)
-
-    def displacement(self, node: Point) -> Array:
-        """Return how far a point has moved from the reference shape, (k, dim) [m]."""
-        return np.asarray(self.position(node) - node.position)
-
     def state(self, point: int) -> State:
         """Return the state of rest at a point, from which ``simulate(..., start=...)`` starts.
 
@@ -118,6 +113,5 @@ class LoadPath:
         Axes
             The axes drawn into; unstable parts of the path are dashed.
         """
-        from ancfsparse.results.plotting.plot import plot_path
-
-        return plot_path(self, node, axis, ax)
+        x = self.displacement(node)
+        return plotting.plot_load_path(x, self.factors, self.stable, self.turns, axis, ax)

@@ -10,10 +10,12 @@ import numpy as np
 
 from ancfsparse.checks import MODERATE, check_finite
 from ancfsparse.errors import InputError
+from ancfsparse.results import plotting
 from ancfsparse.results.data.index_checks import check_index
-from ancfsparse.results.data.solved_system import Array, SolvedSystem, combine
+from ancfsparse.results.data.interpolation import Array, combine
 from ancfsparse.scene import Point
 from ancfsparse.system.coordinates.state import State
+from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +34,7 @@ class ModeShapes(ABC):
 
     Attributes
     ----------
-    system : SolvedSystem
+    system : System
         The system that moves.
     about : State
         The state.
@@ -41,7 +43,7 @@ class ModeShapes(ABC):
         complex.
     """
 
-    system: SolvedSystem
+    system: System
     about: State
     shapes: Any
 
@@ -128,9 +130,8 @@ class ModeShapes(ABC):
         Axes
             The axes drawn into.
         """
-        from ancfsparse.results.plotting.plot import plot_mode
-
         unit, q = self._unit(mode).real, self.about.q
         if amplitude is not None:
             amplitude = check_amplitude(amplitude)
-        return plot_mode(self.system, q, unit, amplitude, self._name(mode), ax=ax, view=view)
+        name = self._name(mode)
+        return plotting.plot_mode(self.system, q, unit, amplitude, name, ax=ax, view=view)

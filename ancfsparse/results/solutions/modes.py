@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.results.data.solved_system import Array, SolvedSystem
+from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.solutions.mode_shapes import ModeShapes
 from ancfsparse.system.coordinates.state import State
+from ancfsparse.system.system import System
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -17,7 +18,7 @@ class Modes(ModeShapes):
 
     Parameters
     ----------
-    system : SolvedSystem
+    system : System
         The system that vibrates.
     about : State
         The state.
@@ -36,7 +37,7 @@ class Modes(ModeShapes):
         mass of the scene.
     """
 
-    system: SolvedSystem
+    system: System
     about: State
     eigenvalues: Array
     shapes: Array

@@ -11,21 +11,21 @@ import numpy as np
 
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum
+from ancfsparse.results import fields
+from ancfsparse.results.data.interpolation import Array, combine
 from ancfsparse.results.data.run_statistics import RunStats
-from ancfsparse.results.data.solved_system import Array, SolvedSystem, combine
 from ancfsparse.results.data.stored_tables import Chosen, StoredState
 from ancfsparse.results.fields.energy_balance import Energy, energy_of
+from ancfsparse.results.solutions.solution import Values
 from ancfsparse.results.solutions.trajectory_output import Outputs
-from ancfsparse.scene import ElasticBody, Joint, Point
+from ancfsparse.scene import Point
 from ancfsparse.system.coordinates.state import State
+from ancfsparse.system.recovery.state_history import StateHistory
+from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
-    from ancfsparse.results.fields.joint_forces import JointForce
     from ancfsparse.results.fields.rigid_body_motion import BodyMotion
-    from ancfsparse.results.fields.section_forces import SectionForce, Where
     from ancfsparse.scene.bodies.rigid_body import RigidBody
-    from ancfsparse.scene.force_elements.ropes import Rope
-    from ancfsparse.scene.mechanisms.winch import Winch
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,7 +34,7 @@ class Trajectory(Outputs):
 
     Parameters
     ----------
-    system : SolvedSystem
+    system : System
         The system that moved.
     t : ndarray, shape (k,)
         Times [s].
@@ -51,7 +51,7 @@ class Trajectory(Outputs):
         The last state with what the steps after it depend on, where that is known.
     """
 
-    system: SolvedSystem
+    system: System
     t: Array
     q: Array
     v: Array
@@ -99,6 +99,13 @@ class Trajectory(Outputs):
         return f"t_end is {self.settings['t_end']:.6g} s"
 
     @property
+    def _states(self) -> StateHistory:
+        return StateHistory(self.q, self.v, self.a, self.lam, self.t)
+
+    def _select(self, values: Values) -> Values:
+        return values
+
+    @property
     def multipliers(self) -> Array:
         """Multipliers of the constraints, shape (k, m); another name for `lam`."""
         return self.lam
@@ -127,22 +134,7 @@ class Trajectory(Outputs):
         """The energy balance, worked out when first asked for."""
         means = self.settings.get("integrator") == repr(EnergyMomentum())
         lag = 0.5 * self.settings["dt"] if means else 0.0
-        return energy_of(self.system, self.t, self.q, self.v, self.a, self.lam, lag)
-
-    def position(self, node: Point) -> Array:
-        """Give the position of a point over time.
-
-        Parameters
-        ----------
-        node : Point
-            Any point of a beam, for example ``rod.end``.
-
-        Returns
-        -------
-        ndarray, shape (k, dim)
-            Positions [m].
-        """
-        return combine(self.system.point(node), self.q)
+        return energy_of(self.system, self._states, lag)
 
     def velocity(self, node: Point) -> Array:
         """Give the velocity of a point over time.
@@ -174,21 +166,6 @@ class Trajectory(Outputs):
         """
         return combine(self.system.point(node), self.a)
 
-    def slope(self, node: Point) -> Array:
-        """Give the slope r', the derivative of position by reference arc length, over time.
-
-        Parameters
-        ----------
-        node : Point
-            Any point of a beam.
-
-        Returns
-        -------
-        ndarray, shape (k, dim)
-            Slopes [-]; their length is the local stretch.
-        """
-        return combine(self.system.slope(node), self.q)
-
     def body(self, body: RigidBody) -> BodyMotion:
         """Return the motion of a rigid body.
 
@@ -203,137 +180,4 @@ class Trajectory(Outputs):
             Over time: ``centre``, ``velocity``, ``rotation``, ``quaternion``, ``angles``,
             ``angular_velocity``, ``momentum``, ``angular_momentum`` and ``kinetic_energy``.
         """
-        from ancfsparse.results.fields.rigid_body_motion import motion_of
-
-        return motion_of(self.system, self.q, self.v, body)
-
-    def reaction(self, node: Point) -> Array:
-        """Give the force that the joints at a node exert on the beam, over time.
-
-        Parameters
-        ----------
-        node : Point
-            A node with a joint.
-
-        Returns
-        -------
-        ndarray, shape (k, dim)
-            Forces [N].
-        """
-        return self.system.reaction(node, self.q, self.v, self.a, self.lam, self.t)
-
-    def joint_force(self, joint: Joint, frame: str = "space") -> JointForce:
-        """Give the force and the moment of a joint over time.
-
-        Parameters
-        ----------
-        joint : Joint
-            One of the scene, as its method returned it, such as ``scene.revolute(...)``; of a
-            drive, of what it drives.
-        frame : str, optional
-            ``"space"``; or ``"joint"``, the axes of the joint: the axis it has, or the first one of
-            space, and those across it, which turn with its second side and stand still at the
-            ground.
-
-        Returns
-        -------
-        JointForce
-            ``force`` (k, dim) [N] on the first side, and ``moment`` (k, 3) about its point, in the
-            plane (k,) [N m]; on the second side act the opposite ones.
-
-        Raises
-        ------
-        InputError
-            If the joint does not belong to the scene, or has no axes.
-        SingularSceneError
-            If other joints hold the same coordinates, so that its force is not determined.
-
-        Notes
-        -----
-        Of a joint made by equations they follow from its multipliers; of one made by numbering
-        from what its sides lack for the balance without it.  Where equations repeat others, see
-        `RedundantConstraintsWarning`, their forces are distributed arbitrarily.  `EnergyMomentum`
-        saves means over the step before.
-        """
-        from ancfsparse.results.fields.joint_forces import joint_force
-        from ancfsparse.system.recovery.joint_forces import States
-
-        states = States(*(np.asarray(each) for each in (self.q, self.v, self.a, self.lam, self.t)))
-        return joint_force(self.system, joint, states, frame)
-
-    def tension(self, rope: Rope | Winch) -> Array:
-        """Give the tension of a rope over time, shape (k,) [N]; of a winch negative in pressure.
-
-        Parameters
-        ----------
-        rope : Rope or Winch
-            One of the scene, as ``scene.rope`` or ``scene.winch`` returned it.
-        """
-        from ancfsparse.results.fields.joint_forces import tension
-        from ancfsparse.system.recovery.joint_forces import States
-
-        states = States(*(np.asarray(each) for each in (self.q, self.v, self.a, self.lam, self.t)))
-        return tension(self.system, rope, states)
-
-    def strain(self, body: ElasticBody, s: Where = None) -> Array:
-        """Give the strain of the axis over time.
-
-        Parameters
-        ----------
-        body : Beam or Mesh
-            One of the bodies.
-        s : float, array_like of shape (p,), or sequence of Point, optional
-            Arc coordinates along a beam [m], or points of a beam or a mesh, such as
-            ``[mesh.at(3, 0.1)]``; a node between two elements counts with the one that begins
-            there.  By default the middle of every element, in the order of elements or edges.
-
-        Returns
-        -------
-        ndarray, shape (k, p)
-            Elongation per length of the reference shape, |r'| - 1 [-].
-
-        Raises
-        ------
-        InputError
-            If the body is not of the run, or a point is not on it.
-        """
-        from ancfsparse.results.fields.section_forces import strain
-
-        return strain(self.system, self.q, body, s)
-
-    def curvature(self, body: ElasticBody, s: Where = None) -> Array:
-        """Give the curvature of the axis over time.
-
-        Parameters
-        ----------
-        body, s
-            As in `strain`.
-
-        Returns
-        -------
-        ndarray, shape (k, p) in the plane or (k, p, 3)
-            Turn per length of the reference shape [1/m]: in the plane counterclockwise; of a cable
-            in space as a vector in space; of a thick beam in space its twist and its curvatures
-            about e_y and e_z of the section.
-        """
-        from ancfsparse.results.fields.section_forces import curvature
-
-        return curvature(self.system, self.q, body, s)
-
-    def section_force(self, body: ElasticBody, s: Where = None) -> SectionForce:
-        """Give axial force, shear, bending moment and torsion over time.
-
-        Parameters
-        ----------
-        body, s
-            As in `strain`.
-
-        Returns
-        -------
-        SectionForce
-            ``N``, ``Q``, ``M`` and ``T`` in the axes of the section, ``force`` and ``moment`` in
-            space [N], [N m]: of the part beyond, at larger s, on the part before.
-        """
-        from ancfsparse.results.fields.section_forces import section_force
-
-        return section_force(self.system, self.q, self.v, self.t, body, s)
+        return fields.motion_of(self.system, self.q, self.v, body)

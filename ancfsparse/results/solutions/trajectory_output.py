@@ -2,25 +2,36 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
+from ancfsparse.results import export, fields, geometry, plotting
+from ancfsparse.results.data.interpolation import Array
+from ancfsparse.results.fields.energy_balance import Energy
+from ancfsparse.results.solutions.solution import Solution
 from ancfsparse.scene import Body, Point, check_point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ancfsparse.results.solutions.trajectory import Trajectory
 
+class Outputs(Solution):
+    """Plots, films and files of a `Trajectory`."""
 
-class Outputs:
-    """The part of a `Trajectory` that shows it and hands it on."""
+    t: Array
+    v: Array
+
+    @property
+    @abstractmethod
+    def energy(self) -> Energy:
+        """The energy balance."""
 
     def plot(
         self,
@@ -66,9 +77,7 @@ class Outputs:
         centre to the points that joints use, and along its axes, as long as those of the box of
         the same mass and inertia.
         """
-        from ancfsparse.results.plotting.plot import plot
-
-        return plot(cast("Trajectory", self), what, of, times=times, ax=ax, view=view)
+        return plotting.plot_motion(self, what, of, times=times, ax=ax, view=view)
 
     def animate(
         self,
@@ -115,16 +124,12 @@ class Outputs:
         InputError
             If an argument is invalid, or ffmpeg is missing.
         """
-        from ancfsparse.results.plotting.animation import animate
-        from ancfsparse.results.plotting.plot import outline_for
-
-        run = cast("Trajectory", self)
         if not isinstance(trace, (list, tuple)):
             raise InputError(f"trace must be a list such as [rod.end], got {shown(trace)}")
-        paths = [run.position(check_point("a trace", node)) for node in trace]
-        return animate(
-            outline_for(run.system, of), run.t, run.q, path, seconds=seconds, fps=fps, dpi=dpi,
-            view=view, paths=paths, progress=progress,
+        paths = [self.position(check_point("a trace", node)) for node in trace]
+        return plotting.animate(
+            plotting.outline_for(self.system, of), self.t, self.q, path, seconds=seconds, fps=fps,
+            dpi=dpi, view=view, paths=paths, progress=progress,
         )  # fmt: skip
 
     def render(
@@ -169,16 +174,9 @@ class Outputs:
         Sections are drawn round, with their area; thin rods, and the lines of bodies given by their
         inertia, as thick as shows.
         """
-        from ancfsparse.results.plotting.canvas import EYE
-        from ancfsparse.results.plotting.plot import outline_for, rows_near
-        from ancfsparse.results.plotting.rendering import render
-
-        run = cast("Trajectory", self)
-        row = rows_near(run.t, [run.t[-1] if time is None else time])[0]
-        outline = outline_for(run.system, of)
-        return render(
-            outline, run.q[row], path, view=EYE if view is None else view, size=size, strain=strain
-        )
+        row = plotting.nearest_rows(self.t, [self.t[-1] if time is None else time])[0]
+        outline = plotting.outline_for(self.system, of)
+        return plotting.render(outline, self.q[row], path, view=view, size=size, strain=strain)
 
     def to_vtk(self, path: str | Path, *, per_element: int = 4, progress: bool = True) -> Path:
         """Write all states as VTKHDF, which the reader of VTK opens with its times.
@@ -208,14 +206,9 @@ class Outputs:
         InputError
             If an argument is invalid, or the run kept only some points.
         """
-        from ancfsparse.results.export.vtkhdf import write_vtk
-        from ancfsparse.results.fields.section_forces import axial_forces
-        from ancfsparse.results.geometry.scene_outline import outline_of
-
-        run = cast("Trajectory", self)
-        forces = partial(axial_forces, run.system)
-        return write_vtk(
-            outline_of(run.system), run.t, run.q, run.v, path, per_element=per_element,
+        forces = partial(fields.axial_forces, self.system)
+        return export.write_vtk(
+            geometry.outline_of(self.system), self.t, self.q, self.v, path, per_element=per_element,
             forces=forces, progress=progress,
         )  # fmt: skip
 
@@ -244,6 +237,4 @@ class Outputs:
         InputError
             If an argument is invalid.
         """
-        from ancfsparse.results.export.csv_table import write_csv
-
-        return write_csv(cast("Trajectory", self), path, points, quantities)
+        return export.write_csv(self, path, points, quantities)

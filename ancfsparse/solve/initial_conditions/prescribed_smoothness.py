@@ -10,7 +10,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.scene import Signal
 from ancfsparse.scene.records.prescribed_motion import Course
 from ancfsparse.system import System
-from ancfsparse.system.loads.amplitudes import Source
+from ancfsparse.system.loads.amplitudes import FunctionAmplitude
 
 Vector = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def check_smooth(system: System, t_end: float) -> None:
 def _check(course: Course, begin: float, end: float) -> None:
     places = course.places
     given = course.second_rates
-    source = Source(places if given is None else given)
+    source = FunctionAmplitude(places if given is None else given)
     order = 2 if given is None else 0
     times = np.linspace(begin, end, SAMPLES)
     values = _values(source, times)
@@ -69,13 +69,13 @@ def _check(course: Course, begin: float, end: float) -> None:
             )
 
 
-def _values(source: Source, times: Vector) -> Vector | None:
+def _values(source: FunctionAmplitude, times: Vector) -> Vector | None:
     values, failure = source.tabulate(times)
     return values if failure is None else None
 
 
 def _jump(
-    source: Source, order: int, times: Vector, values: Vector, column: int
+    source: FunctionAmplitude, order: int, times: Vector, values: Vector, column: int
 ) -> tuple[int, float, float] | None:
     """Return what jumps (in `KINDS`), when [s], and by how much; None if nothing does."""
     step = float(times[1] - times[0])
@@ -92,7 +92,11 @@ def _jump(
 
 
 def _follow(
-    source: Source, order: int, column: int, coarse: tuple[float, float, float], size: float
+    source: FunctionAmplitude,
+    order: int,
+    column: int,
+    coarse: tuple[float, float, float],
+    size: float,
 ) -> tuple[int, float, float, float] | None:
     """Look at a place more and more closely; return what jumps there, when, by how much.
 

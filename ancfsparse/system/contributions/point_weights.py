@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ancfsparse.scene import Point
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Places, Vector, unknowns
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
+from ancfsparse.system.coordinates.discretization import Discretization
 
 
 @dataclass(frozen=True)
@@ -36,7 +33,7 @@ class Points:
     weight: Vector
 
     @classmethod
-    def of(cls, system: System, sums: Sequence[Sequence[tuple[float, Point]]]) -> Points:
+    def of(cls, system: Discretization, sums: Sequence[Sequence[tuple[float, Point]]]) -> Points:
         """Add up points with factors; coordinates that several of a sum have count once."""
         start = [0]
         place: list[Places] = [np.empty((system.dim, 0), dtype=np.int32)]

@@ -12,6 +12,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.scene import Body, Point, check_point
+from ancfsparse.scene.bodies.auto_element import decided
 from ancfsparse.system.coordinates.nodal_vectors import inside, weighed
 from ancfsparse.system.coordinates.numbering import Places
 
@@ -64,8 +65,6 @@ class Coordinates:
         body = handle.beam if isinstance(handle, Point) else handle
         if not body.automatic or id(body) in self._index:
             return handle
-        from ancfsparse.scene.bodies.auto_element import decided
-
         return decided(self.bodies[self._of(body)], handle)
 
     def rows(self, node: Point) -> Places:

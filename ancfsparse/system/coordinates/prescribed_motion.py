@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import LoadError
 from ancfsparse.scene.joints.joint import Led
-from ancfsparse.system.loads.amplitudes import Source
+from ancfsparse.system.loads.amplitudes import FunctionAmplitude
 
 if TYPE_CHECKING:
     from ancfsparse.scene.records.prescribed_motion import Course
@@ -189,9 +189,9 @@ class _Table:
     """A prescribed motion and its rates at many times."""
 
     def __init__(self, course: Course) -> None:
-        self._places = Source(course.places)
+        self._places = FunctionAmplitude(course.places)
         given = (course.rates, course.second_rates)
-        self._rates = [Source(each) for each in given if each is not None]
+        self._rates = [FunctionAmplitude(each) for each in given if each is not None]
         self.name, self.has_rates = course.places.what, bool(self._rates)
         self.width = self._places.width
         self.step = self.begin = self.end = 0.0

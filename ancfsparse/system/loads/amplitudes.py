@@ -36,7 +36,7 @@ class Amplitudes(Protocol):
         """Return them up to the first time at which one fails, (j, width), and how it fails."""
 
 
-class Clock:
+class TimeAmplitude:
     """The time itself, as the amplitude of what depends on it."""
 
     width = 1
@@ -46,7 +46,7 @@ class Clock:
         return times[:, None], None
 
 
-class Steady:
+class ConstantAmplitude:
     """One, at all times: the amplitude of a constant load, by which statics lets it grow."""
 
     width = 1
@@ -56,7 +56,7 @@ class Steady:
         return np.ones((len(times), 1)), None
 
 
-class Source:
+class FunctionAmplitude:
     """A load and the amplitudes it gives.
 
     A function is given arrays of times as long as what it returns for them is what it returns for

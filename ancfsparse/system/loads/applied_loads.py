@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,8 @@ from ancfsparse.scene import (
     PointMoment,
     Scene,
 )
-from ancfsparse.system.loads.amplitudes import Amplitudes, Clock, Source
-
-if TYPE_CHECKING:
-    from ancfsparse.system.loads.follower_loads import Follower
+from ancfsparse.system.loads.amplitudes import Amplitudes, FunctionAmplitude, TimeAmplitude
+from ancfsparse.system.loads.follower_loads import Follower, at_node, inside
 
 Vector = NDArray[np.float64]
 
@@ -94,7 +92,7 @@ class Loads:
     @property
     def growing(self) -> NDArray[np.bool_]:
         """Which amplitudes are loads, that a share of the loads scales, and not the time."""
-        flags = [np.full(each.width, not isinstance(each, Clock)) for each in self.sources]
+        flags = [np.full(each.width, not isinstance(each, TimeAmplitude)) for each in self.sources]
         return np.concatenate([np.zeros(0, dtype=bool), *flags])
 
     def tabulate(self, times: Vector) -> tuple[Vector, LoadError | None]:
@@ -152,15 +150,15 @@ def loads_of(scene: Scene, system: Places) -> Loads:
             out.moment_place.append(system.frame(load.node))
             out.moment_column.append(list(range(first, first + width)))
             out.moment_axes.append(_axes(load, system) if load.follow else None)
-            out.sources.append(Source(load))
+            out.sources.append(FunctionAmplitude(load))
             continue
         if isinstance(load, ChangingGravity):
             out.gravity_column.append(list(range(first, first + scene.dim)))
-            out.sources.append(Source(load))
+            out.sources.append(FunctionAmplitude(load))
             continue
         if load.follow:
             out.followers.append(_follower(load, system, first))
-            out.sources.append(Source(load))
+            out.sources.append(FunctionAmplitude(load))
             continue
         if isinstance(load, PointForce):
             places, weights = system.point(load.node)
@@ -173,7 +171,7 @@ def loads_of(scene: Scene, system: Places) -> Loads:
             out.place += [int(p) for p in places[d]]
             out.weight += [float(w) for w in weights]
             out.column += [first + d] * len(weights)
-        out.sources.append(Source(load))
+        out.sources.append(FunctionAmplitude(load))
     return out
 
 
@@ -187,8 +185,6 @@ def _axes(load: PointMoment, system: Places) -> NDArray[np.int32] | None:
 
 def _follower(load: PointForce | DistributedForce, system: Places, first: int) -> Follower:
     """Return a following force at the points where it acts."""
-    from ancfsparse.system.loads.follower_loads import Follower, at_node, inside
-
     column = np.full(system.dim, -1)
     width = load.shape[0] if load.shape else 1
     column[:width] = np.arange(first, first + width)

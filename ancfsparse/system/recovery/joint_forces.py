@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,42 +12,24 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Point, Scene
+from ancfsparse.scene.force_elements.ropes import Rope
+from ancfsparse.scene.joints.frame_vectors import direction, spans
 from ancfsparse.scene.joints.joint import LINEAR, Joint, Led
 from ancfsparse.scene.kinematics.joint_coordinates import Measure
 from ancfsparse.scene.kinematics.track import Offset
+from ancfsparse.scene.mechanisms.two_body_joint import normals
 from ancfsparse.scene.records.prescribed_motion import Course
+from ancfsparse.system.contributions.force_elements.ropes import Ropes
 from ancfsparse.system.coordinates.joint_lowering import Lowering
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
+from ancfsparse.system.recovery.state_history import StateHistory
+from ancfsparse.system.system import System
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int32]
 
 
-@dataclass(frozen=True)
-class States:
-    """States of a system.
-
-    Attributes
-    ----------
-    q, v, a : (k, n_all) float
-        Coordinates and rates.
-    lam : (k, m) float
-        Multipliers [N].
-    t : (k,) float
-        Times [s].
-    """
-
-    q: Vector
-    v: Vector
-    a: Vector
-    lam: Vector
-    t: Vector
-
-
 @dataclass
-class Recorder:
+class JointRecorder:
     """The `Builder` that shows what one joint is lowered to.
 
     Attributes
@@ -128,7 +110,9 @@ class Recorder:
         self.equations.append((kept, list(about) or [0.0] * len(kept), measures))
 
 
-def joint_force(system: System, joint: Joint, states: States) -> tuple[Vector, Vector, Vector]:
+def joint_force(
+    system: System, joint: Joint, states: StateHistory
+) -> tuple[Vector, Vector, Vector]:
     """Return what a joint does to its first side: force, moment about its point there, and axes.
 
     Parameters
@@ -137,7 +121,7 @@ def joint_force(system: System, joint: Joint, states: States) -> tuple[Vector, V
         What moves.
     joint : Joint
         One of its scene.
-    states : States
+    states : StateHistory
         Of the system.
 
     Returns
@@ -160,22 +144,32 @@ def joint_force(system: System, joint: Joint, states: States) -> tuple[Vector, V
     if not any(joint is each for each in system.joints):
         raise InputError("the joint is not of the scene that moved: take one of its handles")
     lowering = Lowering(_scene_with(system, system.joints), system.kinds)
-    by_numbers = not rows_of(system, joint)
-    record = Recorder(lowering, turns=by_numbers, lines=by_numbers)
+    by_numbers = not system.rows_of(joint)
+    record = JointRecorder(lowering, turns=by_numbers, lines=by_numbers)
     joint.lower(record)
     q = _raw(lowering, system, states.q)
     a, _b = joint.sides
     if not record.numbers:
-        forces = _of_multipliers(record, q, states.lam[:, rows_of(system, joint)])
+        forces = _of_multipliers(record, q, states.lam[:, system.rows_of(joint)])
         wrench = _wrench(a, q, forces, lowering)
     else:
         wrench = _of_balance(system, joint, record, q, states)
     return *wrench, _axes(lowering, joint, q)
 
 
-def rows_of(system: System, joint: Joint) -> list[int]:
-    """Return the equations of a joint, in their order."""
-    return [k for k, (owner, _) in enumerate(system.constraints.source) if owner == id(joint)]
+def rope_tension(system: System, rope: Rope, states: StateHistory) -> Vector:
+    """Return the tension of a rope, (k,) [N].
+
+    Raises
+    ------
+    InputError
+        If the rope is of another scene.
+    """
+    for part in system.contributions:
+        if isinstance(part, Ropes) and part.has(rope):
+            amplitudes = system.loads.amplitudes(states.t)
+            return part.tension(rope, states.q, states.v, amplitudes)
+    raise InputError("the rope is not of the scene that moved: take one of its handles")
 
 
 def _raw(lowering: Lowering, system: System, q: Vector) -> Vector:
@@ -186,7 +180,7 @@ def _raw(lowering: Lowering, system: System, q: Vector) -> Vector:
     return out
 
 
-def _of_multipliers(record: Recorder, q: Vector, lam: Vector) -> Vector:
+def _of_multipliers(record: JointRecorder, q: Vector, lam: Vector) -> Vector:
     """Return ``-phi_q^T lam`` of the equations of a joint, (k, n_raw)."""
     out = np.zeros_like(q)
     for (terms, about, measures), push in zip(record.equations, lam.T, strict=True):
@@ -202,7 +196,7 @@ def _of_multipliers(record: Recorder, q: Vector, lam: Vector) -> Vector:
 
 
 def _of_balance(
-    system: System, joint: Joint, record: Recorder, q: Vector, states: States
+    system: System, joint: Joint, record: JointRecorder, q: Vector, states: StateHistory
 ) -> tuple[Vector, Vector]:
     """Return what is missing for the balance of a side without the joint."""
     cut, lowering = _cut(system, joint), record.lowering
@@ -245,7 +239,7 @@ def _scene_with(system: System, joints: Sequence[Joint]) -> Scene:
     return scene
 
 
-def _missing(system: System, cut: System, states: States) -> Vector:
+def _missing(system: System, cut: System, states: StateHistory) -> Vector:
     """Return the forces that states of a system lack without a joint, (k, n_all of `cut`)."""
     q, v, a = (np.zeros((len(states.t), cut.n_all)) for _ in range(3))
     for there, here in zip(system.places, cut.places, strict=True):
@@ -293,9 +287,6 @@ def _cross(one: Vector, other: Vector) -> Vector:
 
 def _axes(lowering: Lowering, joint: Joint, q: Vector) -> Vector:
     """Return the axes of a joint over time, (k, dim, dim); not a number where there are none."""
-    from ancfsparse.scene.joints.frame_vectors import direction, spans
-    from ancfsparse.scene.mechanisms.two_body_joint import normals
-
     dim = joint.nodes[0].beam.dim
     first = np.eye(dim)[0] if joint.axis is None else joint.axis
     rest = np.array([first, *normals(first)])

@@ -1,43 +1,38 @@
-"""Forces of joints and drives, from what is missing for equilibrium and from multipliers."""
+"""Reaction forces and the power of prescribed motions, from residuals and multipliers."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Point, check_node, check_point
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
+from ancfsparse.system.recovery.state_history import StateHistory
+from ancfsparse.system.system import System
 
 Vector = NDArray[np.float64]
 
 
-def reaction(
-    system: System, node: Point, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector
-) -> Vector:
+def reaction(system: System, node: Point, states: StateHistory) -> Vector:
     """Return the force of the joints on a node's position, shape (k, dim) [N].
+
+    At fixed coordinates it is the residual without the joint, at free ones ``-phi_q^T lam``.
 
     Parameters
     ----------
     system : System
-        What moves.
+        The system.
     node : Point
-        A node that joints hold.
-    q, v, a : (k, n_all) float
-        States.
-    lam : (k, m) float
-        Multipliers [N].
-    t : (k,) float
-        Times [s].
+        A node that joints constrain.
+    states : StateHistory
+        Its states.
 
     Raises
     ------
     InputError
-        If no joint to the ground holds the node, or it is not a node.
+        If no joint to the ground constrains the node, or it is not a node.
     """
     node = system.own(check_point("a reaction", node))
     if node.xi:
@@ -55,43 +50,39 @@ def reaction(
             if connected
             else f"no joint holds {node!r}, so it has no reaction"
         )
-    amplitudes = system.loads.amplitudes(t)
-    out = np.empty((len(t), system.dim))
-    for k in range(len(t)):
-        r, _ = system.assembly.residual(q[k], v[k], a[k], lam[k], system.dead_load, amplitudes[k])
-        held = -(system.constraints.jacobian(q[k]).T @ lam[k])
-        # The residual counts the force of the multipliers as part of the balance.
-        out[k] = np.where(places < system.n_free, held[places], (r + held)[places])
+    out = np.empty((len(states.t), system.dim))
+    for k, (q, residual) in enumerate(_residuals(system, states)):
+        lam = states.lam[k]
+        force = -(system.constraints.jacobian(q).T @ lam)
+        # The residual includes the constraint forces, which are part of the reaction.
+        out[k] = np.where(places < system.n_free, force[places], (residual + force)[places])
     return out
 
 
-def drive_power(system: System, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
-    """Return the power of what drives coordinates and equations, shape (k,) [W].
-
-    The arguments are those of `reaction`.
-    """
-    power, amplitudes = np.zeros(len(t)), system.loads.amplitudes(t)
-    velocities, rates = system.prescribed.rates(t)
-    driven, led = system.n_all - system.prescribed.n, lam.shape[1] - system.prescribed.n_equations
-    for k in range(len(t)):
-        r, _ = system.assembly.residual(q[k], v[k], a[k], lam[k], system.dead_load, amplitudes[k])
-        power[k] += r[driven:] @ velocities[k] - lam[k, led:] @ rates[k]
+def drive_power(system: System, states: StateHistory) -> Vector:
+    """Return the power of prescribed coordinates and equations, shape (k,) [W]."""
+    power = np.zeros(len(states.t))
+    velocities, rates = system.prescribed.rates(states.t)
+    first, first_equation = _first_prescribed(system, states)
+    for k, (_, residual) in enumerate(_residuals(system, states)):
+        power[k] = residual[first:] @ velocities[k] - states.lam[k, first_equation:] @ rates[k]
     return power
 
 
-def drive_work(system: System, q: Vector, v: Vector, a: Vector, lam: Vector, t: Vector) -> Vector:
-    """Return the work of what drives coordinates and equations in each step, (k - 1,) [J].
+def drive_work(system: System, states: StateHistory) -> Vector:
+    """Return the work of prescribed coordinates and equations in each step, (k - 1,) [J].
 
-    Accelerations and multipliers are means over the step before, as those of `EnergyMomentum`, and
-    elastic forces discrete gradients.  The other arguments are those of `reaction`.
+    As saved by `EnergyMomentum`, accelerations and multipliers are means over the step before, and
+    elastic forces are discrete gradients.
     """
-    amplitudes = system.loads.amplitudes(t)
-    prescribed, _ = system.prescribed.tabulate(t)
-    leads = prescribed[:, 3 * system.prescribed.n :]
-    driven, led = system.n_all - system.prescribed.n, lam.shape[1] - system.prescribed.n_equations
-    work = np.zeros(len(t) - 1)
-    for k in range(1, len(t)):
-        r, _ = system.assembly.residual_between(
+    q, v, a, lam = states.q, states.v, states.a, states.lam
+    amplitudes = system.loads.amplitudes(states.t)
+    prescribed, _ = system.prescribed.tabulate(states.t)
+    values = prescribed[:, 3 * system.prescribed.n :]
+    first, first_equation = _first_prescribed(system, states)
+    work = np.zeros(len(states.t) - 1)
+    for k in range(1, len(states.t)):
+        residual, _ = system.assembly.residual_between(
             q[k - 1],
             q[k],
             0.5 * (v[k - 1] + v[k]),
@@ -100,6 +91,22 @@ def drive_work(system: System, q: Vector, v: Vector, a: Vector, lam: Vector, t: 
             system.dead_load,
             0.5 * (amplitudes[k - 1] + amplitudes[k]),
         )
-        work[k - 1] += r[driven:] @ (q[k, driven:] - q[k - 1, driven:])
-        work[k - 1] -= lam[k, led:] @ (leads[k] - leads[k - 1])
+        work[k - 1] += residual[first:] @ (q[k, first:] - q[k - 1, first:])
+        work[k - 1] -= lam[k, first_equation:] @ (values[k] - values[k - 1])
     return work
+
+
+def _residuals(system: System, states: StateHistory) -> Iterator[tuple[Vector, Vector]]:
+    """Yield the coordinates and the residual [N, N m] of each state, both (n_all,)."""
+    amplitudes, load = system.loads.amplitudes(states.t), system.dead_load
+    table = zip(states.q, states.v, states.a, states.lam, amplitudes, strict=True)
+    for q, v, a, lam, now in table:
+        yield q, system.assembly.residual(q, v, a, lam, load, now)[0]
+
+
+def _first_prescribed(system: System, states: StateHistory) -> tuple[int, int]:
+    """Return the index of the first prescribed coordinate and of the first such equation."""
+    return (
+        system.n_all - system.prescribed.n,
+        states.lam.shape[1] - system.prescribed.n_equations,
+    )

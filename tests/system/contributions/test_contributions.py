@@ -9,6 +9,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.results.hdf5_reader import load
 from ancfsparse.system import System, contributions
+from ancfsparse.system.contributions import selection
 from ancfsparse.system.contributions.interface import Contribution
 from tests.system.contributions.winch import Winch
 
@@ -33,7 +34,7 @@ def winches(monkeypatch):
     module = ModuleType("stranger")
     module.of = of
     monkeypatch.setitem(sys.modules, f"{contributions.__name__}.stranger", module)
-    monkeypatch.setitem(contributions.NAMES, "stranger", lambda system: True)
+    monkeypatch.setitem(selection.CONDITIONS, "stranger", lambda system: True)
     return made
 
 

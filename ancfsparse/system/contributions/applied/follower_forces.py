@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector, unknowns
+from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.loads.follower_loads import Follower
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
 
 
 class Followers(Contribution):
@@ -22,7 +18,7 @@ class Followers(Contribution):
     pushes = True
     conservative = False
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Discretization) -> None:
         self._n_free, self._n_all = system.n_free, system.n_all
         self._all = Follower.joined(system.loads.followers)
 
@@ -63,6 +59,6 @@ class Followers(Contribution):
         return self._all.place.reshape(len(self._all.place), -1).copy()
 
 
-def of(system: System) -> list[Followers]:
+def of(system: Discretization) -> list[Followers]:
     """Return the following forces of a system."""
     return [Followers(system)]

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector, unknowns
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
+from ancfsparse.system.coordinates.discretization import Discretization
 
 
 class Moments(Contribution):
@@ -20,7 +16,7 @@ class Moments(Contribution):
 
     pushes = True
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Discretization) -> None:
         self._n_free, self._n_all, self._dim = system.n_free, system.n_all, system.dim
         # The force of a fixed moment in space has no potential.
         self.conservative = system.dim == 2
@@ -76,7 +72,7 @@ class Moments(Contribution):
         return np.array(self._place, dtype=np.int32).reshape(-1, 3 * self._dim)
 
 
-def of(system: System) -> list[Moments]:
+def of(system: Discretization) -> list[Moments]:
     """Return the moments of a system."""
     return [Moments(system)]
 

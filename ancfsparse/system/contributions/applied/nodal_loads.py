@@ -9,10 +9,10 @@ import numpy as np
 from ancfsparse.dispatch import compiled
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
+from ancfsparse.system.coordinates.discretization import Discretization
 
 if TYPE_CHECKING:
     from ancfsparse.system.loads.applied_loads import Loads as Tables
-    from ancfsparse.system.system import System
 
 
 class Loads(Contribution):
@@ -36,6 +36,6 @@ class Loads(Contribution):
         return np.asarray(np.sum(v[:, self._place] * forces, axis=1))
 
 
-def of(system: System) -> list[Loads]:
+def of(system: Discretization) -> list[Loads]:
     """Return the changing loads of a system."""
     return [Loads(system.loads)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -14,10 +14,8 @@ from ancfsparse.scene.records.compiled_callbacks import capsule_of
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
 from ancfsparse.system.contributions.point_weights import Points
-from ancfsparse.system.loads.amplitudes import Clock
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
+from ancfsparse.system.coordinates.discretization import Discretization
+from ancfsparse.system.loads.amplitudes import TimeAmplitude
 
 
 class CompiledForce(Compiled, Protocol):
@@ -34,7 +32,7 @@ class UserForce(Contribution):
     conservative = False
     foreseeable = False
 
-    def __init__(self, system: System, force: Force, clock: int) -> None:
+    def __init__(self, system: Discretization, force: Force, clock: int) -> None:
         self._n_free, self._force, self._clock = system.n_free, force, clock
         self._points = Points.of(system, [[(1.0, node)] for node in force.points])
         body = [node.beam for node in force.points]
@@ -87,11 +85,11 @@ class UserForce(Contribution):
         return self._force.failure(t, reason)
 
 
-def of(system: System) -> list[UserForce]:
+def of(system: Discretization) -> list[UserForce]:
     """Return the forces of a system that are functions of the motion."""
     found = [each for each in system.scene.attached if isinstance(each, Force)]
     if not found:
         return []
     clock = system.loads.n_amplitudes
-    system.loads.sources.append(Clock())
+    system.loads.sources.append(TimeAmplitude())
     return [UserForce(system, each, clock) for each in found]

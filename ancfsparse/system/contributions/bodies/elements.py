@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from ancfsparse.kernels.catalog import REFERENCE, ElementKind
 from ancfsparse.kernels.layout import Layout, pack
 from ancfsparse.scene import Beam, ElasticBody
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.assembly.thread_partition import share
 from ancfsparse.system.contributions.interface import (
     Compiled,
     Contribution,
@@ -20,11 +21,9 @@ from ancfsparse.system.contributions.interface import (
     Vector,
     unknowns,
 )
+from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.numbering import reference
-
-if TYPE_CHECKING:
-    from ancfsparse.system.loads.time_dependent_eigenstrain import ChangingStrain
-    from ancfsparse.system.system import System
+from ancfsparse.system.loads.time_dependent_eigenstrain import ChangingStrain
 
 
 class CompiledElements(Compiled, Protocol):
@@ -41,7 +40,7 @@ class CompiledElements(Compiled, Protocol):
 class Elements(Contribution):
     """The elements of a system."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Discretization) -> None:
         self._system = system
         self._compiled: CompiledElements
         # By the place of a body: its strains that change, and the first amplitude of these.
@@ -82,8 +81,6 @@ class Elements(Contribution):
 
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
         """Deal the elements out to threads, if not too many would meet at the borders."""
-        from ancfsparse.system.assembly.thread_partition import share
-
         dealt = share(self.layouts, n_free, n_all, threads)
         if dealt is not None:
             self._compiled.divide(*dealt)
@@ -101,17 +98,13 @@ class Elements(Contribution):
         return unknowns(self._system.elements(body), self._system.n_free)
 
 
-def of(system: System) -> list[Elements]:
+def of(system: Discretization) -> list[Elements]:
     """Return the elements of a system."""
     return [Elements(system)]
 
 
-def _changing(system: System, body: Beam) -> ChangingStrain:
+def _changing(system: Discretization, body: Beam) -> ChangingStrain:
     """Return what the changing eigenstrain of a beam does to its elements."""
-    from ancfsparse.system.loads.time_dependent_eigenstrain import (
-        ChangingStrain,  # few beams have any
-    )
-
     kind, common = system.kind_of(body), body.stiffnesses()
     base = base_parameters(body, kind, common)
     return ChangingStrain(body, kind, reference(body)[body.ends], base)

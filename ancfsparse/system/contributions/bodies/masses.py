@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -10,10 +10,7 @@ from ancfsparse.dispatch import compiled
 from ancfsparse.scene.force_elements.masses import PointMass, second_moments
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
-
+from ancfsparse.system.coordinates.discretization import Discretization
 
 Entries = dict[tuple[int, int], float]
 
@@ -49,7 +46,7 @@ def add(entries: Entries, places: Any, values: Any) -> None:
             entries[pair] = entries.get(pair, 0.0) + float(values[a, b])
 
 
-def _add_inertia(entries: Entries, system: System, mass: PointMass) -> None:
+def _add_inertia(entries: Entries, system: Discretization, mass: PointMass) -> None:
     """Let a body turn with the vectors of a node: 1/2 sum of P_kl r_k'.r_l', P = integral x x^T."""
     places, kind = system.place(mass.node), system.kind_of(mass.node.beam)
     names = ["r_x", "r_y", "r_z"]
@@ -63,7 +60,7 @@ def _add_inertia(entries: Entries, system: System, mass: PointMass) -> None:
         add(entries, direction, spread)
 
 
-def of(system: System) -> list[Masses]:
+def of(system: Discretization) -> list[Masses]:
     """Return the point masses of a system."""
     found = [each for each in system.scene.attached if isinstance(each, PointMass)]
     entries: Entries = {}

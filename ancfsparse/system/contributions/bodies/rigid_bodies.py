@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ancfsparse.system.contributions.bodies.masses import Entries, Masses, add
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
+from ancfsparse.system.coordinates.discretization import Discretization
 
 
-def of(system: System) -> list[Masses]:
+def of(system: Discretization) -> list[Masses]:
     """Return the masses of the bodies of a system that are not those of elements."""
     entries: Entries = {}
     for body, places in zip(system.scene.bodies, system.places, strict=True):

@@ -25,11 +25,11 @@ from ancfsparse.system.contributions.interface import (
     Vector,
     unknowns,
 )
-from ancfsparse.system.loads.amplitudes import Steady
+from ancfsparse.system.coordinates.discretization import Discretization
+from ancfsparse.system.loads.amplitudes import ConstantAmplitude
 
 if TYPE_CHECKING:
     from ancfsparse.system.assembly.assembly_protocol import Assembly
-    from ancfsparse.system.system import System
 
 # Error of a mass matrix that is not the same along every axis, relative to its forces.
 SAME = 1e-9
@@ -40,7 +40,7 @@ class Rotation(Contribution):
 
     pushes = True
 
-    def __init__(self, system: System, frame: RotatingFrame, amplitude: int) -> None:
+    def __init__(self, system: Discretization, frame: RotatingFrame, amplitude: int) -> None:
         self._system, self._frame, self._amplitude = system, frame, amplitude
         self._place, self._centre = _vectors(system, frame)
         self._row, self._column = self._meetings()
@@ -164,7 +164,7 @@ class Rotation(Contribution):
         )
 
 
-def _vectors(system: System, frame: RotatingFrame) -> tuple[Places, Vector]:
+def _vectors(system: Discretization, frame: RotatingFrame) -> tuple[Places, Vector]:
     """Return the places (n, dim) of every vector once, and what each is relative to [m]."""
     places, positions = [], []
     for body, kind, table in zip(system.bodies, system.kinds, system.places, strict=True):
@@ -187,9 +187,9 @@ def _vectors(system: System, frame: RotatingFrame) -> tuple[Places, Vector]:
     return np.ascontiguousarray(every, dtype=np.int32), np.ascontiguousarray(centre)
 
 
-def of(system: System) -> list[Rotation]:
+def of(system: Discretization) -> list[Rotation]:
     """Return the inertia forces of the rotating frame of a system."""
     amplitude = system.loads.n_amplitudes
-    system.loads.sources.append(Steady())
+    system.loads.sources.append(ConstantAmplitude())
     frame = next(each for each in system.scene.attached if isinstance(each, RotatingFrame))
     return [Rotation(system, frame, amplitude)]

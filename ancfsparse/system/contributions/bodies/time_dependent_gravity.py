@@ -9,10 +9,10 @@ import numpy as np
 from ancfsparse.dispatch import compiled
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
+from ancfsparse.system.coordinates.discretization import Discretization
 
 if TYPE_CHECKING:
     from ancfsparse.system.assembly.assembly_protocol import Assembly
-    from ancfsparse.system.system import System
 
 
 class ChangingGravities(Contribution):
@@ -20,7 +20,7 @@ class ChangingGravities(Contribution):
 
     pushes = True
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Discretization) -> None:
         self._system = system
         self._place = np.zeros(0, dtype=np.int32)
         self._column, self._weight = np.zeros(0, dtype=np.int32), np.zeros(0)
@@ -55,6 +55,6 @@ class ChangingGravities(Contribution):
         return np.asarray(np.sum(v[:, self._place] * forces, axis=1))
 
 
-def of(system: System) -> list[ChangingGravities]:
+def of(system: Discretization) -> list[ChangingGravities]:
     """Return the changing gravity of a system."""
     return [ChangingGravities(system)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,10 +19,8 @@ from ancfsparse.system.contributions.interface import (
     unknowns,
 )
 from ancfsparse.system.contributions.joints.joint_coordinate_constraints import flat
+from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.joint_lowering import Lowering
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
 
 
 class Force(NamedTuple):
@@ -47,7 +45,7 @@ class JointSprings(Contribution):
 
     pushes = True
 
-    def __init__(self, system: System, springs: list[JointSpring]) -> None:
+    def __init__(self, system: Discretization, springs: list[JointSpring]) -> None:
         self._n_free, self._springs = system.n_free, springs
         lowering = Lowering(system.scene, system.kinds)
         final = np.empty(lowering.n_raw, dtype=np.int32)
@@ -117,7 +115,7 @@ class JointSprings(Contribution):
         return sp.csr_array((values, places), shape=(len(found), len(q)))
 
 
-def _force(system: System, spring: JointSpring | None) -> Force:
+def _force(system: Discretization, spring: JointSpring | None) -> Force:
     """Return the force on the first side of a joint that rubs, no terms of others."""
     rows, factors = [], []
     if spring is not None:
@@ -152,7 +150,7 @@ def _flat(forces: list[Force]) -> dict[str, Any]:
     return tables | {"force_start": start}
 
 
-def of(system: System) -> list[JointSprings]:
+def of(system: Discretization) -> list[JointSprings]:
     """Return what acts along the freedoms of the joints of a system."""
     springs = [each for each in system.scene.attached if isinstance(each, JointSpring)]
     return [JointSprings(system, springs)] if springs else []

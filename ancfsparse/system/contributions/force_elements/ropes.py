@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,11 +20,9 @@ from ancfsparse.system.contributions.interface import (
     unknowns,
 )
 from ancfsparse.system.contributions.joints.joint_coordinate_constraints import flat
+from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.joint_lowering import Lowering
-from ancfsparse.system.loads.amplitudes import Source
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
+from ancfsparse.system.loads.amplitudes import FunctionAmplitude
 
 
 class Ropes(Contribution):
@@ -32,7 +30,7 @@ class Ropes(Contribution):
 
     pushes = True
 
-    def __init__(self, system: System, ropes: list[Rope]) -> None:
+    def __init__(self, system: Discretization, ropes: list[Rope]) -> None:
         self._n_free, self._ropes = system.n_free, ropes
         lowering = Lowering(system.scene, system.kinds)
         final = np.empty(lowering.n_raw, dtype=np.int32)
@@ -53,7 +51,7 @@ class Ropes(Contribution):
         for k, rope in enumerate(ropes):
             if rope.change is not None:
                 self._column[k] = system.loads.n_amplitudes
-                system.loads.sources.append(Source(rope.change))
+                system.loads.sources.append(FunctionAmplitude(rope.change))
 
     def cliques(self) -> list[Unknowns]:
         """Return the coordinates of each rope, (1, m), then those of each part of each."""
@@ -139,7 +137,7 @@ def _starts(parts: list[Any]) -> Places:
     return np.cumsum([0, *(len(each) for each in parts)], dtype=np.int32)
 
 
-def of(system: System) -> list[Ropes]:
+def of(system: Discretization) -> list[Ropes]:
     """Return the elastic ropes of a system."""
     found = [each for each in system.scene.attached if isinstance(each, Rope)]
     return [Ropes(system, found)] if found else []

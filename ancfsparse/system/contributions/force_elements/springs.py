@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,9 +14,7 @@ from ancfsparse.scene.records.compiled_callbacks import capsule_of
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
 from ancfsparse.system.contributions.point_weights import Points
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
+from ancfsparse.system.coordinates.discretization import Discretization
 
 
 class CompiledSprings(Compiled, Protocol):
@@ -31,7 +29,7 @@ class Springs(Contribution):
 
     pushes = True
 
-    def __init__(self, system: System, springs: list[Spring]) -> None:
+    def __init__(self, system: Discretization, springs: list[Spring]) -> None:
         self._n_free, self._springs = system.n_free, springs
         self._points = Points.of(system, [_terms(each) for each in springs])
         fixed = [np.zeros(system.dim) if isinstance(s.b, Point) else s.b for s in springs]
@@ -115,7 +113,7 @@ def _law(spring: Spring) -> tuple[Any, Any, Callable[..., Exception]]:
     return capsule, LAWS.index(spring.signature), spring.failure
 
 
-def of(system: System) -> list[Springs]:
+def of(system: Discretization) -> list[Springs]:
     """Return the springs of a system."""
     found = [each for each in system.scene.attached if isinstance(each, Spring)]
     return [Springs(system, found)] if found else []

@@ -16,16 +16,16 @@ from ancfsparse.system.contributions.interface import (
     Vector,
     unknowns,
 )
+from ancfsparse.system.coordinates.discretization import Discretization
 
 if TYPE_CHECKING:
     from ancfsparse.system.coordinates.constraint_terms import Constraints as Equations
-    from ancfsparse.system.system import System
 
 
 class Constraints(Contribution):
     """The equations of a system that multipliers hold."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Discretization) -> None:
         self._n_free, self._constraints = system.n_free, system.constraints
         self._massive = _terms_with_mass(system.constraints)
 
@@ -99,6 +99,6 @@ def _terms_with_mass(constraints: Equations) -> list[tuple[Places, Places, Place
     return found
 
 
-def of(system: System) -> list[Constraints]:
+def of(system: Discretization) -> list[Constraints]:
     """Return the constraints of a system."""
     return [Constraints(system)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +11,7 @@ from ancfsparse.dispatch import compiled
 from ancfsparse.scene.kinematics.joint_coordinates import ANGLE, Measure
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
+from ancfsparse.system.coordinates.discretization import Discretization
 
 TURN = 2.0 * np.pi
 
@@ -21,7 +19,7 @@ TURN = 2.0 * np.pi
 class Couplings(Contribution):
     """The measures in the equations of a system."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Discretization) -> None:
         self._system = system
         terms = system.constraints.measures
         self._n_free = system.n_free
@@ -86,6 +84,6 @@ def _begins(pairs: Any) -> Any:
     return np.cumsum(np.arange(n))
 
 
-def of(system: System) -> list[Couplings]:
+def of(system: Discretization) -> list[Couplings]:
     """Return the measures in the equations of a system."""
     return [Couplings(system)]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,15 +12,13 @@ from ancfsparse.errors import LoadError
 from ancfsparse.scene.kinematics.track import Offset, Track
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
-
-if TYPE_CHECKING:
-    from ancfsparse.system.system import System
+from ancfsparse.system.coordinates.discretization import Discretization
 
 
 class Tracks(Contribution):
     """A point of a system on its track."""
 
-    def __init__(self, system: System, rows: list[int], offset: Offset) -> None:
+    def __init__(self, system: Discretization, rows: list[int], offset: Offset) -> None:
         self._n_free, self._rows, self._offset = system.n_free, rows, offset
         self._label = system.constraints.labels[rows[0]].split(", normal")[0]
         self._start = offset.track.nearest(system.q0)
@@ -58,7 +55,7 @@ def ran_off(label: str, track: Track, s: float) -> LoadError:
     return LoadError(f"{reason}: {advice}", math.nan)
 
 
-def of(system: System) -> list[Tracks]:
+def of(system: Discretization) -> list[Tracks]:
     """Return the points of a system that slide along beams, one for each."""
     rows: dict[int, list[int]] = {}
     offsets: dict[int, Offset] = {}

@@ -1,0 +1,220 @@
+"""Access to solutions by the names of the scene: points, joints, ropes and beams."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from ancfsparse.results import fields
+from ancfsparse.results.data.interpolation import Array, combine
+from ancfsparse.scene import ElasticBody, Joint, Point
+from ancfsparse.system.recovery.reactions import reaction
+from ancfsparse.system.recovery.state_history import StateHistory
+from ancfsparse.system.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.results.fields.joint_forces import JointForce
+    from ancfsparse.results.fields.section_forces import SectionForce, Where
+    from ancfsparse.scene.force_elements.ropes import Rope
+    from ancfsparse.scene.mechanisms.winch import Winch
+
+Values = TypeVar("Values", "Array", "JointForce", "SectionForce")
+
+
+class Configurations:
+    """One configuration of a scene, or k of them: all arrays then have a leading axis of length k.
+
+    Attributes
+    ----------
+    system : System
+        The discrete system.
+    q : ndarray, shape (n,) or (k, n)
+        Coordinates, m for positions and dimensionless for slopes.
+    """
+
+    system: System
+    q: Array
+
+    def position(self, node: Point) -> Array:
+        """Return the position of a point.
+
+        Parameters
+        ----------
+        node : Point
+            Any point of a body, for example ``rod.end``.
+
+        Returns
+        -------
+        ndarray, shape (dim,) or (k, dim)
+            Position [m].
+        """
+        return combine(self.system.point(node), self.q)
+
+    def displacement(self, node: Point) -> Array:
+        """Return the displacement of a point from the reference shape.
+
+        Parameters
+        ----------
+        node : Point
+            Any point of a body.
+
+        Returns
+        -------
+        ndarray, shape (dim,) or (k, dim)
+            Displacement [m].
+        """
+        return np.asarray(self.position(node) - node.position)
+
+    def slope(self, node: Point) -> Array:
+        """Return the slope r', the derivative of the position by reference arc length.
+
+        Parameters
+        ----------
+        node : Point
+            Any point of a beam.
+
+        Returns
+        -------
+        ndarray, shape (dim,) or (k, dim)
+            Slope [-]; its length is the local stretch.
+        """
+        return combine(self.system.slope(node), self.q)
+
+
+class Solution(Configurations):
+    """Configurations with the forces in them: a `Trajectory` of k states or one `Equilibrium`.
+
+    Arrays of a trajectory have a leading axis of length k, those of an equilibrium do not.
+    """
+
+    @property
+    @abstractmethod
+    def _states(self) -> StateHistory:
+        """All states; tables may be in a file."""
+
+    @abstractmethod
+    def _select(self, values: Values) -> Values:
+        """Return values (k, ...) in the shape of this solution."""
+
+    def reaction(self, node: Point) -> Array:
+        """Return the force of the joints at a node on the beam.
+
+        Parameters
+        ----------
+        node : Point
+            A node with a joint.
+
+        Returns
+        -------
+        ndarray, shape (dim,) or (k, dim)
+            Force [N].
+        """
+        return self._select(reaction(self.system, node, self._states))
+
+    def joint_force(self, joint: Joint, frame: str = "space") -> JointForce:
+        """Return the force and the moment of a joint.
+
+        Parameters
+        ----------
+        joint : Joint
+            A joint of the scene, as its method returned it, such as ``scene.revolute(...)``; for a
+            drive, the force on the driven body.
+        frame : str, optional
+            ``"space"``; or ``"joint"``, the axes of the joint: its own axis, or else the first one
+            of space, and two normal to it, which rotate with its second side and are fixed if that
+            is the ground.
+
+        Returns
+        -------
+        JointForce
+            ``force`` (k, dim) [N] on the first side, and ``moment`` (k, 3) about its point, in the
+            plane (k,) [N m]; on the second side act the opposite ones.
+
+        Raises
+        ------
+        InputError
+            If the joint does not belong to the scene, or has no axes.
+        SingularSceneError
+            If other joints constrain the same coordinates, so that its force is not determined.
+
+        Notes
+        -----
+        The forces of a joint made by equations follow from its multipliers, those of a joint made
+        by numbering from the residual of its sides without it.  If equations are redundant, see
+        `RedundantConstraintsWarning`, their forces are distributed arbitrarily.  `EnergyMomentum`
+        saves means over the step before.
+        """
+        states = StateHistory(*map(np.asarray, self._states))
+        return self._select(fields.joint_force(self.system, joint, states, frame))
+
+    def tension(self, rope: Rope | Winch) -> Array:
+        """Return the tension of a rope, (k,) or a number [N]; of a winch negative in compression.
+
+        Parameters
+        ----------
+        rope : Rope or Winch
+            A rope or winch of the scene, as ``scene.rope`` or ``scene.winch`` returned it.
+        """
+        states = StateHistory(*map(np.asarray, self._states))
+        return self._select(fields.tension(self.system, rope, states))
+
+    def strain(self, body: ElasticBody, s: Where = None) -> Array:
+        """Return the strain of the axis.
+
+        Parameters
+        ----------
+        body : Beam or Mesh
+            One of the bodies.
+        s : float, array_like of shape (p,), or sequence of Point, optional
+            Arc coordinates along a beam [m], or points of a beam or a mesh, such as
+            ``[mesh.at(3, 0.1)]``; a node between two elements counts with the one that begins
+            there.  By default the middle of every element, in the order of elements or edges.
+
+        Returns
+        -------
+        ndarray, shape (p,) or (k, p)
+            Elongation per length of the reference shape, |r'| - 1 [-].
+
+        Raises
+        ------
+        InputError
+            If the body is not of the run, or a point is not on it.
+        """
+        return self._select(fields.strain(self.system, self._states.q, body, s))
+
+    def curvature(self, body: ElasticBody, s: Where = None) -> Array:
+        """Return the curvature of the axis.
+
+        Parameters
+        ----------
+        body, s
+            As in `strain`.
+
+        Returns
+        -------
+        ndarray, shape (k, p) in the plane or (k, p, 3)
+            Rotation per length of the reference shape [1/m]: in the plane counterclockwise; of a
+            cable in space as a vector in space; of a thick beam in space its twist and its
+            curvatures about e_y and e_z of the section.  Without the first axis for an equilibrium.
+        """
+        return self._select(fields.curvature(self.system, self._states.q, body, s))
+
+    def section_force(self, body: ElasticBody, s: Where = None) -> SectionForce:
+        """Return axial force, shear, bending moment and torsion.
+
+        Parameters
+        ----------
+        body, s
+            As in `strain`.
+
+        Returns
+        -------
+        SectionForce
+            ``N``, ``Q``, ``M`` and ``T`` in the axes of the section, ``force`` and ``moment`` in
+            space [N], [N m]: of the part beyond, at larger s, on the part before.
+        """
+        states = self._states
+        force = fields.section_force(self.system, states.q, states.v, states.t, body, s)
+        return self._select(force)
