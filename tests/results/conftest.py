@@ -6,7 +6,7 @@ import pytest
 
 from ancfsparse.problems import pendulum
 from ancfsparse.results import RunStats, Trajectory
-from ancfsparse.results.solutions import solution
+from ancfsparse.system import recovery
 
 mpl.use("Agg")
 
@@ -83,7 +83,7 @@ class ReversedBeam:
 
 @pytest.fixture
 def system(monkeypatch):
-    monkeypatch.setattr(solution, "reaction", ReversedBeam.reaction)
+    monkeypatch.setattr(recovery, "reaction", ReversedBeam.reaction)
     return ReversedBeam(pendulum(n_elements=4).rod)
 
 

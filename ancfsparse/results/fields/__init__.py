@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from ancfsparse.results.fields.energy_balance import energy_of
     from ancfsparse.results.fields.joint_forces import joint_force, tension
     from ancfsparse.results.fields.rigid_body_motion import motion_of
     from ancfsparse.results.fields.section_forces import (
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = [
     "axial_forces",
     "curvature",
+    "energy_of",
     "joint_force",
     "motion_of",
     "section_force",
@@ -29,6 +31,7 @@ __getattr__ = on_demand(
     {
         "axial_forces": "section_forces",
         "curvature": "section_forces",
+        "energy_of": "energy_balance",
         "joint_force": "joint_forces",
         "motion_of": "rigid_body_motion",
         "section_force": "section_forces",

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancfsparse.results.data.interpolation import Array
+from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.recovery.reactions import drive_power, drive_work
-from ancfsparse.system.recovery.state_history import StateHistory
 from ancfsparse.system.system import System
 
 # Numbers of a table of states that are looked at together.

@@ -13,8 +13,8 @@ from ancfsparse.results.data.interpolation import Array
 from ancfsparse.scene import Joint
 from ancfsparse.scene.force_elements.ropes import Rope
 from ancfsparse.scene.mechanisms.winch import Winch
+from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.recovery import joint_forces
-from ancfsparse.system.recovery.state_history import StateHistory
 from ancfsparse.system.system import System
 
 

@@ -12,8 +12,7 @@ from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.solutions.solution import Solution, Values
 from ancfsparse.scene import Body
-from ancfsparse.system.coordinates.state import State
-from ancfsparse.system.recovery.state_history import StateHistory
+from ancfsparse.system.coordinates.state import State, StateHistory
 from ancfsparse.system.system import System
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ import numpy as np
 from ancfsparse.results import fields
 from ancfsparse.results.data.interpolation import Array, combine
 from ancfsparse.scene import ElasticBody, Joint, Point
-from ancfsparse.system.recovery.reactions import reaction
-from ancfsparse.system.recovery.state_history import StateHistory
+from ancfsparse.system import recovery
+from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ class Solution(Configurations):
         ndarray, shape (dim,) or (k, dim)
             Force [N].
         """
-        return self._select(reaction(self.system, node, self._states))
+        return self._select(recovery.reaction(self.system, node, self._states))
 
     def joint_force(self, joint: Joint, frame: str = "space") -> JointForce:
         """Return the force and the moment of a joint.

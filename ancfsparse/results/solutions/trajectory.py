@@ -15,15 +15,14 @@ from ancfsparse.results import fields
 from ancfsparse.results.data.interpolation import Array, combine
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.stored_tables import Chosen, StoredState
-from ancfsparse.results.fields.energy_balance import Energy, energy_of
 from ancfsparse.results.solutions.solution import Values
 from ancfsparse.results.solutions.trajectory_output import Outputs
 from ancfsparse.scene import Point
-from ancfsparse.system.coordinates.state import State
-from ancfsparse.system.recovery.state_history import StateHistory
+from ancfsparse.system.coordinates.state import State, StateHistory
 from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
+    from ancfsparse.results.fields.energy_balance import Energy
     from ancfsparse.results.fields.rigid_body_motion import BodyMotion
     from ancfsparse.scene.bodies.rigid_body import RigidBody
 
@@ -134,7 +133,7 @@ class Trajectory(Outputs):
         """The energy balance, worked out when first asked for."""
         means = self.settings.get("integrator") == repr(EnergyMomentum())
         lag = 0.5 * self.settings["dt"] if means else 0.0
-        return energy_of(self.system, self._states, lag)
+        return fields.energy_of(self.system, self._states, lag)
 
     def velocity(self, node: Point) -> Array:
         """Give the velocity of a point over time.

@@ -14,12 +14,13 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import shown
 from ancfsparse.results import export, fields, geometry, plotting
 from ancfsparse.results.data.interpolation import Array
-from ancfsparse.results.fields.energy_balance import Energy
 from ancfsparse.results.solutions.solution import Solution
 from ancfsparse.scene import Body, Point, check_point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ancfsparse.results.fields.energy_balance import Energy
 
 
 class Outputs(Solution):

@@ -90,6 +90,26 @@ class State:
         return f"State: t = {self.t:.6g} s, {len(self.q)} coordinates, {len(self.lam)} multipliers"
 
 
+class StateHistory(NamedTuple):
+    """States of a system at k times; the tables may be in a file.
+
+    Attributes
+    ----------
+    q, v, a : (k, n_all) float
+        Coordinates [m, 1], velocities [m/s, 1/s] and accelerations [m/s2, 1/s2].
+    lam : (k, m) float
+        Multipliers [N].
+    t : (k,) float
+        Times [s].
+    """
+
+    q: Vector
+    v: Vector
+    a: Vector
+    lam: Vector
+    t: Vector
+
+
 def check_state(scene: Scene, state: State) -> None:
     """Refuse a state of other bodies, or one that holds what is not a number.
 

@@ -21,7 +21,7 @@ from ancfsparse.scene.mechanisms.two_body_joint import normals
 from ancfsparse.scene.records.prescribed_motion import Course
 from ancfsparse.system.contributions.force_elements.ropes import Ropes
 from ancfsparse.system.coordinates.joint_lowering import Lowering
-from ancfsparse.system.recovery.state_history import StateHistory
+from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
 
 Vector = NDArray[np.float64]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Point, check_node, check_point
-from ancfsparse.system.recovery.state_history import StateHistory
+from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
 
 Vector = NDArray[np.float64]
