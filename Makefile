@@ -35,7 +35,7 @@ demo: setup ## Reproduce the paper's table 1 and figures 1 and 2
 	$(ONE_THREAD) $(BIN)/python -m benchmarks table1 $(ARGS)
 
 test: .venv/.all_sets ## Run the tests, e.g. ARGS="-m 'not slow'"
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest -n 2 --dist loadfile $(ARGS)
 
 soak: setup ## Look for what breaks, e.g. ARGS="--seed 3 --seconds 120"
 	$(ONE_THREAD) $(BIN)/python -m tests.soak $(ARGS)
