@@ -52,7 +52,6 @@ from ancfsparse.scene import (
     Taper,
     Tube,
 )
-from ancfsparse.solve import solve_static, stable_step
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
@@ -72,13 +71,17 @@ if TYPE_CHECKING:
     from ancfsparse.results.hdf5_reader import load
     from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
     from ancfsparse.scene.geometry.curves import Arc, Helix
-    from ancfsparse.solve.equilibrium_paths.load_path import load_path
-    from ancfsparse.solve.equilibrium_paths.quasi_static import quasi_static
-    from ancfsparse.solve.statics.assemble import assemble
-    from ancfsparse.solve.vibration.buckling import buckling
-    from ancfsparse.solve.vibration.complex_modes import complex_modes
-    from ancfsparse.solve.vibration.modal_response import modal_response
-    from ancfsparse.solve.vibration.modes import modes
+    from ancfsparse.solve import (
+        assemble,
+        buckling,
+        complex_modes,
+        load_path,
+        modal_response,
+        modes,
+        quasi_static,
+        solve_static,
+        stable_step,
+    )
     from ancfsparse.sweeps import grid, latin_hypercube, sweep
 
 __all__ = [
@@ -167,23 +170,25 @@ _ON_DEMAND = {
     "Plan": "plans",
     "Rod": "scene.bodies.rigid_shapes",
     "Sphere": "scene.bodies.rigid_shapes",
-    "assemble": "solve.statics.assemble",
-    "buckling": "solve.vibration.buckling",
-    "complex_modes": "solve.vibration.complex_modes",
+    "assemble": "solve",
+    "buckling": "solve",
+    "complex_modes": "solve",
     "energy": "plans",
     "frequency": "plans",
     "grid": "sweeps",
     "latin_hypercube": "sweeps",
     "load": "results.hdf5_reader",
-    "load_path": "solve.equilibrium_paths.load_path",
-    "modal_response": "solve.vibration.modal_response",
-    "modes": "solve.vibration.modes",
+    "load_path": "solve",
+    "modal_response": "solve",
+    "modes": "solve",
     "plan": "plans",
     "position": "plans",
-    "quasi_static": "solve.equilibrium_paths.quasi_static",
+    "quasi_static": "solve",
     "reaction": "plans",
     "section_force": "plans",
     "slope_angle": "plans",
+    "solve_static": "solve",
+    "stable_step": "solve",
     "static_deflection": "plans",
     "strain": "plans",
     "sweep": "sweeps",

@@ -1,7 +1,65 @@
-"""Solution procedures: each takes a scene and returns a trajectory, an equilibrium or modes."""
+"""Solution procedures: each takes a scene and returns a trajectory, an equilibrium or modes.
 
-from ancfsparse.solve.linearization.matrices import stable_step
-from ancfsparse.solve.motion.simulate import simulate
-from ancfsparse.solve.statics.solve_static import solve_static
+Stages of a motion (`simulate`), in order; an equilibrium or modes need the first three only:
 
-__all__ = ["simulate", "solve_static", "stable_step"]
+1. preparation         scene -> solver, factorization, threads, estimated memory
+2. initial_conditions  scene, state -> consistent positions, velocities, accelerations, multipliers
+3. linearization       system, state -> matrices M, C, K, constraint gradients; rigid-body modes
+4. stepping            system, integrator, solver -> compiled time loop, recorder, recovery of steps
+5. error_models        system, spectrum -> predicted errors and costs of a step
+6. error_control       accuracy -> candidates, their runs, Richardson estimate, the best solution
+7. motion              arguments -> run with a fixed step or to an accuracy -> `Trajectory`
+
+Procedures without time stepping:
+
+statics                scene -> residual, Newton, load stepping -> `Equilibrium`
+equilibrium_paths      statics along loads or time -> `LoadPath`, quasi-static `Trajectory`
+vibration              matrices about a state -> `Modes`, `ComplexModes`, `Buckling`
+
+A folder imports only from those above it in this list and from statics and its own lower rooms.
+"""
+
+from typing import TYPE_CHECKING
+
+from ancfsparse.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from ancfsparse.solve.equilibrium_paths.load_path import load_path
+    from ancfsparse.solve.equilibrium_paths.quasi_static import quasi_static
+    from ancfsparse.solve.motion.simulate import simulate
+    from ancfsparse.solve.statics.assemble import assemble
+    from ancfsparse.solve.statics.static_equilibrium import solve_static
+    from ancfsparse.solve.stepping.stable_step import stable_step
+    from ancfsparse.solve.vibration.buckling import buckling
+    from ancfsparse.solve.vibration.complex_modes import complex_modes
+    from ancfsparse.solve.vibration.modal_response import modal_response
+    from ancfsparse.solve.vibration.modes import modes
+
+__all__ = [
+    "assemble",
+    "buckling",
+    "complex_modes",
+    "load_path",
+    "modal_response",
+    "modes",
+    "quasi_static",
+    "simulate",
+    "solve_static",
+    "stable_step",
+]
+
+__getattr__ = on_demand(
+    __name__,
+    {
+        "assemble": "statics.assemble",
+        "buckling": "vibration.buckling",
+        "complex_modes": "vibration.complex_modes",
+        "load_path": "equilibrium_paths.load_path",
+        "modal_response": "vibration.modal_response",
+        "modes": "vibration.modes",
+        "quasi_static": "equilibrium_paths.quasi_static",
+        "simulate": "motion.simulate",
+        "solve_static": "statics.static_equilibrium",
+        "stable_step": "stepping.stable_step",
+    },
+)

@@ -23,7 +23,7 @@ from ancfsparse.scene import Scene
 from ancfsparse.solve.equilibrium_paths.quasi_static import quasi_static
 from ancfsparse.solve.motion.arguments import at_equilibrium
 from ancfsparse.solve.statics.equilibrium_equations import Balance
-from ancfsparse.solve.statics.solve_static import solve_static
+from ancfsparse.solve.statics.static_equilibrium import solve_static
 from ancfsparse.solve.vibration.modal_response import modal_response
 from ancfsparse.solve.vibration.modes import modes
 from ancfsparse.system import State, System

@@ -12,10 +12,14 @@ from ancfsparse.errors import EquilibriumError, InputError
 from ancfsparse.messages import shown
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import RunStats
+from ancfsparse.results.solutions.load_path import LoadPath
 from ancfsparse.scene import Scene, check_scene
+from ancfsparse.solve.equilibrium_paths.arc_length import follow
 from ancfsparse.solve.linearization.rigid_body_modes import check_held
 from ancfsparse.solve.preparation.memory_estimate import check_factor, estimate, memory_for
-from ancfsparse.solve.statics.solve_static import COARSEST, FINEST, MATRICES
+from ancfsparse.solve.statics.equilibrium_equations import Balance
+from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError
+from ancfsparse.solve.statics.static_equilibrium import COARSEST, FINEST, MATRICES
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
@@ -79,11 +83,6 @@ def load_path(
     for; `stable` shows that.  Where several shapes buckle at once, one of them is taken.  The
     theory is in docs/theory.md.
     """
-    from ancfsparse.results.solutions.load_path import LoadPath
-    from ancfsparse.solve.equilibrium_paths.arc_length import follow
-    from ancfsparse.solve.statics.equilibrium_equations import Balance  # what motions do not need
-    from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError
-
     check_scene(scene)
     to = check_positive("to", to)
     if to < LEAST:

@@ -16,10 +16,15 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats, Trajectory
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.initial_conditions.restart import check_start
+from ancfsparse.solve.linearization.rigid_body_modes import free_motions
 from ancfsparse.solve.preparation.choose_factorization import SEEDS
 from ancfsparse.solve.preparation.memory_estimate import check_factor, estimate, memory_for
 from ancfsparse.solve.preparation.progress_bar import progress_bar
-from ancfsparse.solve.statics.solve_static import COARSEST, FINEST, MATRICES
+from ancfsparse.solve.statics.equilibrium_equations import Balance
+from ancfsparse.solve.statics.free_equilibria import find_hanging, out_of_balance
+from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_from
+from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, find, settle
+from ancfsparse.solve.statics.static_equilibrium import COARSEST, FINEST, MATRICES
 from ancfsparse.system import State, System
 from ancfsparse.system_memory import check_room
 
@@ -100,9 +105,6 @@ def quasi_static(
     UnstableEquilibriumWarning
         If no stable equilibrium was found at some time.
     """
-    from ancfsparse.solve.linearization.rigid_body_modes import free_motions
-    from ancfsparse.solve.statics.equilibrium_equations import Balance  # what motions do not need
-
     check_scene(scene)
     begins = check_start(start)
     clock, n = _steps(0.0 if begins is None else begins.t, t_end, dt)
@@ -201,8 +203,6 @@ class _March:
 
     def first(self, from_start: bool) -> Found:
         """Find the equilibrium at the start."""
-        from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_from
-
         q = self._balance.system.q0
         if self._free:
             self.here = self._hanging(q)
@@ -214,8 +214,6 @@ class _March:
 
     def go_to(self, t: float) -> None:
         """Follow the equilibrium to a time [s], and settle in another where it is lost."""
-        from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError
-
         whole = step = t - self._t
         while self._t < t:
             to = t if self._t + 1.5 * step > t else self._t + step
@@ -235,8 +233,6 @@ class _March:
 
     def _near(self, to: float) -> Found | None:
         """Return the equilibrium next to the extrapolated one, None if it is unstable."""
-        from ancfsparse.solve.statics.newton_and_relaxation import find
-
         balance = self._balance
         known = [*self._before[-KNOWN:], (self._t, self.here)]
         weights = _extrapolation([t for t, _ in known], to)
@@ -252,10 +248,6 @@ class _March:
 
     def _another(self) -> Found:
         """Return an equilibrium that is not next to the last one, stable if one is found."""
-        from ancfsparse.solve.statics.free_equilibria import out_of_balance
-        from ancfsparse.solve.statics.load_stepping import find_from
-        from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, settle
-
         balance = self._balance
         balance.stats.recoveries += 1
         if self._free:
@@ -269,6 +261,4 @@ class _March:
             return found
 
     def _hanging(self, q: Vector) -> Found:
-        from ancfsparse.solve.statics.free_equilibria import find_hanging
-
         return find_hanging(self._balance, q, self._tolerance, self._free)

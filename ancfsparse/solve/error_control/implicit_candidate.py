@@ -28,7 +28,7 @@ from ancfsparse.solve.error_control.step_size_controller import (
 from ancfsparse.solve.error_models.load_discontinuities import Breaks
 from ancfsparse.solve.error_models.phase_error import Content, frequency, phase_lost_implicitly
 from ancfsparse.solve.error_models.stagnation import STUCK, Convergence
-from ancfsparse.solve.stepping.implicit_setup import CAUSES
+from ancfsparse.solve.stepping.outcome_reporting import CAUSES
 from ancfsparse.solve.stepping.sampled_states import States, distance
 from ancfsparse.system import System
 

@@ -22,7 +22,8 @@ from ancfsparse.solve.error_models.cost_model import Price
 from ancfsparse.solve.error_models.cost_per_step import Effort
 from ancfsparse.solve.error_models.load_discontinuities import Breaks
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
-from ancfsparse.solve.stepping.implicit_setup import CAUSES, count, events, prepare, stopped
+from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.solve.stepping.outcome_reporting import CAUSES, count, events, stopped
 from ancfsparse.solve.stepping.remedies import for_accuracy
 from ancfsparse.solve.stepping.sampled_states import States
 from ancfsparse.solve.stepping.step_size_change import Passage

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
+from ancfsparse.solve import initial_conditions
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.numbering import ROUNDING, speeds
 from ancfsparse.system.coordinates.state import State
@@ -49,11 +50,7 @@ def start_drives(system: System, state: State | None, step: float, t_end: float)
     if not prescribed:
         return
     prescribed.resolve(step, system.t0, t_end)
-    from ancfsparse.solve.initial_conditions.prescribed_smoothness import (
-        check_smooth,  # what few runs need
-    )
-
-    check_smooth(system, t_end)
+    initial_conditions.check_smooth(system, t_end)
     if not n:
         return
     now, first = prescribed.at(system.t0), system.n_all - n

@@ -1,4 +1,4 @@
-"""How long a step of an explicit integrator may be."""
+"""Mass matrices, their factors, and the highest frequency of a system."""
 
 from __future__ import annotations
 
@@ -8,11 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.errors import InputError, Parameter
 from ancfsparse.integrators.explicit.explicit_methods import Explicit
-from ancfsparse.messages import shown
-from ancfsparse.nonlinear import Newton
-from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
 from ancfsparse.solve.initial_conditions.consistent_accelerations import (
@@ -20,7 +16,7 @@ from ancfsparse.solve.initial_conditions.consistent_accelerations import (
     start_load,
 )
 from ancfsparse.solve.initial_conditions.consistent_state import regularize
-from ancfsparse.solve.preparation.memory_estimate import NOTHING, check_factor, estimate, memory_for
+from ancfsparse.solve.preparation.memory_estimate import NOTHING, check_factor
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
@@ -30,8 +26,6 @@ Vector = NDArray[np.float64]
 
 # Up to so many coordinates all frequencies together are found sooner than the highest alone.
 DENSE = 100
-# Arrays of values on the pattern: two whole matrices, each from its triangle, with their indices.
-MATRICES = 10
 # Relative accuracy of the square of the highest frequency; the limit is half as uncertain.
 ACCURACY = 1e-4
 # Constraints that are held by their accelerations alone at most: each costs a solution for each
@@ -41,87 +35,6 @@ MOST_HELD = 12
 # Share of the smallest phi_q M^-1 phi_q^T that makes redundant constraints definite, the error of
 # accelerations across them: ten times what rounds in a factor.
 BARELY_DEFINITE = 1e-13
-
-IMPLICIT = Parameter("integrator", "GeneralizedAlpha(0.9)", joint="")
-"""What is advised where no explicit method serves."""
-
-
-def stable_step(scene: Scene, integrator: Explicit) -> float:
-    """Return the longest stable step of an explicit integrator at the start of the motion [s].
-
-    ``interval / omega``, with the fastest vibration omega of the scene and what the method can
-    follow, 2 for central differences.  Beams that are stretched vibrate faster, so stay below it.
-
-    Parameters
-    ----------
-    scene : Scene
-        Without joints that need multipliers for `RungeKuttaNystrom`, and without damping but for
-        `DormandPrince`.
-    integrator : CentralDifference, RungeKuttaNystrom or DormandPrince
-        The method.
-
-    Raises
-    ------
-    InputError
-        If the integrator is not explicit or does not take the scene, or the factor of its masses
-        cannot fit in memory.
-    """
-    check_explicit(integrator)
-    check_scene(scene)
-    with memory_for(estimate(scene, 1, 0, False, Newton(), matrices=MATRICES)):
-        system = System(scene)
-        check_free(system, integrator)
-        omega = fastest_at_start(system, mass_seed(system), integrator)
-    return integrator.tableau.interval / omega
-
-
-def check_explicit(integrator: object) -> None:
-    """Refuse what is not an explicit integrator."""
-    if not isinstance(integrator, Explicit):
-        from ancfsparse.integrators.names import EXPLICIT_EXAMPLES  # for this message alone
-
-        *others, last = EXPLICIT_EXAMPLES
-        raise InputError(
-            f"only {', '.join(others)} and {last} have a stable step, got {shown(integrator)}"
-        )
-
-
-def check_free(system: System, integrator: Explicit) -> None:
-    """Refuse multipliers and damping where forces must depend on free positions alone.
-
-    Others take damping, and few multipliers.
-    """
-    if any(each.is_track for _, _, each in system.constraints.measures):
-        raise InputError(
-            "{integrator!r} cannot follow points that slide along beams: take an implicit "
-            "integrator such as {implicit}",
-            integrator=integrator,
-            implicit=IMPLICIT,
-        )
-    if system.reacts:
-        raise InputError(
-            "{integrator!r} cannot follow friction by the forces of joints: take an implicit "
-            "integrator such as {implicit}, or friction of a given size",
-            integrator=integrator,
-            implicit=IMPLICIT,
-        )
-    if system.n_multipliers and not integrator.holds:
-        raise InputError(
-            "{integrator!r} cannot hold constraints by multipliers, and the {first} needs them: "
-            "make pins, clamps and connections by numbering, as_constraint=False, or take "
-            "CentralDifference(), DormandPrince() or an implicit integrator such as {implicit}",
-            integrator=integrator,
-            first=system.constraints.labels[0],
-            implicit=IMPLICIT,
-        )
-    if system.damped and not integrator.takes_velocities:
-        raise InputError(
-            "{integrator!r} takes forces that depend on positions and time, and the damping of "
-            "this scene depends on velocities: take DormandPrince() or an implicit integrator such "
-            "as {implicit}",
-            integrator=integrator,
-            implicit=IMPLICIT,
-        )
 
 
 def mass_matrix(system: System) -> sp.csc_array:

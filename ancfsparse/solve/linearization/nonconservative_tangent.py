@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled
+from ancfsparse.solve.linearization.matrices import on_free, whole
 from ancfsparse.system import System
 from ancfsparse.system.assembly.column_colouring import colours
 from ancfsparse.system.assembly.sparsity_pattern import Unknowns
@@ -73,8 +74,6 @@ class Unsymmetric:
     def _missing(self, q: Vector, amplitudes: Vector, rate: float) -> sp.csr_array:
         """Differentiate by velocities of a rate, or without one by coordinates."""
         import scipy.sparse as sp
-
-        from ancfsparse.solve.linearization.matrices import on_free, whole
 
         n, entries = self._system.n_free, self._entries
         if entries is None:

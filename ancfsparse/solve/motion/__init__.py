@@ -1,1 +1,21 @@
-"""`simulate`: its arguments and the three kinds of runs."""
+"""Motions: arguments of `simulate`, and the three kinds of runs, each loaded on first use."""
+
+from typing import TYPE_CHECKING
+
+from ancfsparse.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from ancfsparse.solve.motion.error_controlled_run import ErrorControlledRun
+    from ancfsparse.solve.motion.explicit_run import ExplicitRun
+    from ancfsparse.solve.motion.implicit_run import ImplicitRun
+
+__all__ = ["ErrorControlledRun", "ExplicitRun", "ImplicitRun"]
+
+__getattr__ = on_demand(
+    __name__,
+    {
+        "ErrorControlledRun": "error_controlled_run",
+        "ExplicitRun": "explicit_run",
+        "ImplicitRun": "implicit_run",
+    },
+)

@@ -15,10 +15,12 @@ from ancfsparse.checks import check_choice, check_count, check_finite, check_fla
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.integrators.interface.time_grid import Clock, as_double, count_steps_from
+from ancfsparse.integrators.names import EXAMPLES
 from ancfsparse.messages import shown
 from ancfsparse.nonlinear import Method
 from ancfsparse.results import Equilibrium
 from ancfsparse.scene import Point, Scene, check_scene
+from ancfsparse.solve import statics
 from ancfsparse.solve.initial_conditions.restart import check_start
 from ancfsparse.solve.preparation.choose_factorization import check_seed
 from ancfsparse.solve.preparation.memory_estimate import Memory, estimate
@@ -206,10 +208,8 @@ def at_equilibrium(scene: Scene, start: str) -> Equilibrium:
     EquilibriumError
         If no equilibrium is found.
     """
-    from ancfsparse.solve.statics.solve_static import solve_static  # what most runs do not need
-
     check_choice("start", start, (EQUILIBRIUM,))
-    found = solve_static(scene)
+    found = statics.solve_static(scene)
     if System(scene).v0.any():
         raise InputError(
             "start='equilibrium' begins at rest, but the scene has initial velocities: leave them "
@@ -244,7 +244,5 @@ def check_integrator(integrator: object) -> Implicit | Explicit | None:
         return integrator
     if isinstance(integrator, str) and integrator == "auto":
         return None
-    from ancfsparse.integrators.names import EXAMPLES  # for this message alone
-
     *others, last = EXAMPLES
     raise InputError(f"integrator must be {', '.join(others)} or {last}, got {shown(integrator)}")

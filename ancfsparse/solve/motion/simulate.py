@@ -11,6 +11,7 @@ from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Point, Scene
+from ancfsparse.solve import initial_conditions
 from ancfsparse.solve.initial_conditions.consistent_state import check_constraints, check_energy
 from ancfsparse.solve.initial_conditions.restart import recall_contributions
 from ancfsparse.solve.motion.arguments import Request, check_request, suited
@@ -128,15 +129,9 @@ def at_start(request: Request, system: System) -> System:
     """Check the start of a system that was made for a request, as `system_at_start` does."""
     recall_contributions(request.state, system)
     if system.prescribed:
-        from ancfsparse.solve.initial_conditions.prescribed_start import start_drives
-
-        start_drives(system, request.state, request.clock.dt, request.t_end)
+        initial_conditions.start_drives(system, request.state, request.clock.dt, request.t_end)
     check_energy(system)
     check_constraints(system, request.state)
     if may_repeat(system):
-        from ancfsparse.solve.initial_conditions.redundant_constraints import (
-            warn_of_repeats,  # what few runs need
-        )
-
-        warn_of_repeats(system)
+        initial_conditions.warn_of_repeats(system)
     return system

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.nonlinear import Method
@@ -12,13 +10,11 @@ from ancfsparse.seeds import DeflatedSeed, Groups, IncompleteSeed, Seed, SparseS
 from ancfsparse.seeds.complete.sparse_seed import OWN_ENTRY
 from ancfsparse.seeds.incomplete.constraint_border import MOST_EQUATIONS, leading
 from ancfsparse.seeds.interface.index_arrays import Indices
+from ancfsparse.solve import preparation
 from ancfsparse.solve.preparation.memory_estimate import Memory, check_factor
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.nodal_vectors import vectors_of
 from ancfsparse.system_memory import available
-
-if TYPE_CHECKING:
-    from ancfsparse.solve.preparation.deflation_space import CoarseModes
 
 SEEDS = ("auto", "exact", "incomplete")
 # Coordinates up to which an exact factor costs next to nothing.
@@ -106,9 +102,9 @@ def make_seed(
     if kind == "incomplete" or (kind == "auto" and _may_fill_in(system, solver)):
         groups = groups_of(system)
         if kind == "incomplete" or _fills_in(groups, solver, needed, most_fill(system)):
-            from ancfsparse.solve.preparation.deflation_space import slides_of
-
-            incomplete = IncompleteSeed(indptr, indices, groups, threads, slides_of(system, dt))
+            incomplete = IncompleteSeed(
+                indptr, indices, groups, threads, preparation.slides_of(system, dt)
+            )
             check_factor(needed, incomplete)
             return incomplete, None if kind == "incomplete" else groups
         del groups
@@ -119,7 +115,7 @@ def make_seed(
 
 def make_static_seed(
     system: System, indptr: Indices, indices: Indices, kind: str
-) -> tuple[SparseSeed | DeflatedSeed, CoarseModes | None]:
+) -> tuple[SparseSeed | DeflatedSeed, preparation.CoarseModes | None]:
     """Make the seed of an equilibrium, with the coarse modes of one that is incomplete.
 
     Parameters
@@ -137,9 +133,7 @@ def make_static_seed(
         if not fills:
             fills = groups.cycles > 0 and groups.exact_fill(MOST_STATIC_FILL) is None
         if fills:
-            from ancfsparse.solve.preparation.deflation_space import CoarseModes
-
-            return DeflatedSeed(indptr, indices, groups), CoarseModes(system)
+            return DeflatedSeed(indptr, indices, groups), preparation.CoarseModes(system)
     return SparseSeed(indptr, indices, system.n_free), None
 
 

@@ -1,1 +1,12 @@
-"""Equilibrium: residual, Newton iteration, load stepping."""
+"""Static equilibrium: residual, Newton's method, load stepping; loaded on first use."""
+
+from typing import TYPE_CHECKING
+
+from ancfsparse.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from ancfsparse.solve.statics.static_equilibrium import solve_static
+
+__all__ = ["solve_static"]
+
+__getattr__ = on_demand(__name__, {"solve_static": "static_equilibrium"})

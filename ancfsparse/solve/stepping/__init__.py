@@ -1,1 +1,25 @@
-"""Set-up, recording and recovery of one time-stepping run."""
+"""Time stepping: set-up, recording, recovery; what few runs need is loaded on first use."""
+
+from typing import TYPE_CHECKING
+
+from ancfsparse.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from ancfsparse.solve.stepping.compliant_constraints import Softening
+    from ancfsparse.solve.stepping.file_recording import check_file, read_recorded, record_to_file
+    from ancfsparse.solve.stepping.remedies import for_steps
+    from ancfsparse.solve.stepping.step_halving import Halving
+
+__all__ = ["Halving", "Softening", "check_file", "for_steps", "read_recorded", "record_to_file"]
+
+__getattr__ = on_demand(
+    __name__,
+    {
+        "Halving": "step_halving",
+        "Softening": "compliant_constraints",
+        "check_file": "file_recording",
+        "for_steps": "remedies",
+        "read_recorded": "file_recording",
+        "record_to_file": "file_recording",
+    },
+)

@@ -24,7 +24,7 @@ from ancfsparse.seeds import Seed
 from ancfsparse.solve.initial_conditions.consistent_state import regularize
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
 from ancfsparse.solve.initial_conditions.redundant_constraints import nearly_dependent
-from ancfsparse.solve.stepping.implicit_setup import CAUSES
+from ancfsparse.solve.stepping.outcome_reporting import CAUSES
 from ancfsparse.system import System
 
 if TYPE_CHECKING:

@@ -22,8 +22,6 @@ from ancfsparse.solve.initial_conditions.consistent_state import put_on_constrai
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
 from ancfsparse.solve.initial_conditions.restart import continues, recall, recall_contributions
 from ancfsparse.solve.linearization.matrices import (
-    IMPLICIT,
-    check_free,
     fastest_vibration,
     initial_multipliers,
     mass_matrix,
@@ -44,6 +42,47 @@ DENSE_AHEAD = 4.0
 
 # Beyond so many coordinates dense blocks are not thought of: looking for them takes memory.
 MOST_BLOCKS = 10_000
+
+IMPLICIT = Parameter("integrator", "GeneralizedAlpha(0.9)", joint="")
+"""What is advised where no explicit method serves."""
+
+
+def check_free(system: System, integrator: Explicit) -> None:
+    """Refuse multipliers and damping where forces must depend on free positions alone.
+
+    Others take damping, and few multipliers.
+    """
+    if any(each.is_track for _, _, each in system.constraints.measures):
+        raise InputError(
+            "{integrator!r} cannot follow points that slide along beams: take an implicit "
+            "integrator such as {implicit}",
+            integrator=integrator,
+            implicit=IMPLICIT,
+        )
+    if system.reacts:
+        raise InputError(
+            "{integrator!r} cannot follow friction by the forces of joints: take an implicit "
+            "integrator such as {implicit}, or friction of a given size",
+            integrator=integrator,
+            implicit=IMPLICIT,
+        )
+    if system.n_multipliers and not integrator.holds:
+        raise InputError(
+            "{integrator!r} cannot hold constraints by multipliers, and the {first} needs them: "
+            "make pins, clamps and connections by numbering, as_constraint=False, or take "
+            "CentralDifference(), DormandPrince() or an implicit integrator such as {implicit}",
+            integrator=integrator,
+            first=system.constraints.labels[0],
+            implicit=IMPLICIT,
+        )
+    if system.damped and not integrator.takes_velocities:
+        raise InputError(
+            "{integrator!r} takes forces that depend on positions and time, and the damping of "
+            "this scene depends on velocities: take DormandPrince() or an implicit integrator such "
+            "as {implicit}",
+            integrator=integrator,
+            implicit=IMPLICIT,
+        )
 
 
 def check_alone(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol, cast
 
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.messages import shown
 from ancfsparse.results import RunStats, Trajectory
-from ancfsparse.results.data.hdf5_format import file_name
 from ancfsparse.results.data.stored_tables import Chosen
 from ancfsparse.scene import Point
+from ancfsparse.solve import stepping
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system_memory import GIGABYTE
@@ -173,18 +173,9 @@ class Record:
             self._kept = Kept(self._rows, n, m, self._places)
             yield self._kept
         else:
-            from ancfsparse.results.export.hdf5_writer import Writer
-            from ancfsparse.results.geometry.scene_outline import outline_of
-            from ancfsparse.scene.storage.json_file import written
-
-            scene = self._system.description
-            with Writer(self._output, n, m, self._places, self._settings, scene) as writer:
-                if self._settings["t_start"] is not None:
-                    writer.add_reference(self._system.q_ref)
-                if self._places is None:
-                    writer.add_outline(outline_of(self._system))
-                with suppress(InputError):  # functions that a file cannot distinguish
-                    writer.add_records(written(self._system.scene))
+            with stepping.record_to_file(
+                self._system, self._output, self._places, self._settings
+            ) as writer:
                 yield writer
 
     def trajectory(self) -> Trajectory:
@@ -199,9 +190,7 @@ class Record:
         if self._kept is not None:
             return self._kept.trajectory(self._system, self._settings)
         assert self._output is not None
-        from ancfsparse.results.hdf5_reader import read  # what runs in memory do not need
-
-        return read(self._output, self._system)
+        return stepping.read_recorded(self._output, self._system)
 
 
 def check_nodes(nodes: object) -> None:
@@ -216,16 +205,9 @@ def check_nodes(nodes: object) -> None:
 
 
 def check_output(output: object) -> None:
-    """Refuse a file that cannot be written, before the set-up and not after it."""
-    if output is None:
-        return
-    path = file_name("output", output)
-    folder = path.absolute().parent
-    if not folder.is_dir():
-        raise InputError(f"output {str(output)!r} cannot be written: there is no folder {folder}")
-    from ancfsparse.results.data.output_lock import check_replaceable
-
-    check_replaceable(path)
+    """Check that a file can be written, before the set-up and not after it."""
+    if output is not None:
+        stepping.check_file(output)
 
 
 def places_of(system: System, nodes: Sequence[Point]) -> Places:

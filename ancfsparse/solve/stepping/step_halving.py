@@ -13,7 +13,7 @@ from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
 from ancfsparse.solve.stepping.convergence_criterion import Criterion
-from ancfsparse.solve.stepping.implicit_setup import CAUSES, CURABLE
+from ancfsparse.solve.stepping.outcome_reporting import CAUSES, CURABLE
 from ancfsparse.system import System
 
 if TYPE_CHECKING:

@@ -13,8 +13,13 @@ from ancfsparse.checks import check_count
 from ancfsparse.errors import ApproximateModesWarning, InputError, ModesError
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
+from ancfsparse.results.solutions.buckling import Buckling
 from ancfsparse.scene import Scene
+from ancfsparse.solve.linearization.linearized_system import linearised, scene_of
+from ancfsparse.solve.linearization.matrices import on_free, whole
+from ancfsparse.solve.linearization.rigid_body_modes import check_held
 from ancfsparse.solve.preparation.memory_estimate import NOTHING, check_factor, estimate, memory_for
+from ancfsparse.solve.vibration.symmetric_eigenproblem import BEYOND, DENSE, VECTORS, all_motions
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
@@ -72,11 +77,6 @@ def buckling(of: Scene | Equilibrium, n: int = 1) -> Buckling:
     Lanczos' method for ``(K + m K') x = 0`` with the factor of K, under the constraints; a second
     factor between two of the multiples counts those below, so that none is missing.
     """
-    from ancfsparse.results.solutions.buckling import Buckling  # what motions do not need
-    from ancfsparse.solve.linearization.linearized_system import linearised, scene_of
-    from ancfsparse.solve.linearization.rigid_body_modes import check_held
-    from ancfsparse.solve.vibration.symmetric_eigenproblem import BEYOND, VECTORS
-
     n = check_count("n", n)
     scene = scene_of(of)
     with memory_for(estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)):
@@ -164,9 +164,6 @@ class _Path:
 
 def _lowest(pencil: Pencil, path: _Path, n: int) -> tuple[Vector, Vector]:
     """Return the smallest positive multiples, and motions (k, n_free) with ``x.M x = 1``."""
-    from ancfsparse.solve.linearization.matrices import on_free, whole
-    from ancfsparse.solve.vibration.symmetric_eigenproblem import BEYOND, DENSE, all_motions
-
     values = path.change()
     change = whole(on_free(pencil.system, values))
     size, m = len(pencil.diagonal), pencil.system.n_multipliers

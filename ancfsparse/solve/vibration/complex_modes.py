@@ -11,8 +11,18 @@ from ancfsparse.checks import check_count
 from ancfsparse.errors import InputError
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
+from ancfsparse.results.solutions.complex_modes import ComplexModes
 from ancfsparse.scene import Scene
+from ancfsparse.solve.linearization.linearized_system import linearised, scene_of
 from ancfsparse.solve.preparation.memory_estimate import NOTHING, check_factor, estimate, memory_for
+from ancfsparse.solve.vibration.quadratic_eigenproblem import nearest
+from ancfsparse.solve.vibration.symmetric_eigenproblem import (
+    BEYOND,
+    VECTORS,
+    all_motions,
+    lowest,
+    most_modes,
+)
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
@@ -62,17 +72,6 @@ def complex_modes(
     at a real rate.  Derivatives of forces without a potential are taken by differences, to some ten
     digits.  The theory is in docs/theory.md.
     """
-    from ancfsparse.results.solutions.complex_modes import ComplexModes  # what motions do not need
-    from ancfsparse.solve.linearization.linearized_system import linearised, scene_of
-    from ancfsparse.solve.vibration.quadratic_eigenproblem import nearest
-    from ancfsparse.solve.vibration.symmetric_eigenproblem import (
-        BEYOND,
-        VECTORS,
-        all_motions,
-        lowest,
-        most_modes,
-    )
-
     n = check_count("n", n)
     scene = scene_of(of, at)
     with memory_for(estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)):

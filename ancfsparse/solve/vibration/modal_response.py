@@ -14,6 +14,8 @@ from ancfsparse.errors import InputError
 from ancfsparse.integrators.interface.time_grid import Clock, count_steps_from
 from ancfsparse.messages import shown
 from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.results.solutions.modes import Modes
+from ancfsparse.solve.statics.equilibrium_equations import Balance, State
 from ancfsparse.system import System
 from ancfsparse.system_memory import check_room
 
@@ -66,8 +68,6 @@ def modal_response(
     p')`` gives a step.  What modes that are left out would move is missing: about ``p / omega^2``
     of each.
     """
-    from ancfsparse.results.solutions.modes import Modes
-
     if not isinstance(modes, Modes):
         raise InputError(
             f"modal_response needs the modes of a scene, from modes(...), got {shown(modes)}"
@@ -156,8 +156,6 @@ def _second_order(system: System, modes: Modes, q: Vector, stats: RunStats) -> f
     They are the even part of the forces at rest, which the whole stiffness balances: the modes of a
     beam that turns stretch it, and forces of second order take that back.
     """
-    from ancfsparse.solve.statics.equilibrium_equations import Balance, State
-
     about = modes.about
     balance = Balance(system, stats, t=about.t)
     here = balance.state(about.q, about.lam, 1.0)

@@ -13,8 +13,17 @@ from ancfsparse.checks import check_count
 from ancfsparse.errors import ApproximateModesWarning, InputError
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
+from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import Scene
+from ancfsparse.solve.linearization.linearized_system import linearised, scene_of
 from ancfsparse.solve.preparation.memory_estimate import NOTHING, check_factor, estimate, memory_for
+from ancfsparse.solve.vibration.symmetric_eigenproblem import (
+    BEYOND,
+    VECTORS,
+    all_motions,
+    lowest,
+    most_modes,
+)
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
@@ -67,16 +76,6 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     Lanczos' method with one sparse factor at a shift below all eigenvalues; a second factor counts
     the eigenvalues below a gap, so that none is missed.  The theory is in docs/theory.md.
     """
-    from ancfsparse.results.solutions.modes import Modes  # what motions do not need
-    from ancfsparse.solve.linearization.linearized_system import linearised, scene_of
-    from ancfsparse.solve.vibration.symmetric_eigenproblem import (
-        BEYOND,
-        VECTORS,
-        all_motions,
-        lowest,
-        most_modes,
-    )
-
     n = check_count("n", n)
     scene = scene_of(of, at)
     needed = estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)

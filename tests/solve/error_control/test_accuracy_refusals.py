@@ -88,7 +88,7 @@ def test_the_command_ends_with_a_sentence_where_an_accuracy_is_out_of_reach(monk
 
 def test_an_accuracy_near_rounding_ends_with_what_is_in_reach(monkeypatch):
     monkeypatch.setattr(
-        "ancfsparse.solve.error_control.error_controlled_run.EPSILON", 1e-10
+        "ancfsparse.solve.error_control.select_solution.EPSILON", 1e-10
     )  # as if by fewer digits
     scene, _ = pendulum("l2t2", 2)
     with pytest.raises(AccuracyError, match="the rounding of so many steps") as caught:

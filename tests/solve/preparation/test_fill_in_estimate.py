@@ -11,7 +11,7 @@ from ancfsparse.problems import chain, net
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.preparation.fill_in_estimate import counted_fill
 from ancfsparse.solve.preparation.memory_estimate import estimate
-from ancfsparse.solve.statics.solve_static import MATRICES
+from ancfsparse.solve.statics.static_equilibrium import MATRICES
 from ancfsparse.system import System
 
 

@@ -10,11 +10,10 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import LoadError
 from ancfsparse.integrators import CentralDifference, EnergyMomentum, RungeKuttaNystrom
-from ancfsparse.results import hdf5_reader
 from ancfsparse.results.export.hdf5_writer import Writer
 from ancfsparse.results.hdf5_reader import load
 from ancfsparse.solve.motion import fixed_step_run
-from ancfsparse.solve.stepping import state_recorder
+from ancfsparse.solve.stepping import file_recording, state_recorder
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
@@ -223,7 +222,7 @@ def test_no_step_is_lost_wherever_an_interruption_comes(tmp_path, monkeypatch, t
 
 
 def test_an_interruption_after_the_last_step_takes_the_whole_run_along(tmp_path, monkeypatch):
-    calls, read = [], hdf5_reader.read
+    calls, read = [], file_recording.read
 
     def interrupted(*arguments):
         calls.append(arguments)
@@ -231,7 +230,7 @@ def test_an_interruption_after_the_last_step_takes_the_whole_run_along(tmp_path,
             raise KeyboardInterrupt
         return read(*arguments)
 
-    monkeypatch.setattr(hdf5_reader, "read", interrupted)
+    monkeypatch.setattr(file_recording, "read", interrupted)
     scene, _ = pendulum()
     with pytest.raises(KeyboardInterrupt) as caught:
         ancf.simulate(scene, 0.1, 1e-3, output=tmp_path / "run.h5")

@@ -215,7 +215,7 @@ def test_a_scene_that_cannot_fit_is_refused_before_it_is_set_up(monkeypatch):
         raise AssertionError("set up")
 
     monkeypatch.setattr("ancfsparse.solve.preparation.memory_estimate.available", lambda: 1e5)
-    monkeypatch.setattr("ancfsparse.solve.statics.solve_static.System", never)
+    monkeypatch.setattr("ancfsparse.solve.statics.static_equilibrium.System", never)
     monkeypatch.setattr("ancfsparse.solve.linearization.matrices.System", never)
     scene, _ = chain(1000)
     with pytest.raises(ancf.InputError, match=r"would need about .* GB.*fewer elements"):
@@ -228,7 +228,7 @@ def test_memory_that_runs_out_is_named(monkeypatch):
     def full(*_):
         raise MemoryError("Unable to allocate 3 MiB")
 
-    monkeypatch.setattr("ancfsparse.solve.statics.solve_static.System", full)
+    monkeypatch.setattr("ancfsparse.solve.statics.static_equilibrium.System", full)
     monkeypatch.setattr("ancfsparse.solve.linearization.matrices.System", full)
     scene, _ = chain(10)
     expected = r"memory ran out \(Unable to allocate 3 MiB\), although about .* GB"

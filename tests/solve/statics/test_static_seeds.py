@@ -11,7 +11,7 @@ from ancfsparse.problems import lattice
 from ancfsparse.seeds import DeflatedSeed
 from ancfsparse.solve.preparation import choose_factorization, memory_estimate
 from ancfsparse.solve.preparation.deflation_space import CoarseModes, boxes
-from ancfsparse.solve.statics import solve_static
+from ancfsparse.solve.statics import static_equilibrium as solve_static
 from ancfsparse.system import System
 
 STIFF = {"soft": (1e8, 1000.0), "steel": (2.1e11, 7800.0)}

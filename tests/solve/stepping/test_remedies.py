@@ -7,7 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.error_control.error_controlled_run import check_accuracy
+from ancfsparse.solve.error_control.select_solution import check_accuracy
 from ancfsparse.solve.stepping.remedies import for_accuracy, for_steps
 from ancfsparse.system import System
 

@@ -24,6 +24,8 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import DeflatedSeed, SparseSeed
+from ancfsparse.solve.initial_conditions.restart import check_start
+from ancfsparse.solve.linearization.rigid_body_modes import free_motions
 from ancfsparse.solve.preparation.choose_factorization import SEEDS
 from ancfsparse.solve.preparation.memory_estimate import (
     DEFLATED_ENTRY,
@@ -33,6 +35,9 @@ from ancfsparse.solve.preparation.memory_estimate import (
     memory_for,
 )
 from ancfsparse.solve.preparation.progress_bar import progress_bar
+from ancfsparse.solve.statics.equilibrium_equations import Balance
+from ancfsparse.solve.statics.free_equilibria import find_hanging
+from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_from
 from ancfsparse.system import State, System
 
 if TYPE_CHECKING:
@@ -115,12 +120,6 @@ def solve_static(
     then.  In motions that take no force, such as the spin of a hanging rod about its axis, it stays
     as it was.  The theory is in docs/theory.md.
     """
-    from ancfsparse.solve.initial_conditions.restart import check_start
-    from ancfsparse.solve.linearization.rigid_body_modes import free_motions
-    from ancfsparse.solve.statics.equilibrium_equations import Balance  # what motions do not need
-    from ancfsparse.solve.statics.free_equilibria import find_hanging
-    from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_from
-
     check_scene(scene)
     if check_count("load_steps", load_steps) > MOST_STEPS:
         raise InputError(f"load_steps must be at most {MOST_STEPS}, got {load_steps}")
@@ -187,8 +186,6 @@ def _exact_instead(
     balance: Balance, needed: Memory, kind: str, on_factor: Callable[[], object], t: float
 ) -> Balance | None:
     """Return the same equations on an exact seed, where one was not asked against and it fits."""
-    from ancfsparse.solve.statics.equilibrium_equations import Balance
-
     if kind != "auto" or isinstance(balance.seed, SparseSeed):
         return None
     exact = Balance(balance.system, balance.stats, on_factor, t=t)

@@ -33,9 +33,8 @@ from ancfsparse.solve.error_control.uniform_step_candidate import EqualRuns
 from ancfsparse.solve.error_models.load_discontinuities import Breaks
 from ancfsparse.solve.error_models.modal_error_model import Waves
 from ancfsparse.solve.error_models.step_count_selection import StepPlan
-from ancfsparse.solve.linearization.matrices import check_free
 from ancfsparse.solve.preparation.progress_bar import progress_bar
-from ancfsparse.solve.stepping.explicit_setup import check_alone
+from ancfsparse.solve.stepping.explicit_setup import check_alone, check_free
 from ancfsparse.solve.stepping.sampled_states import largest_place
 from ancfsparse.system import System
 

@@ -1,0 +1,59 @@
+"""Runs that meet an accuracy."""
+
+from __future__ import annotations
+
+from ancfsparse.errors import AncfError
+from ancfsparse.integrators import Explicit
+from ancfsparse.nonlinear import Outcome
+from ancfsparse.results import Trajectory
+from ancfsparse.solve.error_control.best_solution import Attempts
+from ancfsparse.solve.error_control.select_solution import check_accuracy, solve_accurately
+from ancfsparse.solve.motion.arguments import Request
+from ancfsparse.solve.preparation.threads import usable
+from ancfsparse.solve.stepping.state_recorder import Recorder
+from ancfsparse.system import System
+
+
+class ErrorControlledRun:
+    """Whole motions, until the error of one is small enough; otherwise raises an error.
+
+    Parameters
+    ----------
+    request, system
+        As `build_run` takes them.
+    accuracy : float
+        Largest error of a position [m].
+    """
+
+    def __init__(self, request: Request, system: System, accuracy: float) -> None:
+        self._request, self._system, self._accuracy = request, system, accuracy
+        self._threads = 1
+        if not isinstance(request.integrator, Explicit):
+            self._threads = usable(system, request.threads)
+        check_accuracy(
+            system,
+            accuracy,
+            request.tolerance,
+            request.named,
+            request.solver,
+            request.max_halvings,
+        )
+
+    def march(self, recorder: Recorder) -> Outcome:
+        """March until the error is small enough."""
+        request = self._request
+        solve_accurately(
+            self._system,
+            request.saved_times,
+            self._accuracy,
+            request.named,
+            request.solver,
+            request.max_energy_gain,
+            request.progress,
+            Attempts(recorder, self._threads),
+        )
+        return Outcome.CONVERGED
+
+    def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
+        """Unreachable: runs to an accuracy raise their errors in `march`."""
+        raise AssertionError(outcome)

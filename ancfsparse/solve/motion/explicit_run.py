@@ -1,0 +1,58 @@
+"""Runs with a fixed step of an explicit integrator."""
+
+from __future__ import annotations
+
+from ancfsparse.errors import AncfError
+from ancfsparse.integrators import Explicit
+from ancfsparse.nonlinear import Outcome
+from ancfsparse.results import Trajectory
+from ancfsparse.seeds import Seed
+from ancfsparse.seeds.dense.block_inverse import BlockInverse
+from ancfsparse.solve.motion.arguments import Request
+from ancfsparse.solve.motion.fixed_step_run import FixedRun
+from ancfsparse.solve.stepping.explicit_setup import (
+    check_alone,
+    count_forces,
+    instability,
+    prepare_explicit,
+)
+from ancfsparse.system import System
+
+
+class ExplicitRun(FixedRun):
+    """Fixed steps without equations; parameters as `build_run` takes them."""
+
+    takes_rates = True
+
+    def __init__(self, request: Request, system: System, integrator: Explicit) -> None:
+        check_alone(
+            integrator, request.solver, request.tolerance, request.max_halvings, request.seed
+        )
+        dt, n_steps, gain = request.clock.dt, request.n_steps, request.max_energy_gain
+        march, self._mass, why = prepare_explicit(
+            system, dt, n_steps, integrator, gain, request.state
+        )
+        super().__init__(system, request, march, None, march.state[2], why)
+        self._integrator = integrator
+
+    @property
+    def _seeds(self) -> list[Seed | BlockInverse]:
+        return [self._mass]
+
+    def _count_costs(self) -> None:
+        count_forces(self._stats, self._integrator)
+
+    def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
+        """Return the error for a run that ended with an outcome."""
+        steps = self._stats.steps
+        return instability(
+            self._system,
+            self._march,
+            self._mass,
+            self._integrator,
+            outcome,
+            steps,
+            self._clock.at(steps),
+            self._dt,
+            path,
+        )

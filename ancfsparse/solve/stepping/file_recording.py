@@ -1,0 +1,66 @@
+"""Record the states of a run in an HDF5 file, and read them back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.errors import InputError
+from ancfsparse.results import Trajectory
+from ancfsparse.results.data.hdf5_format import file_name
+from ancfsparse.results.data.output_lock import check_replaceable
+from ancfsparse.results.export.hdf5_writer import Writer
+from ancfsparse.results.geometry.scene_outline import outline_of
+from ancfsparse.results.hdf5_reader import read
+from ancfsparse.scene.storage.json_file import written
+from ancfsparse.system import System
+
+
+def check_file(output: object) -> None:
+    """Check that a file can be written, or replaced if it exists."""
+    path = file_name("output", output)
+    folder = path.absolute().parent
+    if not folder.is_dir():
+        raise InputError(f"output {str(output)!r} cannot be written: there is no folder {folder}")
+    check_replaceable(path)
+
+
+@contextmanager
+def record_to_file(
+    system: System,
+    output: Path,
+    columns: NDArray[np.integer[Any]] | None,
+    settings: Mapping[str, Any],
+) -> Iterator[Writer]:
+    """Open a file for the states of a run, and write the scene into it.
+
+    Parameters
+    ----------
+    system : System
+        The moving system.
+    output : Path
+        The file.
+    columns : (c,) int array or None
+        Indices of the coordinates to be saved; None saves all.
+    settings : mapping
+        Settings of the run.
+    """
+    n, m = system.n_all, system.n_multipliers
+    with Writer(output, n, m, columns, settings, system.description) as writer:
+        if settings["t_start"] is not None:
+            writer.add_reference(system.q_ref)
+        if columns is None:
+            writer.add_outline(outline_of(system))
+        with suppress(InputError):  # functions that a file cannot distinguish
+            writer.add_records(written(system.scene))
+        yield writer
+
+
+def read_recorded(output: Path, system: System) -> Trajectory:
+    """Return the trajectory in a file that a run of this system has written."""
+    return read(output, system)

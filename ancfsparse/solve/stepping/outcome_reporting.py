@@ -1,0 +1,112 @@
+"""Report the outcome of a run: counts, events, errors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from ancfsparse.errors import (
+    ConvergenceError,
+    EnergyIncreaseError,
+    Parameter,
+    Sentence,
+    StepError,
+)
+from ancfsparse.integrators.interface.time_loops import ControlledLoop
+from ancfsparse.nonlinear import Outcome, Rung
+from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
+from ancfsparse.results import Event, RunStats, Trajectory
+from ancfsparse.seeds import Seed
+from ancfsparse.system import System
+
+# Rungs of the ladder as the compiled loop numbers them.
+CAUSES = {outcome: outcome.name.lower().replace("_", " ") for outcome in Outcome}
+CAUSES[Outcome.WOULD_GAIN] = CAUSES[Outcome.GAINED_ENERGY]
+# What a step that is taken in another way may cure.
+CURABLE = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE, Outcome.WOULD_GAIN)
+# Where a run gained energy.
+ON_ALL_THE_SAME = " max_energy_gain=inf goes on all the same."
+
+
+def count(stats: RunStats, iteration: NonlinearLoop, *seeds: Seed) -> None:
+    """Copy counts and times of the compiled loop and its seeds."""
+    counts = iteration.counts
+    stats.iterations = counts["iterations"]
+    stats.last_corrections = counts["last_corrections"]
+    stats.residual_evaluations = counts["residual_evaluations"]
+    stats.factorizations = counts["factorizations"]
+    stats.indefinite = counts["indefinite"]
+    stats.material_seeds = counts["material_seeds"]
+    stats.rotating_seeds = counts["rotating_seeds"]
+    stats.single_seeds = counts["single_seeds"]
+    stats.shifted_seeds = counts["shifted_seeds"]
+    stats.sweeps, stats.products = (
+        sum(x) for x in zip(*(seed.inner for seed in seeds), strict=True)
+    )
+    stats.solves = counts["solves"]
+    stats.pairs, stats.skipped_pairs = counts["pairs"], counts["skipped_pairs"]
+    stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]
+    parts = iteration.seconds
+    if parts:
+        stats.seconds |= parts | {"rest": stats.march_seconds - sum(parts.values())}
+
+
+def events(found: Iterable[tuple[int, int, int, float]], now: float, dt: float) -> list[Event]:
+    """Return what was tried to save steps of a length, counted from those before the time `now`."""
+    return [
+        Event(step, now + step * dt, Rung(rung).words, CAUSES[Outcome(cause)], rate)
+        for step, rung, cause, rate in found
+    ]
+
+
+def stopped(
+    system: System,
+    march: ControlledLoop,
+    iteration: NonlinearLoop,
+    outcome: Outcome,
+    steps: int,
+    now: float,
+    dt: float,
+    max_energy_gain: float,
+    path: Trajectory | None,
+    advice: str,
+) -> StepError:
+    """Return the error for a run that came to a time in a number of steps, and no further.
+
+    Without a trajectory it was a run to an accuracy.
+    """
+    if outcome == Outcome.GAINED_ENERGY:
+        gain, exchanged = march.energy_gain
+        advice += ON_ALL_THE_SAME
+        return EnergyIncreaseError(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
+    if outcome == Outcome.HAD_GAINED:
+        gain, motion, when = march.largest_gain
+        advice += ON_ALL_THE_SAME
+        return EnergyIncreaseError(
+            gain, motion, max_energy_gain, now, steps, dt, path, advice, when
+        )
+    steps, now = steps + 1, now + dt
+    if outcome == Outcome.WOULD_GAIN:
+        gain, exchanged = march.refused_gain
+        advice += ON_ALL_THE_SAME
+        return EnergyIncreaseError(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
+    # The place where the last iterate is furthest off.
+    r, phi = march.unbalanced
+    worst = int(np.argmax(np.abs(np.nan_to_num(r[: system.n_free], nan=np.inf))))
+    where, size, unit = system.describe(worst), abs(float(r[worst])), system.unit(worst)
+    if len(phi) and np.max(np.abs(phi)) > size:
+        worst = int(np.argmax(np.abs(phi)))
+        where, size, unit = system.constraints.labels[worst], abs(float(phi[worst])), "m"
+    reason = f"it {outcome.sentence}, "
+    if outcome == Outcome.TOO_MANY:
+        reason = f"it did not converge in {iteration.max_iterations} iterations{{aside}}, "
+    reason += (
+        "however short it is"
+        if path is None
+        else "also with a new seed and with damped Newton, and from a start without acceleration"
+    )
+    if np.isfinite(iteration.contraction):
+        reason += f"; the residual last changed by a factor of {iteration.contraction:.3g}"
+    sentence = Sentence(reason, aside=Parameter("max_iterations", aside=True))
+    return ConvergenceError(sentence, now, steps, dt, size, where, path, advice, unit)

@@ -1,0 +1,55 @@
+"""The stable step of an explicit integrator."""
+
+from __future__ import annotations
+
+from ancfsparse.errors import InputError
+from ancfsparse.integrators import Explicit
+from ancfsparse.integrators.names import EXPLICIT_EXAMPLES
+from ancfsparse.messages import shown
+from ancfsparse.nonlinear import Newton
+from ancfsparse.scene import Scene, check_scene
+from ancfsparse.solve.linearization.matrices import fastest_at_start, mass_seed
+from ancfsparse.solve.preparation.memory_estimate import estimate, memory_for
+from ancfsparse.solve.stepping.explicit_setup import check_free
+from ancfsparse.system import System
+
+# Arrays of values on the pattern: two whole matrices, each from its triangle, with their indices.
+MATRICES = 10
+
+
+def stable_step(scene: Scene, integrator: Explicit) -> float:
+    """Return the longest stable step of an explicit integrator at the start of the motion [s].
+
+    ``interval / omega``, with the fastest vibration omega of the scene and what the method can
+    follow, 2 for central differences.  Beams that are stretched vibrate faster, so stay below it.
+
+    Parameters
+    ----------
+    scene : Scene
+        Without joints that need multipliers for `RungeKuttaNystrom`, and without damping but for
+        `DormandPrince`.
+    integrator : CentralDifference, RungeKuttaNystrom or DormandPrince
+        The method.
+
+    Raises
+    ------
+    InputError
+        If the integrator is not explicit or does not take the scene, or the factor of its masses
+        cannot fit in memory.
+    """
+    check_explicit(integrator)
+    check_scene(scene)
+    with memory_for(estimate(scene, 1, 0, False, Newton(), matrices=MATRICES)):
+        system = System(scene)
+        check_free(system, integrator)
+        omega = fastest_at_start(system, mass_seed(system), integrator)
+    return integrator.tableau.interval / omega
+
+
+def check_explicit(integrator: object) -> None:
+    """Refuse what is not an explicit integrator."""
+    if not isinstance(integrator, Explicit):
+        *others, last = EXPLICIT_EXAMPLES
+        raise InputError(
+            f"only {', '.join(others)} and {last} have a stable step, got {shown(integrator)}"
+        )
