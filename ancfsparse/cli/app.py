@@ -11,8 +11,9 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from ancfsparse.cli import files
+from ancfsparse import cli
 from ancfsparse.cli.elements import element as element_command
+from ancfsparse.cli.files import animate, convert, info, plot
 from ancfsparse.cli.options import RunError, in_options
 from ancfsparse.cli.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendulum
 from ancfsparse.cli.plan import plan
@@ -27,7 +28,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for command in (files.info, files.plot, files.animate, files.convert, element_command, plan):
+for command in (info, plot, animate, convert, element_command, plan):
     app.command()(command)
 
 
@@ -183,13 +184,11 @@ def problem(
     json_to: JsonOption = None,
 ) -> None:
     """Run a benchmark of rigid bodies and joints, and print its quantities at times."""
-    from ancfsparse.cli.problem import listing, run_problem
-
     if names or name is None:
-        typer.echo(listing())
+        typer.echo(cli.listing())
         return
     with in_options():
-        found = run_problem(name, at, given or [], step, accuracy)
+        found = cli.run_problem(name, at, given or [], step, accuracy)
     if json_to is not None:
         write_json(found, json_to)
         return

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from ancfsparse import cli
 from ancfsparse.cli.options import in_options
 
 
@@ -23,10 +24,8 @@ def plan(
     ] = False,
 ) -> None:
     """Choose element, mesh and step of a scene for an error of one of its points."""
-    from ancfsparse.cli.planned import ELEMENTS, ERROR, contest, plan_scene
-
     with in_options():
-        typer.echo(str(plan_scene(scene, error, run)))
+        typer.echo(str(cli.plan_scene(scene, error, run)))
         if beside:
-            for element in ELEMENTS:
-                typer.echo(str(contest(element, ERROR)))
+            for element in cli.ELEMENTS:
+                typer.echo(str(cli.contest(element, cli.ERROR)))

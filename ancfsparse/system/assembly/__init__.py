@@ -1,1 +1,12 @@
-"""Sparsity pattern, compiled assembly, partition."""
+"""Sparsity pattern, compiled assembly, division among threads."""
+
+from typing import TYPE_CHECKING
+
+from ancfsparse.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from ancfsparse.system.assembly.thread_partition import share
+
+__all__ = ["share"]
+
+__getattr__ = on_demand(__name__, {"share": "thread_partition"})

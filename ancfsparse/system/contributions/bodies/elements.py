@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,8 @@ from ancfsparse.dispatch import compiled
 from ancfsparse.kernels.catalog import REFERENCE, ElementKind
 from ancfsparse.kernels.layout import Layout, pack
 from ancfsparse.scene import Beam, ElasticBody
+from ancfsparse.system import assembly, loads
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.assembly.thread_partition import share
 from ancfsparse.system.contributions.interface import (
     Compiled,
     Contribution,
@@ -23,7 +23,9 @@ from ancfsparse.system.contributions.interface import (
 )
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.numbering import reference
-from ancfsparse.system.loads.time_dependent_eigenstrain import ChangingStrain
+
+if TYPE_CHECKING:
+    from ancfsparse.system.loads.time_dependent_eigenstrain import ChangingStrain
 
 
 class CompiledElements(Compiled, Protocol):
@@ -81,7 +83,7 @@ class Elements(Contribution):
 
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
         """Deal the elements out to threads, if not too many would meet at the borders."""
-        dealt = share(self.layouts, n_free, n_all, threads)
+        dealt = assembly.share(self.layouts, n_free, n_all, threads)
         if dealt is not None:
             self._compiled.divide(*dealt)
         return dealt is not None
@@ -107,7 +109,7 @@ def _changing(system: Discretization, body: Beam) -> ChangingStrain:
     """Return what the changing eigenstrain of a beam does to its elements."""
     kind, common = system.kind_of(body), body.stiffnesses()
     base = base_parameters(body, kind, common)
-    return ChangingStrain(body, kind, reference(body)[body.ends], base)
+    return loads.ChangingStrain(body, kind, reference(body)[body.ends], base)
 
 
 def _damping(body: ElasticBody, kind: ElementKind, places: Places) -> dict[str, Any]:
