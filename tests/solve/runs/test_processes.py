@@ -55,9 +55,9 @@ def test_functions_that_cannot_be_sent_are_missed_only_where_they_are_needed(mon
     spin = swing(velocity=lambda x: x @ [[0, 1], [-1, 0]], force=lambda t: (t, 0.0))
     twin, again = pickle.loads(pickle.dumps(spin))
     np.testing.assert_array_equal(spin[1].velocity(spin[0].end), again.velocity(twin.end))
-    with pytest.raises(InputError, match=r"lambda> of this scene was not sent along from"):
-        _ = again.energy
     with pytest.raises(LoadError, match=r"lambda> of this scene was not sent along from"):
+        _ = again.energy
+    with pytest.raises(InputError, match=r"lambda> of this scene was not sent along from"):
         ancf.simulate(again.system.scene, 0.01, 1e-3)
 
 
