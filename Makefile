@@ -69,7 +69,7 @@ bench-error: .venv/.peers ## Measure the whole error against its cost, beside pe
 	$(ONE_THREAD) $(BIN)/python -m benchmarks total-error --peers $(ARGS)
 
 accuracy: setup ## Measure errors and costs of runs to an accuracy on 100 scenes, e.g. ARGS="0 20"; ten minutes
-	$(ONE_THREAD) $(BIN)/python -m tests.solve.error_control.accuracy_sweep $(ARGS)
+	$(ONE_THREAD) $(BIN)/python -m benchmarks.random_scenes.sweep $(ARGS)
 
 # First what counts and looks at no clock, last what takes longest; each says that it begins.
 STUDIES := \

@@ -11,7 +11,7 @@ from ancfsparse.plans.quantities.functions import checked
 from ancfsparse.plans.quantities.tolerances import wanted
 from ancfsparse.plans.selection import confirmation_run
 from ancfsparse.plans.trial_runs.trial_runs import Pilots
-from tests.plans import adjoints
+from benchmarks.adjoints import estimates as adjoints
 from tests.plans.models.test_auto_meshes import hammock
 
 
@@ -26,7 +26,7 @@ def changes(make, counts, *, quantity=ancf.plans.static_deflection):
 @pytest.mark.parametrize("count", [8, 12, 20])
 def test_one_pilot_shows_its_error(count):
     ((change,),) = changes(adjoints.clamped, [count])
-    true, by_adjoint, *_ = adjoints.of_equilibrium(adjoints.clamped, count)
+    true, by_adjoint, *_ = adjoints.compare_equilibrium(adjoints.clamped, count)
     error = of_corrections([count], [change], 4, 0.0).at(count)
     assert 0.9 < error / true < 1.1
     # A residual weighted by the adjoint solution, which is not a part of the package.

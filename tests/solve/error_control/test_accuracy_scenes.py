@@ -5,7 +5,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.solve.error_control.step_size_controller import Stepper
-from tests.solve.error_control.accuracy_scenes import SAVED, distance, make, positions, reference
+from benchmarks.random_scenes.scenes import SAVED, distance, make, positions, reference
 
 # Without multipliers: their references take longest.
 SEEDS = [0, 2, 5, 6, 8, 9, 10, 14, 20, 22]

@@ -11,7 +11,7 @@ from ancfsparse.solve.error_models.modal_error_model import MOST, Waves
 from ancfsparse.solve.error_models.step_count_selection import BESIDE, SAFETY, StepPlan
 from ancfsparse.solve.stepping.sampled_states import States
 from ancfsparse.system import System
-from tests.solve.error_control.accuracy_scenes import SAVED, distance, make, positions, reference
+from benchmarks.random_scenes.scenes import SAVED, distance, make, positions, reference
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 T_END = 0.2

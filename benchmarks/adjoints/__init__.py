@@ -1,0 +1,1 @@
+"""Errors estimated by residuals weighted with adjoint solutions, a prototype."""

@@ -1,0 +1,1 @@
+"""Runs to an accuracy on scenes drawn at random, compared with fixed steps."""
