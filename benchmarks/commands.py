@@ -108,14 +108,14 @@ def lattices(
     largest: Annotated[int, typer.Option(help="Nodes along a side of the largest lattice.")] = 22,
     largest_net: Annotated[int, typer.Option(help="Nodes along a side of the largest net.")] = 100,
     largest_exact: Annotated[
-        int, typer.Option(help="Nodes along a side of the largest lattice on exact seeds.")
+        int, typer.Option(help="Nodes along a side of the largest lattice on complete seeds.")
     ] = 16,
     steps: Annotated[int, typer.Option(help="Time steps.")] = 20,
     threads: Annotated[int, typer.Option(help="Of the largest lattice, run once more.")] = 1,
     output: OutputOption = Path("results"),
     page: PageOption = None,
 ) -> None:
-    """Measure exact and incomplete seeds on lattices and nets: time, memory and counts by size."""
+    """Measure complete and incomplete seeds on lattices and nets: time, memory, counts by size."""
     LATTICES.check(output, page)
     for name, size in (("--largest", largest), ("--largest-net", largest_net)):
         check_count(name, size, 2)
@@ -202,7 +202,7 @@ def stability(
         typer.Option("--from", help="Run nothing: tables and charts of this stability.csv."),
     ] = None,
     seeds: Annotated[
-        bool, typer.Option("--seeds", help="Instead: exact beside incomplete seeds.")
+        bool, typer.Option("--seeds", help="Instead: complete against incomplete seeds.")
     ] = False,
     output: OutputOption = Path("results"),
     page: PageOption = None,

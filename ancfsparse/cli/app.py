@@ -100,9 +100,9 @@ def pendulum(
         str | None,
         typer.Option(help="'full' or a number of secant pairs, for quasi-Newton [default: full]."),
     ] = None,
-    seed: Annotated[
+    factorization: Annotated[
         str | None,
-        typer.Option(help="auto, exact or incomplete: what corrections are solved with."),
+        typer.Option(help="auto, complete or incomplete, for the iteration matrix."),
     ] = None,
     alpha: Annotated[
         float | None,
@@ -146,7 +146,7 @@ def pendulum(
         accuracy=accuracy,
         solver=solver,
         memory=memory,
-        seed=seed,
+        factorization=factorization,
         alpha=alpha,
         rho_inf=rho_inf,
         tolerance=tolerance,

@@ -48,8 +48,8 @@ class PendulumRun:
         One of `SOLVERS`; None takes Davidon's where steps are fixed and implicit, else "auto".
     memory : str or None
         ``"full"`` or a number of secant pairs, for the quasi-Newton methods; None takes "full".
-    seed : str or None
-        ``"auto"``, ``"exact"`` or ``"incomplete"``, as in `simulate`; None takes "auto".
+    factorization : str or None
+        ``"auto"``, ``"complete"`` or ``"incomplete"``, as in `simulate`; None takes "auto".
     alpha : float or None
         Numerical damping of Newmark's method or HHT's; None takes 0 and 0.05 [-].
     rho_inf : float or None
@@ -76,7 +76,7 @@ class PendulumRun:
     accuracy: float | None = None
     solver: str | None = None
     memory: str | None = None
-    seed: str | None = None
+    factorization: str | None = None
     alpha: float | None = None
     rho_inf: float | None = None
     tolerance: str | None = None
@@ -121,7 +121,7 @@ def run_pendulum(asked: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         accuracy=asked.accuracy,
         integrator=integrator,
         solver=solver_of(solver, memory),
-        seed=asked.seed or "auto",
+        factorization=asked.factorization or "auto",
         tolerance=_number_or_name("tolerance", tolerance, ("paper", "default")),
         save_every=asked.save_every,
         output=asked.output,
@@ -169,7 +169,7 @@ def check_options(asked: PendulumRun, solver: str) -> None:
     for option, value, taken, owners, chosen in (
         ("--solver", asked.solver, implicit or asked.solver == "auto", solves, integrator),
         ("--tolerance", asked.tolerance, implicit, solves, integrator),
-        ("--seed", asked.seed, implicit, solves, integrator),
+        ("--factorization", asked.factorization, implicit, solves, integrator),
         *((option, getattr(asked, each), damping_of(asked.integrator) == each,
            "--integrator " + " or ".join(n for n in INTEGRATORS if damping_of(n) == each),
            integrator) for each, option in DAMPINGS.items()),
@@ -183,15 +183,15 @@ def check_options(asked: PendulumRun, solver: str) -> None:
                 f"{option} {value} does not apply to {chosen}: leave it out, or take {owners}"
             )
     dense = solver in UPDATES and asked.memory in (None, "full")
-    if asked.seed == "incomplete" and asked.accuracy is not None:
+    if asked.factorization == "incomplete" and asked.accuracy is not None:
         raise InputError(
-            f"--accuracy {asked.accuracy:g} estimates errors with an exact factor: leave out "
-            "--seed incomplete, or --accuracy"
+            f"--accuracy {asked.accuracy:g} estimates errors with a complete factor: leave out "
+            "--factorization incomplete, or --accuracy"
         )
-    if asked.seed == "incomplete" and dense:
+    if asked.factorization == "incomplete" and dense:
         raise InputError(
-            f"--seed incomplete approximates a sparse factor, and the full memory of {what_solves},"
-            " starts from the whole inverse: add --memory 10, or take --solver auto"
+            "--factorization incomplete approximates a sparse factor, and the full memory of "
+            f"{what_solves}, starts from the full inverse: add --memory 10, or take --solver auto"
         )
     if asked.accuracy is not None and dense:
         raise InputError(

@@ -24,7 +24,7 @@ def simulate(
     accuracy: float | None = None,
     integrator: Implicit | Explicit | str = "auto",
     solver: Method | str = "auto",
-    seed: str = "auto",
+    factorization: str = "auto",
     tolerance: str | float = "default",
     max_energy_gain: float = 0.01,
     max_halvings: int = 0,
@@ -67,14 +67,14 @@ def simulate(
         multipliers.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
         How the equations of a step are solved.
-    seed : {"auto", "exact", "incomplete"}, optional
-        What corrections are solved with.  ``"exact"``: the factor of the matrix of a step, which
+    factorization : {"auto", "complete", "incomplete"}, optional
+        What corrections are solved with.  ``"complete"``: the factor of the matrix of a step, which
         fills in the more the larger a net or lattice is.  ``"incomplete"``: a factor without fill,
         whose time and memory are linear in the mesh, with a few conjugate gradients where a sweep
         is too little; with up to 500 multipliers.  ``"auto"``, with ``solver="auto"``: incomplete
-        where an exact factor would have more than three times the blocks of the matrix (six times
-        with multipliers), and back to exact during the run where the counts show that this costs
-        less, or where a step fails; with a given solver or accuracy, exact wherever that fits.
+        where a complete factor would have more than three times the blocks of the matrix (six times
+        with multipliers), and back to complete during the run where the counts show that this costs
+        less, or where a step fails; with a given solver or accuracy, complete wherever that fits.
     tolerance : "default", "paper" or float, optional
         What the iteration of a step may leave.  ``"default"``: a two-thousandth of what the step
         changes in the accelerations, which is less than a hundredth of the integrator's own error,
@@ -175,7 +175,7 @@ def simulate(
             accuracy=accuracy,
             integrator=integrator,
             solver=solver,
-            seed=seed,
+            factorization=factorization,
             tolerance=tolerance,
             max_energy_gain=max_energy_gain,
             max_halvings=max_halvings,
@@ -197,7 +197,7 @@ def simulate(
     _check_free("tolerance", tolerance, isinstance(tolerance, str) and tolerance == "default")
     options: dict[str, Any] = {
         "solver": solver,
-        "seed": seed,
+        "factorization": factorization,
         "max_energy_gain": max_energy_gain,
         "max_halvings": max_halvings,
         "threads": threads,

@@ -34,11 +34,11 @@ OTHERS = (
     ("steel", "rest", 4e-3, 0.0, 32),
 )
 LARGEST_OTHER, LARGEST_OCTET = 22, 22
-# Steps of irregular ones take up to ten exact factors each.
+# Steps of irregular ones take up to ten complete factors each.
 LARGEST_IRREGULAR = 10
 # Nets as in the study of scaling: their own cable, at rest.
 NET_RUN = ("soft", "rest", 5e-4, 0.0, 0)
-# The first run is made on exact seeds up to this size; equilibria are found of this one.
+# The first run is made on complete seeds up to this size; equilibria are found of this one.
 LARGEST_FIRST, STATIC = 22, 16
 # Number of elements below which a few steps are too short to be timed.
 FEW = 4000
@@ -60,7 +60,7 @@ class Job:
         Step [s].
     steps : int
         How many.
-    seed : {"exact", "incomplete"}
+    factorization : {"complete", "incomplete"}
         What corrections are solved with.
     jitter : float
         Of a lattice, as in `problems.lattice`.
@@ -76,7 +76,7 @@ class Job:
     motion: str
     dt: float
     steps: int
-    seed: str
+    factorization: str
     jitter: float = 0.0
     rods: int = 0
     threads: int = 1
@@ -151,10 +151,12 @@ def jobs_of(
 
     def add(case: str, size: int, run: tuple[str, str, float, float, int], exact: bool) -> None:
         stiff, motion, dt, jitter, rods = run
-        job = Job(case, size, stiff, motion, dt, steps, "exact", jitter, rods)
+        job = Job(case, size, stiff, motion, dt, steps, "complete", jitter, rods)
         more = min(10, max(1, FEW // job.elements)) if motion == "rest" else 1
-        for seed in ("exact", "incomplete") if exact else ("incomplete",):
-            found.append(Job(case, size, stiff, motion, dt, more * steps, seed, jitter, rods))
+        for factorization in ("complete", "incomplete") if exact else ("incomplete",):
+            found.append(
+                Job(case, size, stiff, motion, dt, more * steps, factorization, jitter, rods)
+            )
 
     for n in _sizes(NETS, largest_net):
         add("net", n, NET_RUN, True)

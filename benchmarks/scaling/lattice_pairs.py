@@ -132,8 +132,8 @@ def lattices(n_nodes: int = 8, steps: int = 20, progress: bool = False) -> list[
         dt, failed = h_omega / OMEGA[stiff], False
         try:
             stats = simulate(
-                scene, steps * dt, dt, integrator=INTEGRATOR, solver=method, seed="incomplete",
-                save_every=steps,
+                scene, steps * dt, dt, integrator=INTEGRATOR, solver=method,
+                factorization="incomplete", save_every=steps,
             ).stats  # fmt: skip
         except (StepError, EnergyIncreaseError) as error:
             stats, failed = error.trajectory.stats, True

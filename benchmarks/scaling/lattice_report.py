@@ -34,7 +34,7 @@ def runs(rows: Sequence[Row]) -> Table:
         found = [cell(row) for cell in COLUMNS.values() if not row.note]
         cells = found or ["", row.note.partition(":")[0], *[""] * (len(COLUMNS) - 2)]
         job = row.job
-        lines.append([job.title, job.side, job.seed, f"{job.elements:,}", *cells])
+        lines.append([job.title, job.side, job.factorization, f"{job.elements:,}", *cells])
     return Table(["", "size", "seeds", "elements", *COLUMNS], lines, left=(0, 2))
 
 
@@ -49,7 +49,7 @@ def chart(rows: Sequence[Row]) -> Figure:
         "octet trusses": [row for row in rows if row.job.case == "octet"],
     }
     kinds = {name: own for name, own in kinds.items() if own}
-    figure = new_figure(1.0 + 3.4 * len(kinds), "Time and memory of exact and incomplete seeds")
+    figure = new_figure(1.0 + 3.4 * len(kinds), "Time and memory of complete and incomplete seeds")
     colours = dict(zip(dict.fromkeys(map(_label, rows)), COLOURS, strict=False))
     shown: dict[str, Any] = {}
     for (left, right), (name, own) in zip(
@@ -57,7 +57,7 @@ def chart(rows: Sequence[Row]) -> Figure:
     ):
         shown |= _panels(left, right, name, own, colours)
     if shown:
-        set_legend(figure, shown, 3, "solid: incomplete seeds, dashed: exact ones")
+        set_legend(figure, shown, 3, "solid: incomplete seeds, dashed: complete ones")
     return figure
 
 
@@ -71,13 +71,17 @@ def _panels(
             set_empty(ax, "no run has a result")
         return shown
     for label, colour in colours.items():
-        for seed, line in (("exact", "--"), ("incomplete", "-")):
-            own = [r for r in rows if (_label(r), r.job.seed) == (label, seed) and not r.note]
+        for factorization, line in (("complete", "--"), ("incomplete", "-")):
+            own = [
+                r
+                for r in rows
+                if (_label(r), r.job.factorization) == (label, factorization) and not r.note
+            ]
             x = [row.job.elements for row in own]
             left.plot(x, [row.microseconds for row in own], line, color=colour, marker=".")
             y = [row.bytes_per_element / 1e3 for row in own]
             (drawn,) = right.plot(x, y, line, color=colour, marker=".")
-            if seed == "incomplete" and own:
+            if factorization == "incomplete" and own:
                 shown[label] = drawn
     for ax, what in ((left, "microseconds per element and step"), (right, "kB per element")):
         set_axes(ax, "elements", what, "x", name)
@@ -98,7 +102,7 @@ LATTICE, NET = "soft lattice, at rest, 0.001 s", "net, at rest, 0.0005 s"
 
 
 def ratios(exact: Row, incomplete: Row) -> tuple[float, float, float]:
-    """Return the ratios of time, set-up and memory of exact seeds to incomplete ones."""
+    """Return the ratios of time, set-up and memory of complete seeds to incomplete ones."""
     return (
         exact.microseconds / incomplete.microseconds,
         exact.record["set_up_seconds"] / incomplete.record["set_up_seconds"],
@@ -111,7 +115,7 @@ def targets(rows: Sequence[Row]) -> list[Target]:
     found = []
     for exact, incomplete in pairs(rows):
         case = exact.job.title, exact.job.size
-        what = f"{exact.job.title}, {exact.job.size}: exact / incomplete"
+        what = f"{exact.job.title}, {exact.job.size}: complete / incomplete"
         time, set_up, memory = ratios(exact, incomplete)
         if case == (LATTICE, 22):
             found.append(Target(f"{what}, step", time, 8.0))
@@ -151,7 +155,7 @@ def findings(rows: Sequence[Row]) -> list[str]:
     for exact, incomplete in pairs(rows):
         time, set_up, memory = ratios(exact, incomplete)
         sentences.append(
-            f"{exact.job.title.capitalize()}, {exact.job.side}: the exact seed takes {time:.2g} "
+            f"{exact.job.title.capitalize()}, {exact.job.side}: the complete seed takes {time:.2g} "
             f"times the time per step, {set_up:.2g} times the set-up, {memory:.2g} times the memory"
         )
     for title, own in incomplete_rows(rows).items():
@@ -183,9 +187,9 @@ def _limits(rows: Sequence[Row]) -> list[str]:
         faster = [fill for fill, exact, incomplete in known if of(exact) >= of(incomplete)]
         sentence = f"By {what}, "
         if slower:
-            sentence += f"exact seeds win {len(slower)} times, up to a fill of {max(slower):.3g}"
+            sentence += f"complete seeds win {len(slower)} times, up to a fill of {max(slower):.3g}"
         else:
-            sentence += "exact seeds never win"
+            sentence += "complete seeds never win"
         if faster:
             sentence += (
                 f"; incomplete ones {len(faster)} times, from a fill of {min(faster):.3g} on"
@@ -209,7 +213,11 @@ def incomplete_rows(rows: Sequence[Row]) -> dict[str, list[Row]]:
     found: dict[str, list[Row]] = {}
     for row in rows:
         job = row.job
-        if not row.note and (job.seed, job.threads) == ("incomplete", 1) and job.case != "statics":
+        if (
+            not row.note
+            and (job.factorization, job.threads) == ("incomplete", 1)
+            and job.case != "statics"
+        ):
             found.setdefault(job.title, []).append(row)
     return found
 

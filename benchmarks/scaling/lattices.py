@@ -22,7 +22,7 @@ from benchmarks.scaling.lattice_jobs import Job, jobs_of
 SHORT, ROUNDS = 1.0, 3
 # How often runs on one and on more threads are repeated: ratios of single times are mostly noise.
 TURNS = 2
-# Fill, in blocks of an exact factor per block of the matrix, beyond which it is not counted.
+# Fill, in blocks of a complete factor per block of the matrix, beyond which it is not counted.
 MOST_FILL = 1e4
 
 
@@ -61,7 +61,7 @@ def lattices(
     rows = []
     with progress_bar(jobs, "run", progress) as bar:
         for job in bar:
-            bar.set_description(f"{job.title}, {job.size}, {job.seed}")
+            bar.set_description(f"{job.title}, {job.size}, {job.factorization}")
             rows.append(Row(job, in_process(job)))
     _again_in_turn(rows)
     return rows
@@ -81,17 +81,19 @@ def run(job: Job) -> dict[str, Any]:
     dict
         ``seconds`` of the march and ``set_up_seconds`` before it, the scene included [s];
         ``corrections``, ``sweeps``, ``products`` per step; ``factorizations``, ``recoveries``;
-        ``peak_bytes`` and ``base_bytes`` of the process; with exact seeds ``fill``, the blocks of
+        ``peak_bytes`` and ``base_bytes`` of the process; with complete seeds ``fill``, blocks of
         the factor for each of the matrix; or ``note``, why there is no result.
     """
-    simulate(lattice(2).scene, 1e-3, 1e-3, seed="incomplete")  # whatever is loaded once only
+    simulate(
+        lattice(2).scene, 1e-3, 1e-3, factorization="incomplete"
+    )  # whatever is loaded once only
     base = peak_memory()
     try:
         record = _statics(job) if job.case == "statics" else _march(job)
     except (InputError, StepError, EquilibriumError, MemoryError) as error:
         return {"note": str(error) or type(error).__name__}
     record |= {"peak_bytes": peak_memory(), "base_bytes": base}
-    if job.seed == "exact" and job.case != "statics":
+    if job.factorization == "complete" and job.case != "statics":
         record["fill"] = _fill(job)
     return record
 
@@ -107,7 +109,7 @@ def _march(job: Job) -> dict[str, Any]:
             scene,
             t_end,
             job.dt,
-            seed=job.seed,
+            factorization=job.factorization,
             save_every=job.steps,
             save_nodes=[scene.beams[0].node(0)],
             threads=job.threads,
@@ -131,7 +133,7 @@ def _march(job: Job) -> dict[str, Any]:
 def _statics(job: Job) -> dict[str, Any]:
     """Find the equilibrium of a job."""
     scene, begin = job.scene(), time.perf_counter()
-    stats = solve_static(scene, seed=job.seed).stats
+    stats = solve_static(scene, factorization=job.factorization).stats
     return {
         "seconds": time.perf_counter() - begin,
         "set_up_seconds": 0.0,
@@ -144,19 +146,19 @@ def _statics(job: Job) -> dict[str, Any]:
 
 
 def _fill(job: Job) -> float:
-    """Return the fill of an exact factor, blocks per block of the matrix; NaN if too large."""
+    """Return the fill of a complete factor, blocks per block of the matrix; NaN if too large."""
     groups = groups_of(System(job.scene()))
     fill = groups.exact_fill(MOST_FILL)
     return math.nan if fill is None else fill.nnz / groups.nnz
 
 
 def pairs(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
-    """Return the runs with results on both kinds of seeds, exact first."""
+    """Return the runs with results on both kinds of seeds, complete first."""
     by_scene: dict[tuple[str, int], dict[str, Row]] = {}
     for row in rows:
         if not row.note and row.job.threads == 1:
-            by_scene.setdefault((row.job.title, row.job.size), {})[row.job.seed] = row
-    return [(both["exact"], both["incomplete"]) for both in by_scene.values() if len(both) == 2]
+            by_scene.setdefault((row.job.title, row.job.size), {})[row.job.factorization] = row
+    return [(both["complete"], both["incomplete"]) for both in by_scene.values() if len(both) == 2]
 
 
 def threaded(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
@@ -164,7 +166,16 @@ def threaded(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
 
     def key(row: Row) -> tuple[object, ...]:
         job = row.job
-        return job.case, job.size, job.stiff, job.motion, job.dt, job.jitter, job.rods, job.seed
+        return (
+            job.case,
+            job.size,
+            job.stiff,
+            job.motion,
+            job.dt,
+            job.jitter,
+            job.rods,
+            job.factorization,
+        )
 
     ones = {key(row): row for row in rows if row.job.threads == 1 and not row.note}
     return [

@@ -1,4 +1,4 @@
-"""Runs on exact and on incomplete seeds over time step and stiffness: which come to their end."""
+"""Runs that finish on complete and on incomplete seeds, over time step and stiffness."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from benchmarks.stability.stability_map import STEPS, STIFFNESSES
 
 DENSITY = 4000.0
 MOST_STEPS = 100
-SEEDS = ("exact", "incomplete", "auto")
+FACTORIZATIONS = ("complete", "incomplete", "auto")
 INTEGRATORS = chosen(methods.IMPLICIT, "Newmark(0)", "GeneralizedAlpha(0.8)")
 # Product of step and highest axial frequency of an element up to which incomplete seeds must serve.
 CLAIM = 250.0
@@ -64,8 +64,8 @@ class Row:
 
     Attributes
     ----------
-    scene, integrator, seed : str
-        Keys of `CASES`, `INTEGRATORS`, and the kind of seed.
+    scene, integrator, factorization : str
+        Keys of `CASES`, `INTEGRATORS`, and the factorization.
     youngs_modulus, dt : float
         Stiffness [Pa] and step [s].
     h_omega : float
@@ -75,12 +75,12 @@ class Row:
     steps : int
         Steps that were accepted.
     on_exact : bool
-        Whether the run went over from an incomplete seed to the exact one.
+        Whether the run went over from an incomplete seed to the complete one.
     """
 
     scene: str
     integrator: str
-    seed: str
+    factorization: str
     youngs_modulus: float
     dt: float
     h_omega: float
@@ -95,35 +95,43 @@ def seeds(
     steps: Sequence[float] = STEPS,
     progress: bool = False,
 ) -> list[Row]:
-    """Run the map on each kind of seed, up to 100 steps a run."""
+    """Run the map on each factorization, up to 100 steps a run."""
     for scene in scenes:
         check_choice("scene", scene, CASES)
     points = [
-        (scene, integrator, modulus, dt, seed)
+        (scene, integrator, modulus, dt, factorization)
         for scene in scenes
         for integrator in INTEGRATORS
         for modulus in stiffnesses
         for dt in steps
-        for seed in SEEDS
+        for factorization in FACTORIZATIONS
     ]
     return [_run(*point) for point in bar(points, "run", progress)]
 
 
-def _run(name: str, integrator: str, modulus: float, dt: float, seed: str) -> Row:
+def _run(name: str, integrator: str, modulus: float, dt: float, factorization: str) -> Row:
     scene = CASES[name](modulus)
     outcome = "finished"
     try:
         stats = simulate(
-            scene, MOST_STEPS * dt, dt, integrator=INTEGRATORS[integrator], seed=seed,
-            save_every=MOST_STEPS,
+            scene, MOST_STEPS * dt, dt, integrator=INTEGRATORS[integrator],
+            factorization=factorization, save_every=MOST_STEPS,
         ).stats  # fmt: skip
     except EnergyIncreaseError as error:
         stats, outcome = error.trajectory.stats, "gained energy"
     except StepError as error:
         stats, outcome = error.trajectory.stats, "failed"
-    over = "an exact seed" in stats.solver
+    over = "a complete seed" in stats.solver
     return Row(
-        name, integrator, seed, modulus, dt, dt * frequency(scene), outcome, stats.steps, over
+        name,
+        integrator,
+        factorization,
+        modulus,
+        dt,
+        dt * frequency(scene),
+        outcome,
+        stats.steps,
+        over,
     )
 
 
@@ -135,78 +143,79 @@ def frequency(scene: Scene) -> float:
     return OMEGA * speed / float(body.lengths.min())
 
 
-def worse(rows: Sequence[Row], seed: str) -> list[Row]:
-    """Return the runs on a kind of seed that do not finish where those on exact ones do."""
+def worse(rows: Sequence[Row], factorization: str) -> list[Row]:
+    """Return the runs on a factorization that do not finish where those on complete ones do."""
     whole = {
         (row.scene, row.integrator, row.youngs_modulus, row.dt)
-        for row in rows if row.seed == "exact" and row.outcome == "finished"
+        for row in rows if row.factorization == "complete" and row.outcome == "finished"
     }  # fmt: skip
     return [
         row for row in rows
-        if row.seed == seed and row.outcome != "finished"
+        if row.factorization == factorization and row.outcome != "finished"
         and (row.scene, row.integrator, row.youngs_modulus, row.dt) in whole
     ]  # fmt: skip
 
 
 def findings(rows: Sequence[Row]) -> list[str]:
-    """State which runs need the exact seed, and whether they go over to it by themselves."""
+    """State which runs need the complete seed, and whether they go over to it by themselves."""
     sentences = []
-    for seed in SEEDS[1:]:
-        lost = worse(rows, seed)
+    for factorization in FACTORIZATIONS[1:]:
+        lost = worse(rows, factorization)
         below = [row for row in lost if row.h_omega <= CLAIM]
-        total = sum(row.seed == seed for row in rows)
+        total = sum(row.factorization == factorization for row in rows)
         sentences.append(
-            f"With seed={seed!r} {len(lost)} of {total} runs do not finish where exact seeds do, "
-            f"{len(below)} of them at h omega up to {CLAIM:g}"
+            f"With factorization={factorization!r} {len(lost)} of {total} runs do not finish where "
+            f"complete seeds do, {len(below)} of them at h omega up to {CLAIM:g}"
         )
         sentences += [
             f"{row.scene}, {row.youngs_modulus:.0e} Pa, dt = {row.dt:g} s (h omega = "
-            f"{row.h_omega:.3g}), {row.integrator}, seed={seed!r}: {row.outcome} after {row.steps} "
-            "steps"
+            f"{row.h_omega:.3g}), {row.integrator}, factorization={factorization!r}: {row.outcome} "
+            f"after {row.steps} steps"
             for row in lost
         ]
     over = sum(row.on_exact for row in rows)
-    sentences.append(f"Of the runs with seed='auto' {over} went over to an exact seed")
+    sentences.append(f"Of the runs with factorization='auto' {over} went over to a complete seed")
     return sentences
 
 
 def finished(rows: Sequence[Row]) -> Table:
-    """Set how many runs finish, by scene and kind of seed."""
+    """Set how many runs finish, by scene and factorization."""
     lines = []
     for scene in dict.fromkeys(row.scene for row in rows):
         cells = []
-        for seed in SEEDS:
-            own = [row for row in rows if (row.scene, row.seed) == (scene, seed)]
+        for factorization in FACTORIZATIONS:
+            own = [row for row in rows if (row.scene, row.factorization) == (scene, factorization)]
             cells.append(f"{sum(row.outcome == 'finished' for row in own)} of {len(own)}")
         lines.append([scene, *cells])
-    return Table(["finished of all", *SEEDS], lines)
+    return Table(["finished of all", *FACTORIZATIONS], lines)
 
 
 OUTCOMES = {
     (True, True): ("both finish", "#009e73", "."),
-    (True, False): ("only exact ones finish", "#d55e00", "x"),
+    (True, False): ("only complete ones finish", "#d55e00", "x"),
     (False, True): ("only incomplete ones finish", "#0072b2", "+"),
     (False, False): ("neither finishes", "#999999", "."),
 }
-"""Label, colour and marker by whether the run on exact and the one on incomplete seeds finishes."""
+"""Label, colour and marker by which runs finish: on complete and on incomplete seeds."""
 
 
 def chart(rows: Sequence[Row]) -> Figure:
     """Draw at each stiffness and step which seeds finish, the two integrators side by side."""
     scenes = list(dict.fromkeys(row.scene for row in rows))
     lines = -(-len(scenes) // 3)
-    figure = new_figure(2.6 * lines + 1.2, "Runs that finish on exact and on incomplete seeds")
+    figure = new_figure(2.6 * lines + 1.2, "Runs that finish on complete and on incomplete seeds")
     axes = figure.subplots(lines, min(3, len(scenes)), squeeze=False)
     shown: dict[str, Any] = {}
     for ax in axes.ravel()[len(scenes) :]:
         ax.set_axis_off()
     for ax, scene in zip(axes.ravel(), scenes, strict=False):
         finished = {
-            (row.seed, row.integrator, row.youngs_modulus, row.dt): row.outcome == "finished"
+            (row.factorization, row.integrator, row.youngs_modulus, row.dt):
+                row.outcome == "finished"
             for row in rows if row.scene == scene
         }  # fmt: skip
-        for (seed, integrator, modulus, dt), whole in finished.items():
-            if seed == "exact":
+        for (factorization, integrator, modulus, dt), whole in finished.items():
+            if factorization == "complete":
                 other = finished["incomplete", integrator, modulus, dt]
                 label, colour, marker = OUTCOMES[whole, other]
                 x = dt * (0.9 if integrator == next(iter(INTEGRATORS)) else 1.1)

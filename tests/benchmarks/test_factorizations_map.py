@@ -6,21 +6,29 @@ import pytest
 
 from ancfsparse.errors import InputError
 from benchmarks.commands import main
-from benchmarks.stability.factorizations import CLAIM, SEEDS, Row, chart, findings, seeds, worse
+from benchmarks.stability.factorizations import (
+    CLAIM,
+    FACTORIZATIONS,
+    Row,
+    chart,
+    findings,
+    seeds,
+    worse,
+)
 
 
-def row(seed, outcome, dt=1e-3, h_omega=100.0, on_exact=False):
-    return Row("lattice", "Newmark(0)", seed, 1e8, dt, h_omega, outcome, 10, on_exact)
+def row(factorization, outcome, dt=1e-3, h_omega=100.0, on_exact=False):
+    return Row("lattice", "Newmark(0)", factorization, 1e8, dt, h_omega, outcome, 10, on_exact)
 
 
 def test_what_is_worse_is_found_and_named(readable):
-    rows = [row("exact", "finished"), row("incomplete", "failed"), row("auto", "finished")]
-    rows += [row(seed, "failed", 1e-2, 1e3) for seed in SEEDS]
+    rows = [row("complete", "finished"), row("incomplete", "failed"), row("auto", "finished")]
+    rows += [row(factorization, "failed", 1e-2, 1e3) for factorization in FACTORIZATIONS]
     assert worse(rows, "incomplete") == [rows[1]]
     assert worse(rows, "auto") == []
     sentences = findings(rows)
     assert (
-        f"1 of 2 runs do not finish where exact seeds do, 1 of them at h omega up to {CLAIM:g}"
+        f"1 of 2 runs do not finish where complete seeds do, 1 of them at h omega up to {CLAIM:g}"
         in (sentences[0])
     )
     assert "lattice, 1e+08 Pa, dt = 0.001 s (h omega = 100), Newmark(0)" in sentences[1]
@@ -41,5 +49,5 @@ def test_the_command_writes_the_map(tmp_path):
         main(["stability", *words, "--output", str(tmp_path)])
     assert left.value.code == 0
     with (tmp_path / "stability-seeds.csv").open(encoding="utf-8") as file:
-        assert len(list(csv.DictReader(file))) == 2 * len(SEEDS)
+        assert len(list(csv.DictReader(file))) == 2 * len(FACTORIZATIONS)
     assert (tmp_path / "stability-seeds.png").stat().st_size > 5_000

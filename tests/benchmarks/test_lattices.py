@@ -11,8 +11,8 @@ from benchmarks.scaling.lattice_report import STUDY, chart, findings, targets
 from benchmarks.scaling.lattices import Row, _again_in_turn, in_process, pairs, run
 
 
-def row(size, seed, seconds, case="lattice", threads=1, jitter=0.0, **more):
-    job = Job(case, size, "soft", "rest", 1e-3, 10, seed, jitter, threads=threads)
+def row(size, factorization, seconds, case="lattice", threads=1, jitter=0.0, **more):
+    job = Job(case, size, "soft", "rest", 1e-3, 10, factorization, jitter, threads=threads)
     record = {"seconds": seconds, "set_up_seconds": 2.0 * seconds, "corrections": 3.0}
     record |= {"sweeps": 4.0, "products": 1.0, "factorizations": 2, "recoveries": 0}
     record |= {"peak_bytes": 10**8 + 10**5 * seconds, "base_bytes": 10**8}
@@ -41,9 +41,9 @@ def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     assert {line["elements"] for line in table if line["case"] == "octet"} == {"36"}
     assert not any(line["note"] for line in table)
     assert all(float(line["microseconds"]) > 0 for line in table)
-    incomplete = [line for line in table if line["seed"] == "incomplete"]
+    incomplete = [line for line in table if line["factorization"] == "incomplete"]
     assert all(float(line["sweeps"]) >= float(line["corrections"]) for line in incomplete)
-    exact = [line for line in table if line["seed"] == "exact"]
+    exact = [line for line in table if line["factorization"] == "complete"]
     assert all(1.0 <= float(line["fill"]) < 3.0 for line in exact)
     record = json.loads((tmp_path / "lattices.json").read_text())
     assert len(record["findings"]) == scenes + 2 + 3  # who wins by what; gains of two threads
@@ -52,16 +52,18 @@ def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
         "steel lattice, at rest, 0.004 s, 3: gain of 2 threads",
         "steel lattice, at rest, 0.01 s, 3: gain of 2 threads",
     ]
-    assert "| net, at rest, 0.0005 s | 3 nodes a side | exact | 12 |" in page.read_text(
+    assert "| net, at rest, 0.0005 s | 3 nodes a side | complete | 12 |" in page.read_text(
         encoding="utf-8"
     )
     assert (tmp_path / "gallery" / "lattices.png").stat().st_size > 10_000
 
 
 def test_what_is_said_follows_the_rows():
-    rows = [row(10, "exact", 8.0), row(10, "incomplete", 2.0), row(20, "incomplete", 30.0)]
-    rows.append(row(20, "exact", 1.0, note="too large: it does not fit"))
-    assert [(a.job.seed, b.job.seed) for a, b in pairs(rows)] == [("exact", "incomplete")]
+    rows = [row(10, "complete", 8.0), row(10, "incomplete", 2.0), row(20, "incomplete", 30.0)]
+    rows.append(row(20, "complete", 1.0, note="too large: it does not fit"))
+    assert [(a.job.factorization, b.job.factorization) for a, b in pairs(rows)] == [
+        ("complete", "incomplete")
+    ]
     first, second = findings(rows)
     assert targets(rows) == []
     assert "takes 4 times the time per step, 4 times the set-up, 4 times the memory" in first
@@ -70,11 +72,15 @@ def test_what_is_said_follows_the_rows():
 
 
 def test_what_is_aimed_at_is_looked_up():
-    rows = [row(n, seed, 0.1 * n) for n in (10, 22, 46) for seed in ("exact", "incomplete")]
+    rows = [
+        row(n, factorization, 0.1 * n)
+        for n in (10, 22, 46)
+        for factorization in ("complete", "incomplete")
+    ]
     rows += [row(46, "incomplete", 2.0, threads=2), row(16, "incomplete", 4.0, "statics")]
     found = {target.what: target for target in targets(rows)}
     assert len(found) == 8
-    of_22 = "soft lattice, at rest, 0.001 s, 22: exact / incomplete, "
+    of_22 = "soft lattice, at rest, 0.001 s, 22: complete / incomplete, "
     assert found[of_22 + "step"].value == found[of_22 + "memory"].value == 1.0
     assert not found[of_22 + "set-up"].met
     growth = found["soft lattice: cost per element, 46 / 10"]
@@ -89,13 +95,13 @@ def test_what_is_aimed_at_is_looked_up():
 def test_from_which_fill_on_seeds_win_is_said():
     rows = []
     for n, fill, seconds in ((3, 1.5, 0.5), (4, 2.5, 2.0), (5, 3.5, 0.9), (6, 5.0, 9.0)):
-        rows += [row(n, "exact", seconds, fill=fill), row(n, "incomplete", 1.0)]
+        rows += [row(n, "complete", seconds, fill=fill), row(n, "incomplete", 1.0)]
     by_steps, with_set_up = findings(rows)[-2:]
     assert by_steps == (
-        "By steps, exact seeds win 2 times, up to a fill of 3.5; incomplete ones 2 times, from a "
-        "fill of 2.5 on, and always from 5 on"
+        "By steps, complete seeds win 2 times, up to a fill of 3.5; incomplete ones 2 times, from "
+        "a fill of 2.5 on, and always from 5 on"
     )
-    assert with_set_up.startswith("By set-up and steps, exact seeds win 2 times")
+    assert with_set_up.startswith("By set-up and steps, complete seeds win 2 times")
 
 
 def test_all_that_is_asked_for_is_listed():
@@ -106,13 +112,15 @@ def test_all_that_is_asked_for_is_listed():
         "steel irregular lattice, rough, 0.001 s",
         "soft lattice on rods, at rest, 0.001 s",
     } <= (titles)
-    exact = [job for job in jobs if job.seed == "exact"]
+    exact = [job for job in jobs if job.factorization == "complete"]
     assert max(job.size for job in exact if job.case == "lattice") == 22
-    assert {job.seed for job in jobs if job.threads == 2 or job.case == "statics"} == {"incomplete"}
+    assert {job.factorization for job in jobs if job.threads == 2 or job.case == "statics"} == {
+        "incomplete"
+    }
 
 
 def test_runs_on_one_and_two_threads_are_compared_by_the_fastest_in_turn(monkeypatch):
-    rows = [row(10, "incomplete", 3.0), row(10, "exact", 5.0)]
+    rows = [row(10, "incomplete", 3.0), row(10, "complete", 5.0)]
     rows.append(row(10, "incomplete", 2.0, threads=2))
     seconds, ran = iter([4.0, 1.5, 2.5, 1.0]), []
 
@@ -127,7 +135,11 @@ def test_runs_on_one_and_two_threads_are_compared_by_the_fastest_in_turn(monkeyp
 
 
 def test_the_chart_can_be_read(readable):
-    rows = [row(n, seed, 0.1 * n) for n in (10, 20) for seed in ("exact", "incomplete")]
+    rows = [
+        row(n, factorization, 0.1 * n)
+        for n in (10, 20)
+        for factorization in ("complete", "incomplete")
+    ]
     readable(chart(rows))
     rows += [row(n, "incomplete", 0.2 * n, "octet") for n in (4, 8)]
     rows += [row(n, "incomplete", 0.3 * n, jitter=0.2) for n in (10, 20)]
@@ -137,7 +149,7 @@ def test_the_chart_can_be_read(readable):
     # Lattices on both kinds of seeds, and trusses in their colour.
     assert len(above.lines) == len(between.lines) == len(below.lines) == 2
     assert above.lines[1].get_color() == below.lines[1].get_color()
-    readable(chart([row(10, "exact", 1.0, note="too large")]))
+    readable(chart([row(10, "complete", 1.0, note="too large")]))
 
 
 def test_a_process_of_its_own_answers():
@@ -147,5 +159,9 @@ def test_a_process_of_its_own_answers():
 
 
 def test_a_run_that_cannot_be_leaves_a_note():
-    assert "unknown seed" in run(Job("lattice", 2, "soft", "rest", 1e-3, 1, "none"))["note"]
-    assert "exit code" in in_process(Job("lattice", 2, "glass", "rest", 1e-3, 1, "exact"))["note"]
+    assert (
+        "unknown factorization" in run(Job("lattice", 2, "soft", "rest", 1e-3, 1, "none"))["note"]
+    )
+    assert (
+        "exit code" in in_process(Job("lattice", 2, "glass", "rest", 1e-3, 1, "complete"))["note"]
+    )

@@ -221,10 +221,13 @@ def test_an_unknown_integrator_is_refused(capsys):
         (("--tolerance", "1e-3", "--integrator", "rkn4"), "--tolerance 1e-3 does not apply to"),
         (("--solver", "bfgs", "--accuracy", "1e-3", "--integrator", "hht"),
          "the full memory of --solver bfgs keeps its first: add --memory 10"),
-        (("--seed", "exact", "--integrator", "rkn4"), "--seed exact does not apply to"),
-        (("--seed", "best"), "unknown seed 'best'"),
-        (("--seed", "incomplete"), "the full memory of --solver davidon, the default here, starts"),
-        (("--seed", "incomplete", "--accuracy", "1e-3"), "leave out --seed incomplete"),
+        (("--factorization", "complete", "--integrator", "rkn4"),
+         "--factorization complete does not apply to"),
+        (("--factorization", "best"), "unknown factorization 'best'"),
+        (("--factorization", "incomplete"),
+         "the full memory of --solver davidon, the default here, starts"),
+        (("--factorization", "incomplete", "--accuracy", "1e-3"),
+         "leave out --factorization incomplete"),
         (("--nu", ".4"), "--nu 0.4 does not apply to --element thin: leave it out, or take "
          "--element thick"),
     ],
@@ -236,7 +239,7 @@ def test_an_option_that_nothing_hears_is_refused(capsys, words, sentence):
 
 
 def test_a_seed_that_is_asked_for_is_taken(capsys):
-    _, out, _ = run(capsys, *SHORT, "--solver", "modified-newton", "--seed", "incomplete")
+    _, out, _ = run(capsys, *SHORT, "--solver", "modified-newton", "--factorization", "incomplete")
     assert "on an incomplete seed" in json.loads(out)["settings"]["chosen"]
 
 

@@ -123,7 +123,7 @@ def corrections_and_inner(cube, stiff, motion, dt):
     corrections, inner = [], []
     for n in sizes:
         scene = make(n, motion, *STIFF[stiff]).scene
-        stats = simulate(scene, 10 * dt, dt, seed="incomplete").stats
+        stats = simulate(scene, 10 * dt, dt, factorization="incomplete").stats
         assert stats.recoveries == 0
         corrections.append(stats.iterations_per_step)
         inner.append((stats.sweeps + stats.products) / stats.steps)

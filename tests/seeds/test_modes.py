@@ -149,6 +149,6 @@ def test_threads_do_not_change_a_digit(monkeypatch):
 
 @pytest.mark.parametrize("n", [8, 12])
 def test_sweeps_of_long_steps(n):
-    run = ancf.simulate(lattice(n, **STEEL).scene, 10 * LONG, LONG, seed="incomplete")
+    run = ancf.simulate(lattice(n, **STEEL).scene, 10 * LONG, LONG, factorization="incomplete")
     assert run.stats.sweeps <= 60 * run.stats.steps  # 100 without modes
     assert run.stats.products <= 2.1 * run.stats.sweeps

@@ -120,7 +120,7 @@ class Statics(Way):
     fewest: int = field(default=FEWEST, compare=False)
     start: str | None = None
     order: ClassVar[int] = 2
-    options: ClassVar[frozenset[str]] = frozenset({"progress", "tolerance", "seed"})
+    options: ClassVar[frozenset[str]] = frozenset({"progress", "tolerance", "factorization"})
 
     @classmethod
     def fit(

@@ -261,7 +261,7 @@ class Pilots:
             accuracy=None,
             integrator=self.integrator,
             solver=solver,
-            seed="auto",
+            factorization="auto",
             tolerance="default",
             max_energy_gain=0.01,
             max_halvings=0,

@@ -74,7 +74,7 @@ class RunStats:
         Incomplete seeds that broke down and were made with a larger diagonal.
     sweeps, products : int
         Sweeps through an incomplete factor, and products with its matrix, in all solutions; 0 with
-        exact seeds, whose solutions are a sweep each.
+        complete seeds, whose solutions are a sweep each.
     solves : int
         Solutions with a factor or a dense inverse.
     pairs : int

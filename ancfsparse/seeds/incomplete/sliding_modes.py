@@ -49,7 +49,7 @@ class SlidingModes:
     block, row, column, place : (n_terms,) int32
         Terms of the coarse matrix: a block of the matrix between two ways, and where it is added.
     factor : SparseSeed
-        Exact factor of the coarse matrix.
+        Complete factor of the coarse matrix.
     """
 
     triple: Numbers

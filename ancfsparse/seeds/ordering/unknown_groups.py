@@ -30,7 +30,7 @@ MOST_BLOCKS = 1e15
 
 
 class Fill(NamedTuple):
-    """What an exact factor costs, counted in whole groups.
+    """What a complete factor costs, counted in whole groups.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ class Groups:
         return out
 
     def exact_fill(self, most: float) -> Fill | None:
-        """Count the exact factor in an order of nested dissection.
+        """Count the complete factor in an order of nested dissection.
 
         It is not ordered, which takes longest, if an order of minimum degree of the nodes shows
         that it fills in far more.

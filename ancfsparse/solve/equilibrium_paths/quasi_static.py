@@ -17,7 +17,7 @@ from ancfsparse.results import Equilibrium, RunStats, Trajectory
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.initial_conditions.restart import check_start
 from ancfsparse.solve.linearization.rigid_body_modes import free_motions
-from ancfsparse.solve.preparation.choose_factorization import SEEDS
+from ancfsparse.solve.preparation.choose_factorization import FACTORIZATIONS
 from ancfsparse.solve.preparation.memory_estimate import check_factor, estimate, memory_for
 from ancfsparse.solve.preparation.progress_bar import progress_bar
 from ancfsparse.solve.statics.equilibrium_equations import Balance
@@ -51,7 +51,7 @@ def quasi_static(
     *,
     start: State | Equilibrium | None = None,
     tolerance: float = 1e-9,
-    seed: str = "auto",
+    factorization: str = "auto",
     progress: bool = False,
 ) -> Trajectory:
     """Follow the equilibria of a scene while loads and drives change slowly.
@@ -76,7 +76,7 @@ def quasi_static(
     tolerance : float, optional
         Unbalanced forces that may be left, as a share of the largest loads so far, as in
         `solve_static` [-].
-    seed : {"auto", "exact", "incomplete"}, optional
+    factorization : {"auto", "complete", "incomplete"}, optional
         As in `solve_static`.
     progress : bool, optional
         Whether to draw a progress bar.
@@ -114,7 +114,7 @@ def quasi_static(
             f"tolerance is the share of the loads that may stay unbalanced, from {FINEST:g} to "
             f"{COARSEST:g}, got {tolerance:g}"
         )
-    check_choice("seed", seed, SEEDS)
+    check_choice("factorization", factorization, FACTORIZATIONS)
     check_flag("progress", progress)
     begin = time.perf_counter()
     needed = estimate(scene, n + 1, 0, False, Newton(), matrices=MATRICES)
@@ -123,7 +123,7 @@ def quasi_static(
         system = System(scene, begins)
         wider = Sentence("a larger {dt}", dt=Parameter("dt"))
         check_room("the equilibria", KEPT * (n + 1) * system.n_all, wider)
-        balance = Balance(system, stats, kind=seed, t=clock.begin)
+        balance = Balance(system, stats, kind=factorization, t=clock.begin)
         check_factor(needed, balance.seed)
         stats.seconds["set-up"] = time.perf_counter() - begin
         march = _March(balance, tolerance, free_motions(system))

@@ -22,7 +22,7 @@ from ancfsparse.results import Equilibrium
 from ancfsparse.scene import Point, Scene, check_scene
 from ancfsparse.solve import statics
 from ancfsparse.solve.initial_conditions.restart import check_start
-from ancfsparse.solve.preparation.choose_factorization import check_seed
+from ancfsparse.solve.preparation.choose_factorization import check_factorization
 from ancfsparse.solve.preparation.memory_estimate import Memory, estimate
 from ancfsparse.solve.preparation.solver_settings import check_gain, check_solver, check_tolerance
 from ancfsparse.solve.preparation.threads import check_threads
@@ -72,7 +72,7 @@ class Request:
     integrator: Implicit | Explicit
     named: Implicit | Explicit | None
     solver: Method | str
-    seed: str
+    factorization: str
     tolerance: str | float
     max_energy_gain: float
     max_halvings: int
@@ -104,7 +104,7 @@ class Request:
             self.solver,
             whole_runs=0 if self.accuracy is None else COMPARED,
             matrices=self.integrator.matrices,
-            incomplete=self.seed != "exact"
+            incomplete=self.factorization != "complete"
             and self.accuracy is None
             and isinstance(self.integrator, Implicit),
         )
@@ -119,7 +119,7 @@ class Request:
             "t_end": self.t_end,
             "integrator": repr(self.integrator),
             "solver": repr(self.solver),
-            "seed": self.seed,
+            "factorization": self.factorization,
             "tolerance": self.tolerance,
             "max_energy_gain": self.max_energy_gain,
             "max_halvings": self.max_halvings,
@@ -136,7 +136,7 @@ def check_request(
     accuracy: float | None,
     integrator: Implicit | Explicit | str,
     solver: Method | str,
-    seed: str,
+    factorization: str,
     tolerance: str | float,
     max_energy_gain: float,
     max_halvings: int,
@@ -169,7 +169,7 @@ def check_request(
     save_every = min(check_count("save_every", save_every), n_steps)
     named = check_integrator(integrator)
     check_solver(solver)
-    check_seed(seed, solver, accuracy)
+    check_factorization(factorization, solver, accuracy)
     tolerance, max_energy_gain = check_tolerance(tolerance), check_gain(max_energy_gain)
     progress = check_flag("progress", progress)
     max_halvings = check_count("max_halvings", max_halvings, 0)
@@ -186,7 +186,7 @@ def check_request(
         DEFAULT if named is None else named,
         named,
         solver,
-        seed,
+        factorization,
         tolerance,
         max_energy_gain,
         max_halvings,

@@ -26,7 +26,11 @@ class ExplicitRun(FixedRun):
 
     def __init__(self, request: Request, system: System, integrator: Explicit) -> None:
         check_alone(
-            integrator, request.solver, request.tolerance, request.max_halvings, request.seed
+            integrator,
+            request.solver,
+            request.tolerance,
+            request.max_halvings,
+            request.factorization,
         )
         dt, n_steps, gain = request.clock.dt, request.n_steps, request.max_energy_gain
         march, self._mass, why = prepare_explicit(

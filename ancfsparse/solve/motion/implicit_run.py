@@ -36,7 +36,7 @@ class ImplicitRun(FixedRun):
             request.max_energy_gain,
             threads,
             needed,
-            request.seed,
+            request.factorization,
             request.state,
         )
         super().__init__(system, request, ready.march, ready.iteration, ready.a, ready.why, threads)
@@ -77,7 +77,7 @@ class ImplicitRun(FixedRun):
         return outcome
 
     def _consider(self, back: WayBack, outcome: Outcome) -> Outcome:
-        """Continue with an exact seed where the incomplete one fails or costs more, if it fits."""
+        """Switch to the complete seed, if it fits, where the incomplete one fails or costs more."""
         failed, steps = outcome in CURABLE, self._stats.steps
         if not failed and not back.pays(self._iteration.counts, self._solved_with[0].inner):
             self._chunk = min(2 * self._chunk, self._most)
@@ -90,8 +90,8 @@ class ImplicitRun(FixedRun):
         if failed:
             why, time = CAUSES[outcome], self._clock.at(steps + 1)
             rate = self._iteration.contraction
-            self._exact.append(Event(steps + 1, time, "exact seed", CAUSES[outcome], rate))
-        self._stats.solver += f"; from step {steps + 1} on an exact seed ({why})"
+            self._exact.append(Event(steps + 1, time, "complete seed", CAUSES[outcome], rate))
+        self._stats.solver += f"; from step {steps + 1} on a complete seed ({why})"
         self._iteration.step = steps
         return Outcome.CONVERGED
 

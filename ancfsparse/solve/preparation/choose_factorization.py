@@ -1,4 +1,4 @@
-"""Which seed a run or an equilibrium is solved on: the exact factor, or one without fill."""
+"""Which seed a run or an equilibrium is solved on: the complete factor, or one without fill."""
 
 from __future__ import annotations
 
@@ -16,37 +16,39 @@ from ancfsparse.system import System
 from ancfsparse.system.coordinates.nodal_vectors import vectors_of
 from ancfsparse.system_memory import available
 
-SEEDS = ("auto", "exact", "incomplete")
-# Coordinates up to which an exact factor costs next to nothing.
+FACTORIZATIONS = ("auto", "complete", "incomplete")
+# Coordinates up to which a complete factor costs next to nothing.
 SMALL = 300
-# Blocks of an exact factor for each of the matrix up to which it is taken: its solves cost three
+# Blocks of a complete factor for each of the matrix up to which it is taken: its solves cost three
 # sweeps, and incomplete seeds take half as many corrections again.
 MOST_FILL = 3.0
 # The same with equations, where each sweep is two.
 MOST_HELD_FILL = 6.0
 # The same in statics, whose solutions on incomplete seeds take some forty sweeps each: lattices of
-# 10 nodes a side (12 blocks) take as long with both, of 16 (27) five times as long with exact ones.
+# 10 nodes a side (12 blocks) take as long with both, of 16 (27) five times as long with
+# complete ones.
 MOST_STATIC_FILL = 16.0
 
 
-def check_seed(kind: str, solver: Method | str, accuracy: float | None) -> str:
+def check_factorization(kind: str, solver: Method | str, accuracy: float | None) -> str:
     """Return the kind of seed; refuse an unknown one, or what incomplete seeds cannot do.
 
     Raises
     ------
     InputError
-        If it is not one of `SEEDS`, or if it is incomplete beside a dense inverse or an accuracy.
+        If it is not one of `FACTORIZATIONS`, or if it is incomplete and the inverse is dense or an
+        accuracy is given.
     """
-    check_choice("seed", kind, SEEDS)
+    check_choice("factorization", kind, FACTORIZATIONS)
     if kind == "incomplete" and not isinstance(solver, str) and solver.is_dense:
         raise InputError(
-            f"seed='incomplete' approximates a sparse factor, and {solver!r} starts from the whole "
-            "inverse: take solver='auto' or a number of pairs, or leave out seed"
+            f"factorization='incomplete' approximates a sparse factor, and {solver!r} starts from "
+            "the full inverse: take solver='auto' or a number of pairs, or leave out factorization"
         )
     if kind == "incomplete" and accuracy is not None:
         raise InputError(
-            f"accuracy={accuracy:g} estimates errors with an exact factor: leave out "
-            "seed='incomplete', or give dt and no accuracy"
+            f"accuracy={accuracy:g} estimates errors with a complete factor: leave out "
+            "factorization='incomplete', or give dt and no accuracy"
         )
     return kind
 
@@ -61,16 +63,16 @@ def make_seed(
 ) -> tuple[Seed, Groups | None]:
     """Make the seed of a run, ordered but not yet factored.
 
-    Where the choice is free, it is the exact factor as long as that does not fill in: on trees, and
-    up to three blocks for each of the matrix, or six with multipliers.  A solver that is asked
-    for gets the exact factor too, wherever it fits.
+    "auto" takes the complete factor where it hardly fills in: on trees, and up to three blocks for
+    each block of the matrix, or six with multipliers.  A solver that the caller has named gets the
+    complete factor too, wherever it fits.
 
     Parameters
     ----------
     system : System
         Its pattern, and which coordinates are vectors.
     kind : str
-        One of `SEEDS`.
+        One of `FACTORIZATIONS`.
     solver : Method or str
         How the equations of a step are solved.
     threads : int
@@ -85,7 +87,7 @@ def make_seed(
     seed : SparseSeed or IncompleteSeed
         With what corrections are solved.
     groups : Groups or None
-        Where an incomplete seed was chosen, of what an exact one would be made.
+        Where an incomplete seed was chosen, of what a complete one would be made.
 
     Raises
     ------
@@ -95,9 +97,9 @@ def make_seed(
     indptr, indices = system.pattern.indptr, system.pattern.indices
     if kind == "incomplete" and system.n_multipliers > MOST_EQUATIONS:
         raise InputError(
-            f"seed='incomplete' holds at most {MOST_EQUATIONS} equations, and this scene has "
-            f"{system.n_multipliers}, the first of the {system.constraints.labels[0]}: leave out "
-            "seed, or use joints without multipliers, such as pins"
+            f"factorization='incomplete' takes at most {MOST_EQUATIONS} equations, and this scene "
+            f"has {system.n_multipliers}, the first of the {system.constraints.labels[0]}: leave "
+            "out factorization, or use joints without multipliers, such as pins"
         )
     if kind == "incomplete" or (kind == "auto" and _may_fill_in(system, solver)):
         groups = groups_of(system)
@@ -125,7 +127,7 @@ def make_static_seed(
     indptr, indices : integer arrays
         Lower triangle of the stiffness of the free coordinates.
     kind : str
-        One of `SEEDS`.
+        One of `FACTORIZATIONS`.
     """
     fills = kind == "incomplete"
     if fills or (kind == "auto" and _meshed(system)):
@@ -144,7 +146,7 @@ def groups_of(system: System) -> Groups:
 
 
 def _may_fill_in(system: System, solver: Method | str) -> bool:
-    """Whether there may be more fill than is worth a thought, and no need of an exact factor."""
+    """Whether there may be more fill than is worth a thought, and no need of a complete factor."""
     if not isinstance(solver, str) and solver.is_dense:
         return False
     return system.n_multipliers <= MOST_EQUATIONS and _meshed(system)
@@ -160,12 +162,12 @@ def _meshed(system: System) -> bool:
 
 
 def most_fill(system: System) -> float:
-    """Return the largest fill, in blocks per block of the matrix, at which exact factors pay."""
+    """Return the largest fill, in blocks per block of the matrix, at which complete factors pay."""
     return MOST_HELD_FILL if system.n_multipliers else MOST_FILL
 
 
 def _fills_in(groups: Groups, solver: Method | str, needed: Memory, most: float) -> bool:
-    """Whether an exact factor costs more than a sweep or two, or does not fit."""
+    """Whether a complete factor costs more than a sweep or two, or does not fit."""
     if groups.cycles == 0:
         return False
     if isinstance(solver, str):

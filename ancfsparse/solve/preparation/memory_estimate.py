@@ -55,7 +55,7 @@ class Memory:
         Element arrays; matrix and its pattern; its factor, with secant pairs, or dense inverse;
         vectors of the solvers; saved states [bytes].
     exact : float
-        Where the factor is an incomplete one, what the exact one might take at most [bytes].
+        Where the factor is an incomplete one, what the complete one might take at most [bytes].
     """
 
     kernels: float
@@ -203,8 +203,8 @@ def check_fits(needed: Memory) -> None:
         advice = Sentence("fewer elements or a sparse solver such as solver='auto'")
     other = ""
     if needed.exact:
-        other = f" (the factor {needed.factor / GIGABYTE:.3g} GB as an incomplete one, and as an "
-        other += f"exact one up to {needed.exact / GIGABYTE:.3g} GB)"
+        other = f" (the factor {needed.factor / GIGABYTE:.3g} GB as an incomplete one, and as a "
+        other += f"complete one up to {needed.exact / GIGABYTE:.3g} GB)"
     raise InputError(
         "the run would need about {needed:.3g} GB, more than there is: {free:.3g} GB of memory "
         "are free, and {name} alone would take {part:.3g} GB{other}; try {advice}",

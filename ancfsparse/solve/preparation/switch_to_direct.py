@@ -1,4 +1,4 @@
-"""From an incomplete seed to the exact one during a run, where the counts show that it pays."""
+"""From an incomplete seed to the complete one during a run, where the counts show that it pays."""
 
 from __future__ import annotations
 
@@ -11,32 +11,32 @@ from ancfsparse.system_memory import available
 
 # Steps after which costs are compared for the first time; then after twice as many, and so on.
 FIRST_LOOK = 5
-# Where incomplete seeds are dear, exact ones take as many corrections, and are taken the less often
-# the more they cost: a fifth to two thirds as often.
+# Complete seeds are renewed a fifth to two thirds as often as incomplete ones, at as many
+# corrections.
 RARER = 0.33
-# Where a third of the corrections have a seed of their own, motion is so rough that exact ones are
-# taken as often: 248 and 327 times where incomplete ones are 186 and 301 times.
+# Where a third of the corrections have a seed of their own, complete ones are renewed
+# as often: 248 and 327 times where incomplete ones are 186 and 301 times.
 OFTEN = 3.0
-# By what factor the exact seed must be cheaper as counted: its entries take a third longer than
+# By what factor the complete seed must be cheaper as counted: its entries take a third longer than
 # those of an incomplete one, and it has to be ordered.
 MARGIN = 0.6
-# Blocks of the exact factor for each of the matrix beyond which its costs are not looked at.
+# Blocks of the complete factor for each of the matrix beyond which its costs are not looked at.
 MOST_FILL = 25.0
 
 
 class WayBack:
-    """Whether a run on incomplete seeds should go on with exact ones, and how.
+    """Whether a run on incomplete seeds should go on with complete ones, and how.
 
     Parameters
     ----------
     groups : Groups
-        Of what the exact factor would be made.
+        Of what the complete factor would be made.
     costs_of : callable
         Gives the costs of an iteration and of a seed that has the operations of `Fill`.
     incomplete : IncompleteSeed
         What the run is on.
     take : callable
-        Makes the exact seed and lets the compiled loop go on with it.
+        Makes the complete seed and lets the compiled loop go on with it.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class WayBack:
         self._swept = 0
 
     def pays(self, counts: Mapping[str, int], inner: tuple[int, int]) -> bool:
-        """Whether the steps since the last look would have been cheaper on exact seeds.
+        """Whether the steps since the last look would have been cheaper on complete seeds.
 
         Parameters
         ----------
@@ -79,7 +79,7 @@ class WayBack:
         return exact < MARGIN * cost
 
     def take(self) -> Seed | None:
-        """Return the exact seed that the run goes on with; None where it does not fit."""
+        """Return the complete seed that the run goes on with; None where it does not fit."""
         free = available()
         if free is not None and (
             self._groups.exact_fill(free / (BLOCK_ENTRY * self._groups.nnz)) is None

@@ -92,7 +92,7 @@ class Balance(Norms):
         system: System,
         stats: RunStats,
         on_factor: Callable[[], object] = lambda: None,
-        kind: str = "exact",
+        kind: str = "complete",
         t: float = 0.0,
     ) -> None:
         super().__init__(system)

@@ -26,7 +26,7 @@ from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import DeflatedSeed, SparseSeed
 from ancfsparse.solve.initial_conditions.restart import check_start
 from ancfsparse.solve.linearization.rigid_body_modes import free_motions
-from ancfsparse.solve.preparation.choose_factorization import SEEDS
+from ancfsparse.solve.preparation.choose_factorization import FACTORIZATIONS
 from ancfsparse.solve.preparation.memory_estimate import (
     DEFLATED_ENTRY,
     Memory,
@@ -59,7 +59,7 @@ def solve_static(
     start: State | Equilibrium | Assembly | None = None,
     load_steps: int = 1,
     tolerance: float = 1e-9,
-    seed: str = "auto",
+    factorization: str = "auto",
     progress: bool = False,
 ) -> Equilibrium:
     """Find the static equilibrium under gravity, with loads and drives as they are at a time.
@@ -87,7 +87,7 @@ def solve_static(
         Unbalanced forces that may be left, as a share of all loads, from 1e-14 to 1e-3 [-].  What
         is below the rounding of forces counts as balanced.  One more correction follows, so the
         error of the positions is smaller yet.
-    seed : {"auto", "exact", "incomplete"}, optional
+    factorization : {"auto", "complete", "incomplete"}, optional
         What corrections are solved with: the factor of the stiffness, or conjugate gradients on one
         without fill and on coarse modes, whose memory is linear in the mesh.  ``"auto"`` counts how
         much the factor would fill in.
@@ -133,7 +133,7 @@ def solve_static(
     if t is None:
         t = 0.0 if begins is None else begins.t
     t = check_finite("t", t, "s")
-    check_choice("seed", seed, SEEDS)
+    check_choice("factorization", factorization, FACTORIZATIONS)
     check_flag("progress", progress)
     begin = time.perf_counter()
     needed = estimate(
@@ -143,14 +143,14 @@ def solve_static(
         False,
         Newton(),
         matrices=MATRICES,
-        incomplete=seed != "exact",
+        incomplete=factorization != "complete",
         incomplete_entry=DEFLATED_ENTRY,
     )
     stats = RunStats(solver="Newton with extrapolated stress")
     with memory_for(needed), progress_bar("factor", progress) as bar:
         system = System(scene, begins)
         free = free_motions(system)
-        balance = Balance(system, stats, bar.update, seed, t)
+        balance = Balance(system, stats, bar.update, factorization, t)
         check_factor(needed, balance.seed)
         if isinstance(balance.seed, DeflatedSeed):
             stats.solver += ", on an incomplete seed with coarse modes"
@@ -166,14 +166,14 @@ def solve_static(
         try:
             found = find(balance)
         except EquilibriumError as failure:
-            exact = _exact_instead(balance, needed, seed, bar.update, t)
+            exact = _exact_instead(balance, needed, factorization, bar.update, t)
             if exact is None:
                 raise
             try:
                 found = find(exact)
             except EquilibriumError:
                 raise failure from None
-            stats.solver += ", then on an exact seed (which found an equilibrium)"
+            stats.solver += ", then on a complete seed (which found an equilibrium)"
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
     stats.negative_pivots, stats.error = found.negative, found.error
     stats.sweeps, stats.products = balance.seed.inner
@@ -185,7 +185,7 @@ def solve_static(
 def _exact_instead(
     balance: Balance, needed: Memory, kind: str, on_factor: Callable[[], object], t: float
 ) -> Balance | None:
-    """Return the same equations on an exact seed, where one was not asked against and it fits."""
+    """Return the same equations on a complete seed, where one was not asked against and it fits."""
     if kind != "auto" or isinstance(balance.seed, SparseSeed):
         return None
     exact = Balance(balance.system, balance.stats, on_factor, t=t)

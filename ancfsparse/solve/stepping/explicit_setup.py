@@ -90,14 +90,14 @@ def check_alone(
     solver: object,
     tolerance: object,
     max_halvings: int = 0,
-    seed: str = "auto",
+    factorization: str = "auto",
 ) -> None:
     """Refuse what only matters where equations are solved."""
     for what, value, default in (
         ("solver", solver, "auto"),
         ("tolerance", tolerance, "default"),
         ("max_halvings", max_halvings, 0),
-        ("seed", seed, "auto"),
+        ("factorization", factorization, "auto"),
     ):
         if value != default:
             raise InputError(

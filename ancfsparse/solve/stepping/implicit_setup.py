@@ -56,7 +56,7 @@ class Prepared(NamedTuple):
     a : (n_all,) float
         Accelerations at the start [m/s2, 1/s2].
     back : WayBack or None
-        Leads to an exact seed where an incomplete one was chosen.
+        Leads to a complete seed where an incomplete one was chosen.
     """
 
     march: ControlledLoop
@@ -77,7 +77,7 @@ def prepare(
     max_energy_gain: float,
     threads: int = 1,
     needed: Memory = NOTHING,
-    kind: str = "exact",
+    kind: str = "complete",
     state: State | None = None,
 ) -> Prepared:
     """Set an implicit run up.
@@ -128,7 +128,7 @@ def prepare(
         why += ", first inverse from finite differences"
     if groups is not None:
         most = most_fill(system)
-        why += f"; an exact one would have more than {most:g} blocks for each of the matrix"
+        why += f"; a complete one would have more than {most:g} blocks for each of the matrix"
     if groups is None:
         return Prepared(march, iteration, seed, criterion, why, a, None)
 

@@ -136,7 +136,7 @@ def test_it_begins_where_an_equilibrium_is():
         ({"t_end": -1.0}, "t_end must be positive"),
         ({"tolerance": 1.0}, "from 1e-14 to 0.001, got 1"),
         ({"start": 3}, "start must be a state"),
-        ({"seed": "best"}, "unknown seed 'best'"),
+        ({"factorization": "best"}, "unknown factorization 'best'"),
         ({"scene": 1}, "a Scene is needed, got 1"),
     ],
 )

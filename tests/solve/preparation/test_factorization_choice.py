@@ -52,7 +52,7 @@ def test_where_it_hardly_does_it_is_exact(make):
 
 def test_solvers_and_accuracies_that_are_asked_for_get_the_exact_one():
     assert INCOMPLETE not in solver_of(lattice(5).scene, solver=ancf.ModifiedNewton())
-    assert INCOMPLETE not in solver_of(lattice(5).scene, seed="exact")
+    assert INCOMPLETE not in solver_of(lattice(5).scene, factorization="complete")
     run = ancf.simulate(lattice(3).scene, 1e-3, accuracy=1e-4)
     assert INCOMPLETE not in run.stats.solver
 
@@ -76,7 +76,7 @@ def test_too_many_multipliers_get_the_exact_one(monkeypatch):
         monkeypatch.setattr(module, "MOST_EQUATIONS", 0)
     assert INCOMPLETE not in solver_of(on_a_rod(9))
     with pytest.raises(ancf.InputError, match=r"at most 0 equations, and this scene has 1, the"):
-        solver_of(on_a_rod(4), seed="incomplete")
+        solver_of(on_a_rod(4), factorization="incomplete")
 
 
 def test_cycles_are_those_of_the_graph():
@@ -107,7 +107,7 @@ def test_what_does_not_fit_exactly_is_marched(monkeypatch):
     for module in (memory_estimate, choose_factorization, switch_to_direct):
         monkeypatch.setattr(module, "available", lambda: 1.2 * estimated.total)
     with pytest.raises(ancf.InputError, match="would need about"):
-        solver_of(scene, seed="exact")
+        solver_of(scene, factorization="complete")
     assert INCOMPLETE in solver_of(scene)
     assert INCOMPLETE in solver_of(scene, solver=ancf.ModifiedNewton())
 
@@ -116,7 +116,7 @@ def test_if_neither_fits_both_are_named(monkeypatch):
     scene = lattice(9).scene
     estimated = memory_estimate.estimate(scene, 3, None, False, "auto", incomplete=True)
     monkeypatch.setattr(memory_estimate, "available", lambda: 0.5 * estimated.total)
-    sentence = r"the factor .* GB as an incomplete one, and as an exact one up to .* GB"
+    sentence = r"the factor .* GB as an incomplete one, and as a complete one up to .* GB"
     with pytest.raises(ancf.InputError, match=sentence):
         solver_of(scene)
     exact = SparseSeed(*_pattern(scene))
@@ -145,9 +145,9 @@ def test_the_estimate_is_near_what_an_incomplete_factor_takes():
 
 def test_long_steps_go_back_to_exact_seeds_where_those_cost_less():
     run = ancf.simulate(lattice(5, **STEEL).scene, 1.25, 0.05)
-    assert "from step 6 on an exact seed (which cost less)" in run.stats.solver
+    assert "from step 6 on a complete seed (which cost less)" in run.stats.solver
     assert run.stats.steps == 25
-    incomplete = ancf.simulate(lattice(5, **STEEL).scene, 1.25, 0.05, seed="incomplete")
+    incomplete = ancf.simulate(lattice(5, **STEEL).scene, 1.25, 0.05, factorization="incomplete")
     assert run.stats.sweeps < incomplete.stats.sweeps  # none after the change
     assert run.stats.iterations > 0
     assert np.abs(run.q - incomplete.q).max() <= 1e-6
@@ -155,17 +155,17 @@ def test_long_steps_go_back_to_exact_seeds_where_those_cost_less():
 
 def test_short_steps_stay_on_incomplete_seeds():
     run = ancf.simulate(lattice(6).scene, 0.05, 1e-3)
-    assert "exact seed" not in run.stats.solver
+    assert "a complete seed" not in run.stats.solver
 
 
 def test_a_step_that_fails_is_solved_on_an_exact_seed(monkeypatch):
     scene, t_end, dt = lattice(5, "rough", **STEEL).scene, 0.25, 0.05
     with pytest.raises(ancf.StepError):
-        ancf.simulate(scene, t_end, dt, seed="incomplete")
+        ancf.simulate(scene, t_end, dt, factorization="incomplete")
     run = ancf.simulate(scene, t_end, dt)
     assert run.stats.steps == 5
-    (event,) = [event for event in run.stats.events if event.rung == "exact seed"]
-    assert f"from step {event.step} on an exact seed" in run.stats.solver
+    (event,) = [event for event in run.stats.events if event.rung == "complete seed"]
+    assert f"from step {event.step} on a complete seed" in run.stats.solver
     # Without room for it the run ends as it would have.
     monkeypatch.setattr(switch_to_direct, "available", lambda: 1e5)
     with pytest.raises(ancf.StepError):
@@ -176,7 +176,7 @@ def test_rough_steps_of_steel_are_solved_on_incomplete_seeds():
     run = ancf.simulate(lattice(8, "rough", **STEEL).scene, 0.03, 3e-3)
     assert run.stats.steps == 10
     assert {event.rung for event in run.stats.events} == {"new seed", "descent"}
-    assert "exact seed" not in run.stats.solver
+    assert "a complete seed" not in run.stats.solver
 
 
 def test_runs_repeat_bit_for_bit():
@@ -192,8 +192,8 @@ def test_pairs_are_taken_where_sweeps_contract_slowly(motion, dt, most):
         stats = ancf.simulate(lattice(8, motion, **STEEL).scene, 30 * dt, dt, **options).stats
         return stats.residual_evaluations + stats.sweeps + stats.products, stats
 
-    pairs, stats = work(seed="incomplete")
-    chord, _ = work(seed="incomplete", solver=ancf.ModifiedNewton())
+    pairs, stats = work(factorization="incomplete")
+    chord, _ = work(factorization="incomplete", solver=ancf.ModifiedNewton())
     assert "quasi-Newton (bfgs, 2 pairs) where sweeps contract slowly" in stats.solver
     if most == 1.0:
         assert pairs == chord  # nothing is learnt where little is left to learn

@@ -1,4 +1,4 @@
-"""Runs on incomplete seeds: the motion of exact ones, at counts that do not grow with the mesh."""
+"""Runs on incomplete seeds: the motion of complete ones, at counts independent of the mesh."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,8 @@ SOFT = {"youngs_modulus": 1e8, "density": 1000.0}
 def both(make, t_end, dt, **options):
     """The same run on exact and on incomplete seeds."""
     return [
-        ancf.simulate(make(), t_end, dt, seed=kind, **options) for kind in ("exact", "incomplete")
+        ancf.simulate(make(), t_end, dt, factorization=kind, **options)
+        for kind in ("complete", "incomplete")
     ]
 
 
@@ -89,13 +90,19 @@ def test_set_up_without_a_march_is_linear():
 def test_what_they_cannot_do_is_refused():
     scene = net(3).scene
     for options, words in (
-        ({"seed": "inexact"}, "unknown seed .inexact."),
+        ({"factorization": "inexact"}, "unknown factorization .inexact."),
         (
-            {"seed": "incomplete", "solver": ancf.QuasiNewton("bfgs")},
-            "starts from the whole inverse",
+            {"factorization": "incomplete", "solver": ancf.QuasiNewton("bfgs")},
+            "starts from the full inverse",
         ),
-        ({"seed": "incomplete", "accuracy": 1e-3}, "estimates errors with an exact factor"),
-        ({"seed": "exact", "integrator": ancf.CentralDifference()}, "solves no equations"),
+        (
+            {"factorization": "incomplete", "accuracy": 1e-3},
+            "estimates errors with a complete factor",
+        ),
+        (
+            {"factorization": "complete", "integrator": ancf.CentralDifference()},
+            "solves no equations",
+        ),
     ):
         with pytest.raises(ancf.InputError, match=words):
             ancf.simulate(scene, 0.01, 1e-3, **options)

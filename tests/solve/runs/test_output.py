@@ -186,7 +186,7 @@ def test_a_lattice_whose_factor_cannot_fit_is_refused_before_it_is_factored(monk
     assert seed.nbytes > 2.0 * estimated.factor  # what a plane net of as many nodes would take
     monkeypatch.setattr(memory_estimate, "available", lambda: estimated.total + 1e6)
     with pytest.raises(InputError, match=r"the factor or inverse alone would take .* GB; try few"):
-        ancf.simulate(scene, 1e-3, 1e-3, seed="exact")
+        ancf.simulate(scene, 1e-3, 1e-3, factorization="complete")
     with pytest.raises(InputError, match=r"the factor or inverse alone would take .* GB; try few"):
         ancf.simulate(scene, 1e-4, 1e-5, integrator=ancf.CentralDifference())
 

@@ -1,4 +1,4 @@
-"""Equilibria on incomplete seeds: those of exact ones, at counts that hardly grow with the mesh."""
+"""Equilibria on incomplete seeds: those of complete ones, at counts that hardly grow."""
 
 import contextlib
 import warnings
@@ -37,7 +37,7 @@ def hung(n, stiff="steel", sideways=0.1, standing=False):
 
 
 def both(make):
-    return [ancf.solve_static(make(), seed=kind) for kind in ("exact", "incomplete")]
+    return [ancf.solve_static(make(), factorization=kind) for kind in ("complete", "incomplete")]
 
 
 @pytest.mark.parametrize("sideways", [0.0, 0.1, 1.0])
@@ -57,7 +57,7 @@ def test_lattices_rest_where_they_do_on_exact_seeds(stiff, sideways):
 def test_sweeps_grow_less_than_the_side(stiff):
     sweeps = []
     for n in (5, 10):
-        stats = ancf.solve_static(hung(n, stiff), seed="incomplete").stats
+        stats = ancf.solve_static(hung(n, stiff), factorization="incomplete").stats
         assert stats.factorizations <= 12
         assert stats.steps == 1
         sweeps.append(stats.sweeps / stats.solves)
@@ -125,12 +125,12 @@ def test_what_fails_is_solved_on_an_exact_seed_if_it_fits(monkeypatch):
     STIFF["column"] = (3e7, 1000.0)
     scene = hung(3, "column", 0.0, standing=True)
     with pytest.raises(ancf.EquilibriumError):
-        ancf.solve_static(scene, seed="incomplete")
+        ancf.solve_static(scene, factorization="incomplete")
     monkeypatch.setattr(choose_factorization, "SMALL", 0)
     monkeypatch.setattr(choose_factorization, "MOST_STATIC_FILL", 1.0)
     with pytest.warns(ancf.UnstableEquilibriumWarning):
         solved = ancf.solve_static(scene)
-    assert solved.stats.solver.endswith("then on an exact seed (which found an equilibrium)")
+    assert solved.stats.solver.endswith("then on a complete seed (which found an equilibrium)")
     assert solved.stats.sweeps > 0
 
 
@@ -141,7 +141,7 @@ def test_what_fails_and_does_not_fit_exactly_fails(monkeypatch):
         kinds.append(type(balance.seed).__name__)
         raise ancf.EquilibriumError("a reason", 1.0, 2.0, "somewhere", "N")
 
-    monkeypatch.setattr("ancfsparse.solve.statics.load_stepping.find_equilibrium", failing)
+    monkeypatch.setattr("ancfsparse.solve.statics.static_equilibrium.find_equilibrium", failing)
     monkeypatch.setattr(choose_factorization, "MOST_STATIC_FILL", 1.0)
     with pytest.raises(ancf.EquilibriumError, match="a reason"):
         ancf.solve_static(hung(4))
@@ -160,7 +160,7 @@ def test_the_choice_is_by_fill(monkeypatch):
     assert INCOMPLETE not in ancf.solve_static(hung(5)).stats.solver
     monkeypatch.setattr(choose_factorization, "MOST_STATIC_FILL", 3.0)
     assert INCOMPLETE in ancf.solve_static(hung(5)).stats.solver
-    assert INCOMPLETE not in ancf.solve_static(hung(5), seed="exact").stats.solver
+    assert INCOMPLETE not in ancf.solve_static(hung(5), factorization="complete").stats.solver
 
 
 def test_what_does_not_fit_exactly_is_solved(monkeypatch):
@@ -176,8 +176,8 @@ def test_what_does_not_fit_exactly_is_solved(monkeypatch):
 
 
 def test_other_words_are_refused():
-    with pytest.raises(ancf.InputError, match=r"unknown seed .inexact."):
-        ancf.solve_static(hung(2), seed="inexact")
+    with pytest.raises(ancf.InputError, match=r"unknown factorization .inexact."):
+        ancf.solve_static(hung(2), factorization="inexact")
 
 
 def test_coarse_modes_are_rigid_where_they_turn():

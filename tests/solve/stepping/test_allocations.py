@@ -51,7 +51,7 @@ def called():
     scene.force([beam.end], lambda x, v, t: -0.1 * v)
     return scene
 
-def implicit(scene, integrator, solver, kind="exact", tolerance="default"):
+def implicit(scene, integrator, solver, kind="complete", tolerance="default"):
     system = System(scene)
     system.prescribed.resolve(DT, 0.0, 1.0)
     ready = prepare(system, DT, integrator, solver, tolerance, math.inf, kind=kind)
