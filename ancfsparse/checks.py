@@ -11,11 +11,11 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.errors import InputError, Parameter, with_unit
-from ancfsparse.messages import LARGEST, shown, suggest
+from ancfsparse.errors import InputError, Parameter, format_quantity
+from ancfsparse.messages import MAX_INTEGER, format_value, suggest_names
 
 # Largest length, mass, time ..., whose cube, and that of its inverse, are still numbers.
-MODERATE = 1e100
+MAX_MAGNITUDE = 1e100
 
 
 def _invalid(what: str, needed: str, given: str) -> InputError:
@@ -53,7 +53,7 @@ def check_choice(what: str, name: object, valid: Iterable[str]) -> str:
     names = list(valid)
     if isinstance(name, str) and name in names:
         return name
-    raise InputError(f"unknown {what} {shown(name)}: {suggest(name, names)}")
+    raise InputError(f"unknown {what} {format_value(name)}: {suggest_names(name, names)}")
 
 
 def check_flag(what: str, value: object) -> bool:
@@ -78,7 +78,7 @@ def check_flag(what: str, value: object) -> bool:
     """
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
-    raise _invalid(what, "True or False", shown(value))
+    raise _invalid(what, "True or False", format_value(value))
 
 
 def check_finite(what: str, value: object, unit: str = "") -> float:
@@ -107,10 +107,10 @@ def check_finite(what: str, value: object, unit: str = "") -> float:
     """
     array = check_reals(what, _shortest(value), "a number")
     if array.ndim:
-        raise _invalid(what, "a number", shown(value))
+        raise _invalid(what, "a number", format_value(value))
     number = float(array)
     if not math.isfinite(number):
-        raise _invalid(what, "finite", with_unit(number, unit))
+        raise _invalid(what, "finite", format_quantity(number, unit))
     return number
 
 
@@ -145,7 +145,7 @@ def check_positive(what: str, value: object, unit: str = "") -> float:
     """
     number = check_finite(what, value, unit)
     if number <= 0.0:
-        raise _invalid(what, "positive", with_unit(number, unit))
+        raise _invalid(what, "positive", format_quantity(number, unit))
     return number
 
 
@@ -172,7 +172,7 @@ def check_integer(what: str, value: object) -> int:
     try:
         return operator.index(value)  # type: ignore[arg-type]
     except TypeError:
-        raise _invalid(what, "an integer", shown(value)) from None
+        raise _invalid(what, "an integer", format_value(value)) from None
 
 
 def check_moderate(what: str, value: object, unit: str) -> float:
@@ -191,13 +191,13 @@ def check_moderate(what: str, value: object, unit: str) -> float:
     Raises
     ------
     InputError
-        If `value` is no positive number, or beyond `MODERATE` or its inverse.
+        If `value` is no positive number, or beyond `MAX_MAGNITUDE` or its inverse.
     """
     number = check_positive(what, value, unit)
-    if not 1.0 / MODERATE <= number <= MODERATE:
+    if not 1.0 / MAX_MAGNITUDE <= number <= MAX_MAGNITUDE:
         raise InputError(
-            f"{what} must lie between {1.0 / MODERATE:g} and {MODERATE:g} {unit}, whose cubes are "
-            f"in the range of floating-point numbers, got {number:g} {unit}"
+            f"{what} must lie between {1.0 / MAX_MAGNITUDE:g} and {MAX_MAGNITUDE:g} {unit}, whose "
+            f"cubes are in the range of floating-point numbers, got {number:g} {unit}"
         )
     return number
 
@@ -226,10 +226,12 @@ def check_count(what: str, value: object, lowest: int = 1) -> int:
     """
     count = check_integer(what, value)
     if isinstance(value, bool) or count < lowest:
-        raise _invalid(what, f"an integer of at least {lowest}", shown(value))
-    if count > LARGEST:
+        raise _invalid(what, f"an integer of at least {lowest}", format_value(value))
+    if count > MAX_INTEGER:
         raise InputError(
-            "{what} is {count}, more than can be counted", what=Parameter(what), count=shown(count)
+            "{what} is {count}, more than can be counted",
+            what=Parameter(what),
+            count=format_value(count),
         )
     return count
 
@@ -271,7 +273,7 @@ def check_reals(what: str, value: object, needed: str) -> NDArray[np.float64]:
         with np.errstate(over="ignore"):
             return np.array(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise _invalid(what, needed, shown(value)) from None
+        raise _invalid(what, needed, format_value(value)) from None
 
 
 def _is_real(value: object) -> bool:
@@ -317,13 +319,13 @@ def check_vector(what: str, value: ArrayLike, dim: int, unit: str = "") -> NDArr
         axis = "xyz"[int(np.argmin(np.isfinite(vector)))]
         raise InputError(
             f"{what} must be finite, but its {axis} component is "
-            f"{with_unit(float(vector['xyz'.index(axis)]), unit)}"
+            f"{format_quantity(float(vector['xyz'.index(axis)]), unit)}"
         )
     vector.flags.writeable = False
     return vector
 
 
-def keep(record: object, **values: object) -> None:
+def set_fields(record: object, **values: object) -> None:
     """Let a frozen dataclass keep what its checks have returned.
 
     Parameters

@@ -7,8 +7,8 @@ from importlib.util import find_spec
 from types import ModuleType
 
 from ancfsparse.errors import InputError
-from ancfsparse.instruction_sets import REQUIRED_FLAGS, cpu_flags, runnable
-from ancfsparse.openmp import brief_waits
+from ancfsparse.instruction_sets import REQUIRED_FLAGS, cpu_flags, runnable_sets
+from ancfsparse.openmp import short_spin_waits
 
 ENVIRONMENT_VARIABLE = "ANCFSPARSE_INSTRUCTION_SET"
 FOR_EVERY_MACHINE = "for every machine with `pip install -Csetup-args=-Dinstruction_sets=all .`"
@@ -23,7 +23,7 @@ def built_instruction_sets() -> tuple[str, ...]:
 @cache
 def available_instruction_sets() -> tuple[str, ...]:
     """Return the sets of this installation that this machine can run, from narrow to wide."""
-    can_run = runnable(cpu_flags())
+    can_run = runnable_sets(cpu_flags())
     return tuple(name for name in built_instruction_sets() if name in can_run)
 
 
@@ -44,10 +44,10 @@ def instruction_set() -> str:
     if wanted not in REQUIRED_FLAGS:
         names = ", ".join(REQUIRED_FLAGS)
         raise InputError(f"{ENVIRONMENT_VARIABLE}={wanted!r} is not one of {names}.")
-    if wanted not in runnable(cpu_flags()):
+    if wanted not in runnable_sets(cpu_flags()):
         raise InputError(
             f"{ENVIRONMENT_VARIABLE}={wanted!r} asks for instructions this machine lacks "
-            f"({_missing(wanted)}); it can run {', '.join(runnable(cpu_flags()))}."
+            f"({_missing(wanted)}); it can run {', '.join(runnable_sets(cpu_flags()))}."
         )
     if wanted not in built_instruction_sets():
         raise InputError(
@@ -57,7 +57,7 @@ def instruction_set() -> str:
     return wanted
 
 
-def compiled(name: str, instruction_set_name: str | None = None) -> ModuleType:
+def compiled_module(name: str, instruction_set_name: str | None = None) -> ModuleType:
     """Import a compiled module, ``ancfsparse.compiled.<name>_<set>``.
 
     Parameters
@@ -90,5 +90,5 @@ def _missing(instruction_set_name: str) -> str:
 
 @cache
 def _loaded(module: str) -> ModuleType:
-    with brief_waits():
+    with short_spin_waits():
         return import_module(module)

@@ -26,10 +26,10 @@ def cpu_flags() -> frozenset[str]:
     return frozenset()
 
 
-def runnable(flags: frozenset[str]) -> tuple[str, ...]:
+def runnable_sets(flags: frozenset[str]) -> tuple[str, ...]:
     """Return the sets that a processor with these flags can run, from narrow to wide."""
     return tuple(name for name, needed in REQUIRED_FLAGS.items() if needed <= flags)
 
 
 if __name__ == "__main__":
-    print(runnable(cpu_flags())[-1])
+    print(runnable_sets(cpu_flags())[-1])

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 # Integers beyond have no floating-point number, and cannot even be printed from 4300 digits on.
-LARGEST = int(sys.float_info.max)
+MAX_INTEGER = int(sys.float_info.max)
 
 
-def shown(value: object) -> str:
+def format_value(value: object) -> str:
     """Write what was given in one short line, whatever it is.
 
     Parameters
@@ -30,7 +30,7 @@ def shown(value: object) -> str:
     str
         Its ``repr``, shortened; its type where that fails.
     """
-    if isinstance(value, int) and abs(value) > LARGEST:
+    if isinstance(value, int) and abs(value) > MAX_INTEGER:
         return "an integer beyond 1.8e308"
     try:
         return " ".join(_SHORT.repr(value).split())
@@ -65,13 +65,13 @@ class _Short(reprlib.Repr):
 
     def repr_int(self, x: int, level: int) -> str:
         """Write an integer that may have more digits than Python prints."""
-        return shown(x) if abs(x) > LARGEST else super().repr_int(x, level)
+        return format_value(x) if abs(x) > MAX_INTEGER else super().repr_int(x, level)
 
 
 _SHORT = _Short()
 
 
-def suggest(name: object, valid: Iterable[str]) -> str:
+def suggest_names(name: object, valid: Iterable[str]) -> str:
     """List the names that are valid, the nearest one first.
 
     Parameters
@@ -94,7 +94,7 @@ def suggest(name: object, valid: Iterable[str]) -> str:
     return f"did you mean {near[0]!r}? V{listing[1:]}" if near else listing
 
 
-def numbers(values: ArrayLike) -> str:
+def format_numbers(values: ArrayLike) -> str:
     """Write numbers with nine digits each, which distinguish what rounding does not make."""
     if not (isinstance(values, tuple) and values and isinstance(values[0], float)):
         values = np.ravel(values).astype(float).tolist()  # fractions have no digits

@@ -29,13 +29,13 @@ if hasattr(os, "register_at_fork"):  # nothing forks on Windows
     os.register_at_fork(after_in_child=_note_fork)
 
 
-def forked() -> bool:
+def is_forked() -> bool:
     """Whether this process is a fork of one that had loaded this module."""
     return _forked
 
 
 @contextmanager
-def brief_waits() -> Iterator[None]:
+def short_spin_waits() -> Iterator[None]:
     """Let what is loaded now wait briefly, unless a person has decided; leave nothing behind."""
     if CHOICES & os.environ.keys():
         yield

@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-from ancfsparse.errors import InputError, Sentence
+from ancfsparse.errors import InputError, MessageTemplate
 
 if sys.platform != "win32":
     import resource
@@ -14,10 +14,10 @@ if sys.platform != "win32":
 GIGABYTE = 1e9
 
 # To ask how much memory is free takes longer than to take this much [bytes].
-LITTLE = 1e6
+MIN_CHECKED = 1e6
 
 
-def available() -> float | None:
+def available_memory() -> float | None:
     """Return the memory that is free for this process [bytes], None where it is unknown."""
     free = []
     try:
@@ -36,7 +36,7 @@ def available() -> float | None:
     return min(free) if free else None
 
 
-def processors() -> int:
+def count_processors() -> int:
     """Return how many processors this process may run on."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
@@ -54,7 +54,7 @@ def _left_to_process() -> list[float]:
     return [float(most - pages * resource.getpagesize())]
 
 
-def check_room(what: str, needed: float, advice: str | Sentence) -> None:
+def check_memory(what: str, needed: float, advice: str | MessageTemplate) -> None:
     """Refuse what cannot fit in memory, before any of it is taken.
 
     Parameters
@@ -71,7 +71,7 @@ def check_room(what: str, needed: float, advice: str | Sentence) -> None:
     InputError
         With how much would be needed and how much is there.
     """
-    free = available() if needed > LITTLE else None
+    free = available_memory() if needed > MIN_CHECKED else None
     if free is not None and needed > free:
         raise InputError(
             "{what} would need about {needed:.3g} GB, more than there is: {free:.3g} GB of memory "

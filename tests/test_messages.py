@@ -1,4 +1,4 @@
-"""Sentences in which arguments are data: what each face shows, and that errors survive pickling."""
+"""Messages whose arguments are data: their styles, and that errors survive pickling."""
 
 import pickle
 
@@ -6,14 +6,14 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.checks import check_count, check_positive
-from ancfsparse.cli.options import as_option
+from ancfsparse.cli.options import option_style
 from ancfsparse.errors import (
     InputError,
     LoadError,
+    MessageTemplate,
     Parameter,
-    Sentence,
     StepError,
-    in_python,
+    python_style,
 )
 
 
@@ -25,24 +25,24 @@ from ancfsparse.errors import (
         (Parameter("accuracy", "0.1", "="), "accuracy=0.1", "--accuracy 0.1"),
         (Parameter("n_elements of beam 1"), "n_elements of beam 1", "--elements of beam 1"),
         (Parameter("threads", "2"), "threads = 2", "threads = 2"),
-        (Parameter("max_iterations", aside=True), " (max_iterations)", ""),
+        (Parameter("max_iterations", is_optional=True), " (max_iterations)", ""),
         (
-            Parameter("integrator", "GeneralizedAlpha(0.9)", joint=""),
+            Parameter("integrator", "GeneralizedAlpha(0.9)", separator=""),
             "GeneralizedAlpha(0.9)",
             "--integrator generalized-alpha",
         ),
     ],
 )
-def test_each_face_shows_its_own_names(parameter, python, option):
-    assert (in_python(parameter), as_option(parameter)) == (python, option)
+def test_each_style_has_names_of_its_own(parameter, python, option):
+    assert (python_style(parameter), option_style(parameter)) == (python, option)
 
 
-def test_a_sentence_shows_its_parts_alike():
-    inner = Sentence("a larger {dt}", dt=Parameter("dt"))
-    outer = Sentence("{end} in {n:.2f} steps; try {advice}", end=Parameter("t_end", "1 s"), n=3.0,
-                     advice=inner)  # fmt: skip
+def test_parts_of_a_message_are_written_in_its_style():
+    inner = MessageTemplate("a larger {dt}", dt=Parameter("dt"))
+    text = "{end} in {n:.2f} steps; try {advice}"
+    outer = MessageTemplate(text, end=Parameter("t_end", "1 s"), n=3.0, advice=inner)
     assert str(outer) == "t_end = 1 s in 3.00 steps; try a larger dt"
-    assert outer.shown(as_option) == "--time 1 s in 3.00 steps; try a larger --step"
+    assert outer.format(option_style) == "--time 1 s in 3.00 steps; try a larger --step"
 
 
 def test_a_text_without_values_keeps_its_braces():
@@ -73,11 +73,12 @@ def test_errors_survive_pickling():
     error = caught(check_positive, "dt", -1.0, "s")
     copy = pickle.loads(pickle.dumps(error))
     assert (str(copy), copy.parameter) == (str(error), "dt")
-    reason = Sentence(
-        "no end in 25 iterations{aside}", aside=Parameter("max_iterations", aside=True)
+    reason = MessageTemplate(
+        "no end in 25 iterations{parameter}",
+        parameter=Parameter("max_iterations", is_optional=True),
     )
     failure = pickle.loads(pickle.dumps(StepError(reason, 1.0, 2, 0.5, 3.0, "beam 0")))
     assert failure.reason == "no end in 25 iterations (max_iterations)"
-    assert "no end in 25 iterations." in failure.sentence(as_option)
+    assert "no end in 25 iterations." in failure.message(option_style)
     late = pickle.loads(pickle.dumps(LoadError("the load failed", 1.0)))
     assert (str(late), late.time) == ("the load failed", 1.0)

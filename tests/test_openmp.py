@@ -9,8 +9,8 @@ import pytest
 SCRIPT = """
 import os
 import ancfsparse
-from ancfsparse.dispatch import compiled
-compiled("ldl")
+from ancfsparse.dispatch import compiled_module
+compiled_module("ldl")
 print(dict(os.environ))
 """
 

@@ -12,7 +12,7 @@ from ancfsparse.errors import (
     InstabilityError,
     Parameter,
     StepError,
-    in_python,
+    python_style,
 )
 
 
@@ -50,12 +50,12 @@ def in_options() -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError(error.sentence(as_option)) from error
+        raise InputError(error.message(option_style)) from error
     except (StepError, AccuracyError) as error:
         raise RunError(_ended(error)) from error
 
 
-def as_option(parameter: Parameter) -> str:
+def option_style(parameter: Parameter) -> str:
     """Show an argument of the library as an option of the command, if there is one.
 
     Parameters
@@ -67,7 +67,7 @@ def as_option(parameter: Parameter) -> str:
         return INTEGRATOR_OPTIONS[parameter.value]
     name, *owner = parameter.name.split(" ", 1)
     if name not in OPTIONS:
-        return "" if parameter.aside else in_python(parameter)
+        return "" if parameter.is_optional else python_style(parameter)
     return " ".join([OPTIONS[name], *owner, *[parameter.value] * bool(parameter.value)])
 
 
@@ -78,4 +78,4 @@ def _ended(error: StepError | AccuracyError) -> str:
     elif isinstance(error, StepError):
         error.advice = ADVICE_ON_ACCURACY if error.trajectory is None else ADVICE
     error.trajectory = None
-    return error.sentence(as_option)
+    return error.message(option_style)

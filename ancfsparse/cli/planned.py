@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import Newmark
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import QuasiNewton
 from ancfsparse.plans import Plan, plan, position, static_deflection
 from ancfsparse.plans.execution.planned_trajectory import PlannedRun
@@ -82,7 +82,7 @@ def _error(text: str) -> float | str:
         return float(text)
     except ValueError:
         raise InputError(
-            f"--error needs a number [m] or a share such as '1 %', got {shown(text)}"
+            f"--error needs a number [m] or a share such as '1 %', got {format_value(text)}"
         ) from None
 
 

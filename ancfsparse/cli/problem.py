@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError, RedundantConstraintsWarning
 from ancfsparse.integrators import GeneralizedAlpha
-from ancfsparse.messages import numbers, shown
+from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.problems.mechanism import Case
 from ancfsparse.problems.named import MECHANISMS
 from ancfsparse.results import Trajectory
@@ -28,7 +28,7 @@ def listing() -> str:
         keys = ", ".join(_key(k, *given) for k, given in (case.keys or {}).items())
         lines.append(f"{name}" + f" [{keys}]" * bool(keys))
         lines.append(f"  quantities: {', '.join(case.make().watched)}")
-        value = f"{numbers(case.value)} to {case.tolerance:g}"
+        value = f"{format_numbers(case.value)} to {case.tolerance:g}"
         lines.append(f"  {case.quantity} at {case.time:g} s: {value} ({case.source})")
     return "\n".join(lines)
 
@@ -118,15 +118,17 @@ def _numbers(what: str, text: str) -> list[float]:
     try:
         values = [float(each) for each in text.split(",")]
     except ValueError:
-        raise InputError(f"{what} needs numbers separated by commas, got {shown(text)}") from None
+        raise InputError(
+            f"{what} needs numbers separated by commas, got {format_value(text)}"
+        ) from None
     if not all(0.0 <= each < np.inf for each in values) and what == "--at":
-        raise InputError(f"{what} needs times from 0 on [s], got {shown(text)}")
+        raise InputError(f"{what} needs times from 0 on [s], got {format_value(text)}")
     return values
 
 
 def _key(name: str, default: Any, unit: str) -> str:
     """Write a key with its default and its unit."""
-    value = numbers(default) if isinstance(default, tuple) else f"{default:.9g}"
+    value = format_numbers(default) if isinstance(default, tuple) else f"{default:.9g}"
     return f"{name}={value} {unit}".rstrip()
 
 
@@ -136,7 +138,7 @@ def _keys(name: str, case: Case, given: list[str]) -> dict[str, Any]:
     for each in given:
         key, equals, value = each.partition("=")
         if not equals:
-            raise InputError(f"--set needs key=value, got {shown(each)}")
+            raise InputError(f"--set needs key=value, got {format_value(each)}")
         if not case.keys:
             raise InputError(f"{name} takes no keys, got {key!r}")
         check_choice(f"key of {name}", key, case.keys)

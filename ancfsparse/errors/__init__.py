@@ -17,7 +17,7 @@ from ancfsparse.errors.inputs import (
     RedundantConstraintsWarning,
     SingularSceneError,
 )
-from ancfsparse.errors.message import Parameter, Sentence, in_python, with_unit
+from ancfsparse.errors.message import MessageTemplate, Parameter, format_quantity, python_style
 from ancfsparse.errors.runs import (
     AccuracyError,
     ConvergenceError,
@@ -42,17 +42,17 @@ __all__ = [
     "InputError",
     "InstabilityError",
     "LoadError",
+    "MessageTemplate",
     "ModesError",
     "OutputError",
     "Parameter",
     "PlanChangedWarning",
     "PlanError",
     "RedundantConstraintsWarning",
-    "Sentence",
     "SingularSceneError",
     "StepError",
     "UnstableEquilibriumWarning",
-    "in_python",
+    "format_quantity",
+    "python_style",
     "trial_call",
-    "with_unit",
 ]

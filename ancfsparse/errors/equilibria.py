@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ancfsparse.errors.inputs import AncfError
-from ancfsparse.errors.message import Face, in_python, with_unit
+from ancfsparse.errors.message import MessageStyle, format_quantity, python_style
 
 
 class EquilibriumError(AncfError, RuntimeError):
@@ -42,13 +42,13 @@ class EquilibriumError(AncfError, RuntimeError):
         self.unit = unit
         self.advice = advice
 
-    def sentence(self, face: Face = in_python) -> str:
+    def message(self, style: MessageStyle = python_style) -> str:
         """Compose the message a reader meets."""
         return (
             f"no equilibrium at {100 * self.load_fraction:.4g} % of the load: "
             f"{self.reason.rstrip('.')}. "
-            f"The largest residual is {with_unit(self.residual, self.unit, 3)} at {self.where}. "
-            + self.advice
+            f"The largest residual is {format_quantity(self.residual, self.unit, 3)} at "
+            f"{self.where}. " + self.advice
         )
 
 
@@ -71,7 +71,7 @@ class AssemblyError(AncfError, RuntimeError):
         self.violation = violation
         self.before = before
 
-    def sentence(self, face: Face = in_python) -> str:
+    def message(self, style: MessageStyle = python_style) -> str:
         """Compose the message a reader meets."""
         return (
             f"the scene cannot be assembled: the {self.where} stays violated by "
@@ -117,7 +117,7 @@ class ModesError(AncfError, RuntimeError):
         super().__init__(reason)
         self.reason = reason
 
-    def sentence(self, face: Face = in_python) -> str:
+    def message(self, style: MessageStyle = python_style) -> str:
         """Compose the message a reader meets."""
         return (
             f"the modes were not found: {self.reason}. Ask for a few more or fewer, and check that "

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
-from ancfsparse.errors.message import Face, Parameter, Sentence, in_python
+from ancfsparse.errors.message import MessageStyle, MessageTemplate, Parameter, python_style
 
 
 class AncfError(Exception):
-    """Base of every error that ancfsparse raises on purpose."""
+    """Base class of the errors of ancfsparse."""
 
-    def sentence(self, face: Face = in_python) -> str:
-        """Return the message as a face of the program shows it."""
+    def message(self, style: MessageStyle = python_style) -> str:
+        """Return the message in a style."""
         return super().__str__()
 
     def __str__(self) -> str:
-        """Return the message as the library shows it."""
-        return self.sentence()
+        """Return the message in Python style."""
+        return self.message()
 
 
 class InputError(AncfError, ValueError):
@@ -25,9 +25,9 @@ class InputError(AncfError, ValueError):
     Parameters
     ----------
     text : str
-        What is wrong, where, how much, and what to try; with fields if there are values.
+        Description of the fault with place, amount and advice; a template if there are values.
     values
-        What stands in the fields, see `Sentence`: ``dt=Parameter("dt", "0.003 s")``.
+        Values of the fields, see `MessageTemplate`: ``dt=Parameter("dt", "0.003 s")``.
     """
 
     def __init__(self, text: str = "", /, **values: Any) -> None:
@@ -36,18 +36,18 @@ class InputError(AncfError, ValueError):
 
     @property
     def parameter(self) -> str | None:
-        """Name of the argument that the message is about, if it names one."""
+        """Name of the invalid argument, None if the message does not name it."""
         named = (each.name for each in self.values.values() if isinstance(each, Parameter))
         return next(named, None)
 
-    def sentence(self, face: Face = in_python) -> str:
-        """Return the message as a face of the program shows it."""
-        return Sentence(str(self.args[0]), **self.values).shown(face)
+    def message(self, style: MessageStyle = python_style) -> str:
+        """Return the message in a style."""
+        return MessageTemplate(str(self.args[0]), **self.values).format(style)
 
 
 class SingularSceneError(InputError):
-    """The scene leaves a motion undetermined, or determines one twice."""
+    """The scene leaves a motion or a force undetermined."""
 
 
 class RedundantConstraintsWarning(UserWarning):
-    """Constraints repeat others: the motion is determined, the forces of these are not."""
+    """Redundant constraints: the motion is determined, but not their constraint forces."""

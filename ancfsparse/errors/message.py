@@ -1,4 +1,4 @@
-"""Sentences about arguments, which each face of the program shows under its own names."""
+"""Messages whose arguments are data, written in Python or in command-line style."""
 
 from __future__ import annotations
 
@@ -7,75 +7,76 @@ from typing import Any, NamedTuple
 
 
 class Parameter(NamedTuple):
-    """An argument in a sentence: ``dt = 0.001 s`` in Python, ``--step 0.001 s`` on a command line.
+    """An argument in a message: ``dt = 0.001 s`` in Python, ``--step 0.001 s`` on a command line.
 
     Attributes
     ----------
     name : str
-        As the library calls it.
+        Name of the argument in Python.
     value : str
-        With its unit; empty where the sentence names the argument alone.
-    joint : str
-        What Python shows between the two: ``"="`` where the sentence quotes a call; nothing shows
-        the value alone.
-    aside : bool
-        Whether it only gives, in parentheses, the origin of a number; left out by a face that has
-        no such argument.
+        Value with its unit; empty if the message names the argument alone.
+    separator : str
+        Text between name and value in Python: ``"="`` for a quoted call; empty to write the value
+        alone.
+    is_optional : bool
+        Whether the argument is a remark in parentheses, omitted in styles that do not know it.
     """
 
     name: str
     value: str = ""
-    joint: str = " = "
-    aside: bool = False
+    separator: str = " = "
+    is_optional: bool = False
 
 
-Face = Callable[[Parameter], str]
-"""How a face of the program shows an argument."""
+MessageStyle = Callable[[Parameter], str]
+"""Function that writes an argument in a style."""
 
 
-def in_python(parameter: Parameter) -> str:
-    """Show an argument by its name in the library."""
-    if parameter.aside:
+def python_style(parameter: Parameter) -> str:
+    """Write an argument by its name in Python."""
+    if parameter.is_optional:
         return f" ({parameter.name})"
     if not parameter.value:
         return parameter.name
-    name = parameter.name if parameter.joint else ""
-    return f"{name}{parameter.joint}{parameter.value}"
+    name = parameter.name if parameter.separator else ""
+    return f"{name}{parameter.separator}{parameter.value}"
 
 
-class Sentence:
-    """A text with fields, as `str.format` takes them, and what stands in them.
+class MessageTemplate:
+    """A text with fields, as `str.format` takes them, and their values.
 
     Parameters
     ----------
     text : str
-        The sentence; without values it is taken as it is.
+        The message; without values it is written unchanged, with its braces.
     values
-        By the names of the fields: arguments as `Parameter`, parts of the sentence as `Sentence`,
-        anything else as it is.
+        Values by field name: arguments as `Parameter`, parts of the message as `MessageTemplate`,
+        anything else unchanged.
     """
 
     def __init__(self, text: str, /, **values: Any) -> None:
         self.text = text
         self.values = values
 
-    def shown(self, face: Face = in_python) -> str:
-        """Return the sentence as a face shows it."""
+    def format(self, style: MessageStyle = python_style) -> str:
+        """Return the message in a style."""
         if not self.values:
             return self.text
-        return self.text.format(**{name: _shown(each, face) for name, each in self.values.items()})
+        return self.text.format(
+            **{name: _format(each, style) for name, each in self.values.items()}
+        )
 
     def __str__(self) -> str:
-        """Return the sentence as the library shows it."""
-        return self.shown()
+        """Return the message in Python style."""
+        return self.format()
 
 
-def _shown(value: Any, face: Face) -> Any:
+def _format(value: Any, style: MessageStyle) -> Any:
     if isinstance(value, Parameter):
-        return face(value)
-    return value.shown(face) if isinstance(value, Sentence) else value
+        return style(value)
+    return value.format(style) if isinstance(value, MessageTemplate) else value
 
 
-def with_unit(number: float, unit: str, digits: int = 6) -> str:
-    """Write a number [unit] with some digits."""
+def format_quantity(number: float, unit: str, digits: int = 6) -> str:
+    """Return a number with its unit."""
     return f"{number:.{digits}g} {unit}".rstrip()

@@ -8,7 +8,13 @@ from contextlib import contextmanager
 from typing import Any
 
 from ancfsparse.errors.inputs import AncfError, InputError
-from ancfsparse.errors.message import Face, Parameter, Sentence, in_python, with_unit
+from ancfsparse.errors.message import (
+    MessageStyle,
+    MessageTemplate,
+    Parameter,
+    format_quantity,
+    python_style,
+)
 
 KEPT = " The states up to here are in the attribute `trajectory` of this error."
 
@@ -41,7 +47,7 @@ class StepError(AncfError, RuntimeError):
 
     def __init__(
         self,
-        reason: str | Sentence,
+        reason: str | MessageTemplate,
         time: float,
         step: int,
         dt: float,
@@ -63,15 +69,15 @@ class StepError(AncfError, RuntimeError):
         self.advice = advice
         self.unit = unit
 
-    def sentence(self, face: Face = in_python) -> str:
+    def message(self, style: MessageStyle = python_style) -> str:
         """Compose the message a reader meets."""
         given = self.args[0]
-        reason = given.shown(face) if isinstance(given, Sentence) else self.reason
+        reason = given.format(style) if isinstance(given, MessageTemplate) else self.reason
         return (
             f"step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s) failed: "
             f"{reason.rstrip('.')}. "
-            f"The largest residual is {with_unit(self.residual, self.unit, 3)} at {self.where}. "
-            f"{self.advice}" + KEPT * (self.trajectory is not None)
+            f"The largest residual is {format_quantity(self.residual, self.unit, 3)} at "
+            f"{self.where}. {self.advice}" + KEPT * (self.trajectory is not None)
         )
 
 
@@ -117,7 +123,7 @@ class EnergyIncreaseError(StepError):
         self.limit = limit
         self.when = when
 
-    def sentence(self, face: Face = in_python) -> str:
+    def message(self, style: MessageStyle = python_style) -> str:
         """Compose the message a reader meets."""
         share = self.gain / self.exchanged if self.exchanged > 0.0 else math.inf
         gained, compared = "the motion would gain", "energy exchanged so far"
@@ -155,7 +161,7 @@ class InstabilityError(StepError):
     ) -> None:
         super().__init__(reason, time, step, dt, residual, where, trajectory, advice, unit)
 
-    def sentence(self, face: Face = in_python) -> str:
+    def message(self, style: MessageStyle = python_style) -> str:
         """Compose the message a reader meets."""
         return (
             f"stopped after step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): "
@@ -185,7 +191,7 @@ class OutputError(AncfError, RuntimeError):
         self.time = time
         self.trajectory = trajectory
 
-    def sentence(self, face: Face = in_python) -> str:
+    def message(self, style: MessageStyle = python_style) -> str:
         """Compose the message a reader meets."""
         return (
             f"{self.path} cannot take the states after t = {self.time:.6g} s: {self.reason}. "
@@ -226,9 +232,9 @@ class AccuracyError(AncfError, RuntimeError):
         self.within_reach = within_reach
         self.trajectory = trajectory
 
-    def sentence(self, face: Face = in_python) -> str:
+    def message(self, style: MessageStyle = python_style) -> str:
         """Compose the message a reader meets."""
-        accuracy = face(Parameter("accuracy", f"{self.accuracy:.3g} m"))
+        accuracy = style(Parameter("accuracy", f"{self.accuracy:.3g} m"))
         if self.within_reach is not None:
             return (
                 f"{accuracy} was not reached: after {self.runs} runs, each "
@@ -284,7 +290,7 @@ class PlanError(AncfError, RuntimeError):
         every = (*self.causes, *causes)
         return PlanError(self.quantity, self.asked, self.apart, self.unit, self.runs, self.t, every)
 
-    def sentence(self, face: Face = in_python) -> str:
+    def message(self, style: MessageStyle = python_style) -> str:
         """Compose the message a reader meets."""
         if self.t == 0.0:
             return (
@@ -331,7 +337,7 @@ class LoadError(AncfError, RuntimeError):
         self.time = time
         self.trajectory = trajectory
 
-    def sentence(self, face: Face = in_python) -> str:
+    def message(self, style: MessageStyle = python_style) -> str:
         """Compose the message a reader meets."""
         if self.trajectory is None:
             return self.reason

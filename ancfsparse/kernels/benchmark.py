@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import available_instruction_sets, compiled, instruction_set
+from ancfsparse.dispatch import available_instruction_sets, compiled_module, instruction_set
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.building import MARCH, compile_c, translated
 from ancfsparse.kernels.catalog import REFERENCES, ElementKind, from_module, module_names
@@ -59,7 +59,7 @@ def time_kernel(
     layout = pack(kind, places, scatter, np.ones((n_elements, len(kind.parameters))))
     q = _chain(kind, n_elements)
     out = np.zeros(int(scatter.max()) + 1)
-    call = compiled("kernel_call").call
+    call = compiled_module("kernel_call").call
     arrays = (layout.gather, layout.scatter, layout.set_of, layout.parameters, q, q, out)
 
     def run(repeat: int) -> float:
@@ -91,7 +91,7 @@ def kernel_table(
     table = []
     for name in names or (*module_names(), *REFERENCES):
         for set_name in instruction_sets or available_instruction_sets():
-            table += _timings(from_module(compiled(name, set_name)), set_name)
+            table += _timings(from_module(compiled_module(name, set_name)), set_name)
     return table
 
 
@@ -134,5 +134,5 @@ def speed_ratios(names: Sequence[str], kernel: str = "force") -> dict[str, tuple
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
             single = time_kernel(one_lane(name, Path(folder)), kernel)
-            result[name] = (single, time_kernel(from_module(compiled(name)), kernel))
+            result[name] = (single, time_kernel(from_module(compiled_module(name)), kernel))
     return result

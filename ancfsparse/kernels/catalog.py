@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice, check_finite
-from ancfsparse.dispatch import compiled, instruction_set
+from ancfsparse.dispatch import compiled_module, instruction_set
 from ancfsparse.errors import InputError
-from ancfsparse.openmp import brief_waits
+from ancfsparse.openmp import short_spin_waits
 
 OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
     "string": {},
@@ -281,7 +281,7 @@ def from_module(module: ModuleType, package: str = "") -> ElementKind:
         If it was built for another version of the calling convention.
     """
     if package:  # those of this package are built with it
-        convention = compiled("kernel_call").SIGNATURE
+        convention = compiled_module("kernel_call").SIGNATURE
         if getattr(module, "SIGNATURE", None) != convention:
             raise InputError(
                 f"element {module.NAME} was built for the calling convention "
@@ -324,7 +324,7 @@ def external_element(package: str) -> ElementKind:
     name = package.rpartition(".")[2]
     module = f"{package}.{name}_{instruction_set()}"
     try:
-        with brief_waits():
+        with short_spin_waits():
             found = import_module(module)
     except ModuleNotFoundError as missing:
         if missing.name == module:
@@ -345,7 +345,7 @@ def _loaded(name: str, package: str, values: Mapping[str, float]) -> ElementKind
     if package:
         kind = external_element(package)
     else:
-        kind = from_module(compiled(name))
+        kind = from_module(compiled_module(name))
     return kind.with_values(**values) if values else kind
 
 
@@ -389,12 +389,12 @@ def element_kind(
         If element, option or value does not exist, or the element has no form of that dimension.
     """
     name = _module_name(element, dim, options)
-    return from_module(compiled(name, instruction_set))
+    return from_module(compiled_module(name, instruction_set))
 
 
 def curved_form(kind: ElementKind) -> ElementKind:
     """Return the form of an element of `CURVED` that is free of strain in a curved shape."""
-    return from_module(compiled(f"{kind.name}_curved"))
+    return from_module(compiled_module(f"{kind.name}_curved"))
 
 
 def slack_form(dim: int, transition: float) -> ElementKind:
@@ -407,7 +407,7 @@ def slack_form(dim: int, transition: float) -> ElementKind:
     transition : float
         Strain about which it goes slack.
     """
-    kind = from_module(compiled(f"{MODULES['string'][dim]}_slack"))
+    kind = from_module(compiled_module(f"{MODULES['string'][dim]}_slack"))
     return kind.with_values(transition=transition)
 
 

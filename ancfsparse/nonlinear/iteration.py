@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_positive
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError, Parameter
 from ancfsparse.nonlinear.loop_protocols import Tolerance
 from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton
@@ -156,11 +156,11 @@ def make_inverse(
                 f"memory='full' would keep a dense inverse of {seed.n} x {seed.n} numbers, "
                 f"{8 * seed.n**2 / 1e9:.3g} GB: use QuasiNewton({method.update!r}, memory=10)"
             )
-        inverse = compiled("dense").Dense(seed, method.update, weights)
+        inverse = compiled_module("dense").Dense(seed, method.update, weights)
     elif isinstance(method, QuasiNewton):
-        inverse = compiled("limited").Limited(seed, method.update, method.pairs, weights)
+        inverse = compiled_module("limited").Limited(seed, method.update, method.pairs, weights)
     else:
-        inverse = compiled("limited").Limited(seed, "broyden", 0)
+        inverse = compiled_module("limited").Limited(seed, "broyden", 0)
     inverse.set_guard(norm, smallest_y, LARGEST_RATIO)
     return inverse
 
@@ -200,7 +200,7 @@ def make_iteration(
     carry = full or (isinstance(method, QuasiNewton) and method.carry)
     learns = isinstance(method, QuasiNewton)
     davidon = isinstance(method, QuasiNewton) and method.update == "davidon"
-    loop: NonlinearLoop = compiled("iteration").Iteration(
+    loop: NonlinearLoop = compiled_module("iteration").Iteration(
         equations,
         seed,
         turned(inverse, method, frame),
@@ -246,7 +246,7 @@ def turned(inverse: Inverse, method: Method, frame: Frame | None) -> Inverse:
     """Return an inverse as the loop of a method takes it: in a frame, if its seeds may turn."""
     if method.frame == "fixed":
         return inverse
-    turning: Inverse = compiled("corotated").Corotated(inverse, frame)
+    turning: Inverse = compiled_module("corotated").Corotated(inverse, frame)
     return turning
 
 

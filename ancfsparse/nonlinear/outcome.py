@@ -21,7 +21,7 @@ _OUTCOMES, _RUNGS = declared("ancf_outcome"), declared("ancf_rung")
 
 
 class Outcome(IntEnum):
-    """Reasons as the compiled loop gives them; `sentence` puts each into words."""
+    """Reasons as the compiled loop returns them; `message` describes each."""
 
     CONVERGED = _OUTCOMES["CONVERGED"]
     TOO_MANY = _OUTCOMES["TOO_MANY"]
@@ -35,7 +35,7 @@ class Outcome(IntEnum):
     HAD_GAINED = _OUTCOMES["HAD_GAINED"]
 
     @property
-    def sentence(self) -> str:
+    def message(self) -> str:
         """The outcome in words, to be completed with time and place."""
         return {
             Outcome.CONVERGED: "converged",

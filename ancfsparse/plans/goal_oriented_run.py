@@ -9,7 +9,7 @@ from typing import Any
 from ancfsparse import plans, solve
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import Explicit, Implicit
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Method
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Point, Scene
@@ -217,5 +217,5 @@ def _check_free(name: str, value: object, is_free: bool) -> None:
     if not is_free:
         raise InputError(
             f"simulate was given an error, so a plan sets {name} by itself: leave "
-            f"{name}={shown(value)} out, or leave quantity and error out"
+            f"{name}={format_value(value)} out, or leave quantity and error out"
         )

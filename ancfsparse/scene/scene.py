@@ -9,7 +9,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
-from ancfsparse.messages import numbers, shown
+from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene.force_elements.joint_springs import JointSprings
 from ancfsparse.scene.force_elements.masses import Masses
 from ancfsparse.scene.force_elements.springs import Springs
@@ -81,7 +81,7 @@ class Scene(
         from ancfsparse.scene.storage.printing import line
 
         kind = "planar" if self.dim == 2 else "spatial"
-        first = f"{kind} scene, gravity {numbers(self.gravity)} m/s2"
+        first = f"{kind} scene, gravity {format_numbers(self.gravity)} m/s2"
         return "\n".join([first, *(line(record, self) for record in self.records)])
 
     def __eq__(self, other: object) -> bool:
@@ -230,4 +230,4 @@ class Scene(
 def check_scene(scene: object) -> None:
     """Refuse what is no scene."""
     if not isinstance(scene, Scene):
-        raise InputError(f"a Scene is needed, got {shown(scene)}")
+        raise InputError(f"a Scene is needed, got {format_value(scene)}")

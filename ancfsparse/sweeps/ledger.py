@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.sweeps.point import Row, Task
 from ancfsparse.sweeps.samples import ParameterPoint
 
@@ -140,4 +140,6 @@ def _written(name: str, option: object) -> str:
     try:
         return repr(option)
     except Exception as error:  # a repr of the caller's may raise anything
-        raise InputError(f"{name} of a sweep cannot be written: it is {shown(option)}") from error
+        raise InputError(
+            f"{name} of a sweep cannot be written: it is {format_value(option)}"
+        ) from error

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.errors import AncfError, InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from ancfsparse.sweeps.samples import ParameterPoint
@@ -72,7 +72,7 @@ def evaluate(task: Task, point: ParameterPoint) -> Row:
         if not isinstance(scene, Scene):
             raise InputError(
                 "the function that builds the scene must return it, or a tuple that begins with "
-                f"it, got {shown(built)}"
+                f"it, got {format_value(built)}"
             )
         run = simulate(scene, task.t_end, **task.options)
         values = {
@@ -93,5 +93,5 @@ def evaluate_all(task: Task, points: list[ParameterPoint]) -> list[Row]:
 
 def _number(name: str, value: Any) -> float:
     if np.ndim(value) or not np.isreal(value):
-        raise InputError(f"quantity {name} must be one number, got {shown(value)}")
+        raise InputError(f"quantity {name} must be one number, got {format_value(value)}")
     return float(value)

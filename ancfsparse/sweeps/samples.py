@@ -10,8 +10,8 @@ import numpy as np
 
 from ancfsparse.checks import check_count
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
-from ancfsparse.system_memory import check_room
+from ancfsparse.messages import format_value
+from ancfsparse.system_memory import check_memory
 
 ParameterPoint = dict[str, Any]
 """A value for every parameter, by name."""
@@ -41,7 +41,7 @@ def grid(**values: Iterable[Any]) -> list[ParameterPoint]:
     columns = {}
     for name, each in values.items():
         if isinstance(each, str) or not _has_several(each):
-            got = shown(each)
+            got = format_value(each)
             raise InputError(f"the values of {name} must be a list, got {got}: try [{got}]")
         columns[name] = list(each)
         if not columns[name]:
@@ -80,7 +80,7 @@ def latin_hypercube(n: int, seed: int = 0, **ranges: tuple[float, float]) -> lis
     from scipy.stats.qmc import LatinHypercube
 
     count = check_count("n", n)
-    check_room("a sample", 64.0 * count * max(1, len(ranges)), "a smaller n")
+    check_memory("a sample", 64.0 * count * max(1, len(ranges)), "a smaller n")
     start = check_count("seed", seed, 0)
     if not ranges:
         raise InputError("a sample needs parameters: try latin_hypercube(10, length=(1.0, 2.0))")
@@ -89,12 +89,12 @@ def latin_hypercube(n: int, seed: int = 0, **ranges: tuple[float, float]) -> lis
             low, high = (float(x) for x in each)
         except (TypeError, ValueError) as error:
             raise InputError(
-                f"the range of {name} must be two numbers, got {shown(each)}"
+                f"the range of {name} must be two numbers, got {format_value(each)}"
             ) from error
         if not (np.isfinite([low, high]).all() and low < high):
             raise InputError(
                 f"the range of {name} must be two finite numbers in ascending order, "
-                f"got {shown(each)}"
+                f"got {format_value(each)}"
             )
     unit = LatinHypercube(len(ranges), rng=np.random.default_rng(start)).random(count)
     low, high = np.array(list(ranges.values()), dtype=float).T
@@ -117,13 +117,15 @@ def checked_points(points: Any) -> list[ParameterPoint]:
     rows = points.to_dict("records") if hasattr(points, "to_dict") else points
     if isinstance(rows, Mapping) or not _has_several(rows):
         raise InputError(
-            f"points of a sweep must be a list of dictionaries, got {shown(points)}: try "
+            f"points of a sweep must be a list of dictionaries, got {format_value(points)}: try "
             "ancf.grid(length=[1.0, 2.0])"
         )
     out: list[ParameterPoint] = []
     for k, row in enumerate(rows):
         if not isinstance(row, Mapping) or not all(isinstance(name, str) for name in row):
-            raise InputError(f"point {k} of the sweep must be a dictionary, got {shown(row)}")
+            raise InputError(
+                f"point {k} of the sweep must be a dictionary, got {format_value(row)}"
+            )
         point = {name: _plain(k, name, value) for name, value in row.items()}
         if out and set(point) != set(out[0]):
             other = sorted(set(point) ^ set(out[0]))
@@ -146,7 +148,7 @@ def _plain(k: int, name: str, value: Any) -> bool | int | float | str:
     plain = value.item() if isinstance(value, np.generic) else value
     if not isinstance(plain, KINDS):
         raise InputError(
-            f"{name} of point {k} must be a number or a string, got {shown(value)}: build vectors "
-            "and materials from numbers in the function that builds the scene"
+            f"{name} of point {k} must be a number or a string, got {format_value(value)}: build "
+            "vectors and materials from numbers in the function that builds the scene"
         )
     return plain

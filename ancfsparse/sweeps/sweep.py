@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ancfsparse.checks import check_choice, check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results.data.hdf5_format import file_name
 from ancfsparse.solve import simulate
 from ancfsparse.solve.preparation.progress_bar import progress_bar
@@ -18,7 +18,7 @@ from ancfsparse.sweeps.ledger import Ledger, key
 from ancfsparse.sweeps.point import Row, Task, evaluate
 from ancfsparse.sweeps.samples import ParameterPoint, checked_points
 from ancfsparse.sweeps.workers import connected, run_on
-from ancfsparse.system_memory import processors
+from ancfsparse.system_memory import count_processors
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -93,7 +93,7 @@ def sweep(
         if name in every[0]:
             raise InputError(f"{name!r} is a parameter and another column too: rename it")
     check_flag("progress", progress)
-    count = processors() if workers is None else check_count("workers", workers)
+    count = count_processors() if workers is None else check_count("workers", workers)
     ledger = Ledger(task, None if file is None else file_name("the file of a sweep", file))
     left = list({key(point): point for point in every if point not in ledger}.values())
     with ledger.writing(), progress_bar("point", progress, len(every)) as bar:
@@ -112,18 +112,18 @@ def _checked(
 ) -> Task:
     if not callable(build):
         raise InputError(
-            f"build must be a function that returns a scene for a point, got {shown(build)}"
+            f"build must be a function that returns a scene for a point, got {format_value(build)}"
         )
     if not isinstance(quantities, Mapping) or not quantities:
         raise InputError(
             "quantities must be a dictionary of functions of a run, such as "
-            f"{{'energy': lambda run: run.energy.total[-1]}}, got {shown(quantities)}"
+            f"{{'energy': lambda run: run.energy.total[-1]}}, got {format_value(quantities)}"
         )
     for name, quantity in quantities.items():
         if not isinstance(name, str) or not callable(quantity) or name in MORE:
             raise InputError(
-                f"quantity {shown(name)} must be a function with a name that is not "
-                f"{' or '.join(MORE)}, got {shown(quantity)}"
+                f"quantity {format_value(name)} must be a function with a name that is not "
+                f"{' or '.join(MORE)}, got {format_value(quantity)}"
             )
     allowed = inspect.signature(simulate).parameters
     for name in options:

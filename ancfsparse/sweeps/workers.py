@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.sweeps.forks import ENDED
 from ancfsparse.sweeps.point import Row, Task, evaluate_all
 from ancfsparse.sweeps.samples import ParameterPoint
@@ -66,7 +66,9 @@ def connected(workers: int, cluster: Any) -> Iterator[Any]:
         ):
             yield client
     else:
-        raise InputError(f"cluster must be an address or a client of Dask, got {shown(cluster)}")
+        raise InputError(
+            f"cluster must be an address or a client of Dask, got {format_value(cluster)}"
+        )
 
 
 def run_on(

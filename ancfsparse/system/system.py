@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
 from ancfsparse.scene import Scene
 from ancfsparse.system.assembly.sparsity_pattern import build
@@ -50,7 +50,7 @@ class System(Discretization):
         del cliques
         for each in self.contributions:
             self.parts.append(each.compile(self.pattern))
-        self.assembly: Assembly = compiled("assembly").Assembly(
+        self.assembly: Assembly = compiled_module("assembly").Assembly(
             self.n_free, self.n_all, self.loads.n_amplitudes, self.pattern.indptr, self.parts
         )
         self.damped = self.assembly.damped

@@ -14,7 +14,7 @@ from ancfsparse.problems.benchmarks import pendulum
 from ancfsparse.scene import Beam, Scene
 from ancfsparse.solve import simulate
 from ancfsparse.sweeps import sweep
-from ancfsparse.system_memory import processors
+from ancfsparse.system_memory import count_processors
 from benchmarks.common import paper
 from benchmarks.common.progress import bar
 from benchmarks.common.target import Target
@@ -105,7 +105,7 @@ def bench_sweep(
     progress : bool, optional
         Whether to draw a progress bar.
     """
-    count = processors() if workers is None else workers
+    count = count_processors() if workers is None else workers
     moduli = np.geomspace(SOFTEST, STIFFEST, points).tolist()
     listed = [{"youngs_modulus": each} for each in moduli]
 

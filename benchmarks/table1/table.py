@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.problems import Problem
 from ancfsparse.results import Trajectory
-from ancfsparse.system_memory import processors
+from ancfsparse.system_memory import count_processors
 from benchmarks.common import paper
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.other_codes.environment import environment
@@ -151,7 +151,7 @@ def table1(
 
 def _references(rows: Sequence[str], t_end: float, dt: float, progress: bool) -> dict[str, Vector]:
     """Return the references of rows, on all processors, before anything is timed."""
-    jobs = min(processors(), len(rows))
+    jobs = min(count_processors(), len(rows))
     with (
         ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool,
         progress_bar(len(rows), "reference", progress) as bar,

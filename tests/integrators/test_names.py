@@ -2,7 +2,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse import integrators
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.integrators.interface import time_loops
 from ancfsparse.integrators.interface.integrator import Integrator
 from ancfsparse.integrators.names import BY_NAME, EXAMPLES, EXPLICIT, integrator_of
@@ -66,6 +66,6 @@ def test_compiled_objects_have_what_their_types_state(protocol, module, name):
         for member in (*vars(base), *vars(base).get("__annotations__", ()))
         if not member.startswith("_")
     }
-    made = getattr(compiled(module), name)
+    made = getattr(compiled_module(module), name)
     assert stated
     assert {member for member in stated if not hasattr(made, member)} == set()

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.kernels.catalog import from_module
 from ancfsparse.kernels.layout import pack
 
@@ -31,8 +31,8 @@ class Bench:
     """Calls the kernels of one module on elements that share nothing."""
 
     def __init__(self, name, instruction_set=None):
-        self.kind = from_module(compiled(name, instruction_set))
-        self.call = compiled("kernel_call", instruction_set).call
+        self.kind = from_module(compiled_module(name, instruction_set))
+        self.call = compiled_module("kernel_call", instruction_set).call
         self.n = self.kind.n_coordinates
         self.labels = self.kind.node_coordinates
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ancfsparse import dispatch
-from ancfsparse.dispatch import available_instruction_sets, compiled, instruction_set
+from ancfsparse.dispatch import available_instruction_sets, compiled_module, instruction_set
 from ancfsparse.errors import InputError
 from ancfsparse.instruction_sets import REQUIRED_FLAGS
 from ancfsparse.kernels.catalog import (
@@ -34,7 +34,7 @@ def test_every_choice_has_its_module():
 
 @pytest.mark.parametrize("name", [*module_names(), *REFERENCES])
 def test_modules_say_what_they_are(name):
-    kind = from_module(compiled(name))
+    kind = from_module(compiled_module(name))
     assert kind.name == name
     name = name.removesuffix("_curved")
     cables = {"l2t2": 8, "thin_planar": 8, "thin_spatial": 12}

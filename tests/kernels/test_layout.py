@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.instruction_sets import REQUIRED_FLAGS
 from ancfsparse.kernels.catalog import element_kind
@@ -78,7 +78,7 @@ def test_equal_parameters_are_stored_once():
 def test_neighbours_in_one_block_add_to_their_shared_node(rng):
     """A chain: elements of one block write to the same places."""
     kind = element_kind("thin", 2)
-    call = compiled("kernel_call").call
+    call = compiled_module("kernel_call").call
     n = 2 * kind.lanes + 1
     places = np.arange(n)[:, None] * 4 + np.arange(8)
     q = rng.normal(size=4 * (n + 1))
@@ -118,7 +118,7 @@ def test_no_elements_make_no_blocks():
     layout = pack(kind, empty, empty, np.zeros((0, 4)))
     assert len(layout.set_of) == 0
     out = np.zeros(1)
-    compiled("kernel_call").call(
+    compiled_module("kernel_call").call(
         kind.kernels["force"], layout.gather, layout.scatter, layout.set_of, layout.parameters,
         out, out, out,
     )  # fmt: skip

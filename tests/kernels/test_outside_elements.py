@@ -8,7 +8,7 @@ from types import ModuleType
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.dispatch import compiled, instruction_set
+from ancfsparse.dispatch import compiled_module, instruction_set
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.building import build_element
 from ancfsparse.kernels.catalog import element_kind, external_element, from_module
@@ -71,7 +71,7 @@ def test_packages_that_cannot_be_loaded(tmp_path, monkeypatch):
 
 def test_a_module_of_another_calling_convention_is_refused():
     module = ModuleType("old")
-    vars(module).update(vars(compiled("l2t2")), SIGNATURE="ancf_kernel_v0")
+    vars(module).update(vars(compiled_module("l2t2")), SIGNATURE="ancf_kernel_v0")
     with pytest.raises(InputError, match="convention ancf_kernel_v0, and this version of ancfspar"):
         from_module(module, "old")
 

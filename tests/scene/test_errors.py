@@ -23,7 +23,7 @@ from ancfsparse.errors import (
     SingularSceneError,
     StepError,
 )
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 
 
 def test_every_error_is_one_of_ours_and_of_the_builtin_kind():
@@ -200,6 +200,6 @@ class Rude:
     ids=["array", "text", "integer", "integers", "no repr"],
 )
 def test_what_is_shown_is_one_short_line(value):
-    text = shown(value)
+    text = format_value(value)
     assert len(text) < 250
     assert "\n" not in text

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from ancfsparse.dispatch import available_instruction_sets, compiled
+from ancfsparse.dispatch import available_instruction_sets, compiled_module
 from ancfsparse.problems import pendulum
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
@@ -38,7 +38,7 @@ def test_every_instruction_set_gives_the_same(name, size):
     a, r = mixed(rng, (size, 2)), rng.normal(size=size + 2)
     members = [np.arange(size), np.arange(size, size + 2)]
     whole = [a[np.ix_(m, m)] for m in members]
-    found = compiled("blocks", name).Blocks(members, whole).solve(r)
+    found = compiled_module("blocks", name).Blocks(members, whole).solve(r)
     expected = np.concatenate([b @ r[m] for b, m in zip(whole, members, strict=True)])
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(expected).max() * size)
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sksparse.cholmod import analyze
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import SparseSeed
 from tests.seeds.matrices import chain, lower_csc, net, random_spd, saddle
 
@@ -308,7 +308,7 @@ def test_cholmod_factors_where_dense_blocks_pay():
 def test_an_exception_in_cholmod_reaches_the_caller(monkeypatch):
     lower = wide_grid(40)
     seed = SparseSeed(lower.indptr, lower.indices, lower.shape[0])
-    inverse = compiled("limited").Limited(seed, "broyden", 0)
+    inverse = compiled_module("limited").Limited(seed, "broyden", 0)
 
     def fail(_):
         raise MemoryError("no room")

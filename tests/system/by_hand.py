@@ -6,7 +6,7 @@ Only single elements are asked of the package (`tests/kernels` holds those to th
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.kernels.layout import pack
 from ancfsparse.scene import Clamp, DistributedForce, Pin, PointMoment, Rod
@@ -137,7 +137,7 @@ class ByHand:
 
     def __init__(self, system):
         self.system, self.scene, self.n = system, system.scene, system.n_all
-        self.call = compiled("kernel_call").call
+        self.call = compiled_module("kernel_call").call
         self.mass = self._matrix("mass", np.zeros(self.n))
 
     def _run(self, beam, places, kernel, q, damping=False):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.explicit.nystrom_tableaus import (
     EIGHTH,
@@ -20,7 +20,7 @@ from ancfsparse.integrators.explicit.nystrom_tableaus import (
 )
 from ancfsparse.integrators.implicit.time_integration import Mechanics
 from ancfsparse.integrators.interface.integrator import Integrator
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ExplicitLoop
@@ -93,8 +93,8 @@ class RungeKuttaNystrom(Explicit):
         """Check the order."""
         if not isinstance(self.order, int | np.integer) or self.order not in (4, 8):
             raise InputError(
-                f"RungeKuttaNystrom has order 4 or 8, got {shown(self.order)}: for order 2 take "
-                "CentralDifference()"
+                f"RungeKuttaNystrom has order 4 or 8, got {format_value(self.order)}: for order 2 "
+                "take CentralDifference()"
             )
 
     @property
@@ -156,7 +156,7 @@ def make_explicit(
         Magnitude of the terms of each constraint [m], if the seed includes the constraints.
     """
     method = integrator.tableau
-    loop: ExplicitLoop = compiled(integrator.loop).Explicit(
+    loop: ExplicitLoop = compiled_module(integrator.loop).Explicit(
         system,
         mass,
         dt,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.integrators.implicit.newmark_family import Implicit
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def make_march(
     noise : float
         Energy that rounding makes [J].
     """
-    march: ControlledLoop = compiled(integrator.loop).March(
+    march: ControlledLoop = compiled_module(integrator.loop).March(
         system,
         dt,
         integrator,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.plans.quantities.quantity import (
     EnergyOf,
     Frequency,
@@ -24,7 +24,7 @@ from ancfsparse.scene import Beam, Point, Scene, check_point
 def _on_beam(what: str, point: object) -> Point:
     node = check_point(what, point)
     if not isinstance(node.beam, Beam):
-        raise InputError(f"{what} needs a point of a beam, got {shown(point)}")
+        raise InputError(f"{what} needs a point of a beam, got {format_value(point)}")
     return node
 
 
@@ -179,7 +179,7 @@ def checked(quantity: Any, scene: Scene) -> tuple[Quantity, ...]:
         if not isinstance(each, Quantity):
             raise InputError(
                 "quantity must be what ancf.position(rod.end) and its like return, or a list of "
-                f"them, got {shown(each)}"
+                f"them, got {format_value(each)}"
             )
         each.check(scene)
     if given and len({each.static for each in given}) > 1:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.checks import check_positive
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.plans.quantities.quantity import Quantity
 
 Array = NDArray[np.float64]
@@ -88,6 +88,6 @@ def _wanted(quantity: Quantity, error: Any) -> Wanted:
     if share is None or not 0.0 < share < 1.0:
         raise InputError(
             f"a relative error must be a string such as '1 %', above 0 and below 100 %, got "
-            f"{shown(error)}"
+            f"{format_value(error)}"
         )
     return Wanted(quantity, share, True)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results.data.file_locks import in_use
 
 if TYPE_CHECKING:
@@ -48,16 +48,22 @@ def file_name(what: str, value: object) -> Path:
         If no file can have that name.
     """
     if not isinstance(value, (str, Path)):
-        raise InputError(f"{what} must be the name of a file such as 'run.h5', got {shown(value)}")
+        raise InputError(
+            f"{what} must be the name of a file such as 'run.h5', got {format_value(value)}"
+        )
     try:
         os.stat(value)
     except FileNotFoundError:
         pass
     except OSError as refused:
         reason = os.strerror(refused.errno or 0)
-        raise InputError(f"{what} cannot be the file {shown(str(value))}: {reason}") from None
+        raise InputError(
+            f"{what} cannot be the file {format_value(str(value))}: {reason}"
+        ) from None
     except ValueError as refused:  # a NUL, or what the system cannot encode
-        raise InputError(f"{what} cannot be the file {shown(str(value))}: {refused}") from None
+        raise InputError(
+            f"{what} cannot be the file {format_value(str(value))}: {refused}"
+        ) from None
     return Path(value)
 
 

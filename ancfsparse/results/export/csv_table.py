@@ -10,7 +10,7 @@ import numpy as np
 
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results.data.hdf5_format import file_name
 from ancfsparse.results.fields.motion import UNITS, Motion
 from ancfsparse.scene import Point, check_point
@@ -25,7 +25,7 @@ def write_csv(
         ("points", points, "[rod.end]"), ("quantities", quantities, "['position']")
     ):  # fmt: skip
         if not isinstance(given, (list, tuple)) or not given:
-            raise InputError(f"{what} must be a list such as {example}, got {shown(given)}")
+            raise InputError(f"{what} must be a list such as {example}, got {format_value(given)}")
     names, columns = ["t [s]"], [run.t]
     for point in points:
         check_point("a table", point)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.scene import Joint
 from ancfsparse.scene.force_elements.ropes import Rope
@@ -44,7 +44,7 @@ def joint_force(system: System, joint: object, states: StateHistory, frame: str)
     if not isinstance(joint, Joint):
         raise InputError(
             "joint_force needs a joint that a method of the scene returned, such as "
-            f"scene.revolute(...), got {shown(joint)}"
+            f"scene.revolute(...), got {format_value(joint)}"
         )
     force, moment, axes = joint_forces.joint_force(system, joint, states)
     if frame == "space":
@@ -65,7 +65,7 @@ def tension(system: System, rope: object, states: StateHistory) -> Array:
     if not isinstance(rope, Winch):
         raise InputError(
             "tension needs what scene.rope(...) or scene.winch(...) returned, got "
-            f"{shown(rope)}: of other joints ask for joint_force"
+            f"{format_value(rope)}: of other joints ask for joint_force"
         )
     rows = system.rows_of(rope)
     if not rows:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.stored_tables import Readable
 from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -147,7 +147,9 @@ def motion_of(system: System, q: Readable, v: Readable, body: RigidBody) -> Body
         If `body` is no rigid body of the scene.
     """
     if not isinstance(body, RigidBody):
-        raise InputError(f"a motion of a body needs a rigid body of the scene, got {shown(body)}")
+        raise InputError(
+            f"a motion of a body needs a rigid body of the scene, got {format_value(body)}"
+        )
     where = system.rows(body.origin)[0]
     vectors, rates = (
         np.asarray(x[..., where]).reshape(-1, body.n_vectors + 1, body.dim) for x in (q, v)

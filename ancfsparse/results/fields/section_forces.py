@@ -13,7 +13,7 @@ from ancfsparse.checks import check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.fields import Points, axes, spread
 from ancfsparse.kernels.fields import curvature as turn_of
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.stored_tables import Readable
 from ancfsparse.results.fields.energy_balance import BLOCK
@@ -21,7 +21,7 @@ from ancfsparse.scene import ElasticBody, Mesh, Point
 from ancfsparse.scene.bodies.beam import NODE_SNAP
 from ancfsparse.system.recovery.element_end_forces import end_forces
 from ancfsparse.system.system import System
-from ancfsparse.system_memory import check_room
+from ancfsparse.system_memory import check_memory
 
 # Numbers that an evaluation keeps at a time for each coordinate of an element.
 WORK = 32
@@ -192,7 +192,7 @@ class _Where:
 def _where(system: System, body: ElasticBody, s: Where) -> tuple[ElasticBody, _Where]:
     """Return the body of the run, and the points on it."""
     if not isinstance(body, ElasticBody):
-        raise InputError(f"a beam or a mesh of the run is needed, got {shown(body)}")
+        raise InputError(f"a beam or a mesh of the run is needed, got {format_value(body)}")
     listed: Any = [s] if isinstance(s, Point) else s
     if isinstance(listed, Sequence) and any(isinstance(each, Point) for each in listed):
         listed = [system.own(each) if isinstance(each, Point) else each for each in listed]
@@ -219,7 +219,7 @@ def _points_on(body: ElasticBody, listed: Where) -> _Where:
     if isinstance(body, Mesh):
         raise InputError(
             f"s on {body.name} must be points on its edges, such as [mesh.at(edge, s)], or left "
-            f"out for the middle of every edge, got {shown(listed)}"
+            f"out for the middle of every edge, got {format_value(listed)}"
         )
     return _along(body, listed, forward)
 
@@ -227,7 +227,7 @@ def _points_on(body: ElasticBody, listed: Where) -> _Where:
 def _of_point(body: ElasticBody, point: object) -> tuple[int, float]:
     """Return element and place of a point; at a node of a beam, those of the element beyond."""
     if not isinstance(point, Point) or point.beam is not body:
-        raise InputError(f"s must be points of {body.name}, got {shown(point)}")
+        raise InputError(f"s must be points of {body.name}, got {format_value(point)}")
     if point.xi:
         return point.index, point.xi
     if isinstance(body, Mesh):
@@ -244,7 +244,7 @@ def _along(beam: ElasticBody, s: object, forward: Array) -> _Where:
     arcs = np.atleast_1d(check_reals(f"s on {beam.name}", s, "arc coordinates in m"))
     if arcs.ndim != 1 or not len(arcs):
         raise InputError(
-            f"s on {beam.name} must be a list of one or more arc coordinates, got {shown(s)}"
+            f"s on {beam.name} must be a list of one or more arc coordinates, got {format_value(s)}"
         )
     nodes = np.concatenate([[0.0], np.cumsum(beam.lengths)])
     slack = NODE_SNAP * beam.lengths.min()
@@ -270,7 +270,7 @@ def _evaluated(
     """Evaluate what depends on elements, some states at a time, and join the states."""
     kind, states = system.kind_of(body), q.shape[0]
     places = system.elements(body)[where.elements]
-    check_room(
+    check_memory(
         "values at so many points",
         8.0 * states * len(places) * 24,
         "fewer points, or a run with a larger save_every",

@@ -12,7 +12,7 @@ from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.stored_tables import Chosen, Readable
 from ancfsparse.results.geometry.scene_outline import Part
-from ancfsparse.system_memory import check_room
+from ancfsparse.system_memory import check_memory
 
 # Pieces of an element in a picture: the most, and how many all elements have together.
 FINEST, PIECES = 12, 2400
@@ -62,6 +62,6 @@ def _traced(
 ) -> Array:
     n_elements, n_vectors, dim = part.places.shape
     numbers = float(q.shape[0]) * n_elements * (pieces + 1) * dim
-    check_room("a picture of so many points", 8.0 * numbers, "a smaller per_element")
+    check_memory("a picture of so many points", 8.0 * numbers, "a smaller per_element")
     weights = weigh(np.linspace(0.0, 1.0, pieces + 1), part.lengths[:, None], n_vectors == 2)
     return np.asarray(np.einsum("epc,jecd->jepd", weights, np.asarray(q[..., part.places])))

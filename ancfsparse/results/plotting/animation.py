@@ -17,7 +17,7 @@ from tqdm import tqdm
 
 from ancfsparse.checks import check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results.data.hdf5_format import file_name
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.deformed_shape import rows_of
@@ -63,7 +63,7 @@ def animate(
     target = file_name("a film", path)
     writer = _writer(target, check_count("fps", fps))
     if check_count("dpi", dpi, 10) > MOST_DPI:
-        raise InputError(f"dpi must be at most {MOST_DPI}, got {shown(dpi)}")
+        raise InputError(f"dpi must be at most {MOST_DPI}, got {format_value(dpi)}")
     check_flag("progress", progress)
     if not target.absolute().parent.is_dir():
         raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
@@ -132,7 +132,7 @@ def _writer(target: Path, fps: int) -> AbstractMovieWriter:
     if target.suffix.lower() == ".gif":
         return _Gif(fps=fps)
     if target.suffix.lower() != ".mp4":
-        raise InputError(f"a film is a .gif or an .mp4, got {shown(str(target))}")
+        raise InputError(f"a film is a .gif or an .mp4, got {format_value(str(target))}")
     if not FFMpegWriter.isAvailable():
         raise InputError(
             f"{target} needs the program ffmpeg, which is not installed here: install it, on "

@@ -18,7 +18,7 @@ from mpl_toolkits.mplot3d import Axes3D, proj3d
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results.data.interpolation import Array, combine
 from ancfsparse.results.geometry.deformed_shape import pieces_for, shapes
 from ancfsparse.results.geometry.scene_outline import Outline
@@ -138,7 +138,7 @@ class Canvas:
         elif isinstance(ax, Axes):
             self.ax = ax
         else:
-            raise InputError(f"ax must be axes of matplotlib, got {shown(ax)}")
+            raise InputError(f"ax must be axes of matplotlib, got {format_value(ax)}")
         if (len(self.axes) == 3) != isinstance(self.ax, Axes3D):
             needed = "projection='3d'" if len(self.axes) == 3 else "two dimensions"
             raise InputError(f"ax must have {needed} for this picture: leave it out, or give view")
@@ -244,7 +244,7 @@ def _components(of: Film, view: object, box: Array) -> list[int]:
             or not all(0 <= each < of.outline.dim for each in axes)
         ):
             raise InputError(
-                f"view must name two of {'xyz'[: of.outline.dim]!r}, got {shown(view)}"
+                f"view must name two of {'xyz'[: of.outline.dim]!r}, got {format_value(view)}"
             )
         return axes
     if view is not None:
@@ -252,7 +252,7 @@ def _components(of: Film, view: object, box: Array) -> list[int]:
         if not numbers or not all(isinstance(each, (int, float)) for each in view):  # type: ignore[attr-defined]
             raise InputError(
                 "view must be a plane such as 'xz', or elevation and azimuth in degrees such as "
-                f"(20, -60), got {shown(view)}"
+                f"(20, -60), got {format_value(view)}"
             )
         if of.outline.dim == 2:
             raise InputError("the scene is planar and has no view from aside: leave view out")

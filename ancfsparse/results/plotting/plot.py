@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_choice, check_finite, check_reals
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results.data.index_checks import check_index
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.stored_tables import Readable
@@ -61,7 +61,7 @@ def plot_motion(
             raise InputError(f"{what} of {of!r} is drawn over all times: leave times out")
         return _over_time(run, what, of, ax)
     if what in UNITS:
-        raise InputError(f"{what} is that of a point, such as rod.end, got {shown(of)}")
+        raise InputError(f"{what} is that of a point, such as rod.end, got {format_value(of)}")
     rows = nearest_rows(run.t, times)
     colours, labels = _colours(len(rows)), [f"{run.t[row]:.3g} s" for row in rows]
     q, v = rows_of(run.q, rows), rows_of(run.v, rows)
@@ -207,7 +207,7 @@ def _along(
     if not isinstance(of, Beam):
         raise InputError(
             f"{what} is drawn along a beam of the run or, over time, at a point of it such as "
-            f"rod.at(0.5), got {shown(of)}"
+            f"rod.at(0.5), got {format_value(of)}"
         )
     middles = np.cumsum(of.lengths) - 0.5 * of.lengths
     values = _section(system, q, v, t, what, of, None)
@@ -268,7 +268,7 @@ def nearest_rows(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
     else:
         instants = np.atleast_1d(check_reals("times", times, "a list of times in s"))
         if instants.ndim != 1 or not instants.size:
-            raise InputError(f"times must be a list such as [0.0, 0.5], got {shown(times)}")
+            raise InputError(f"times must be a list such as [0.0, 0.5], got {format_value(times)}")
     return np.unique([_nearest(t, float(time)) for time in instants])
 
 
@@ -289,7 +289,9 @@ def outline_for(system: System, of: object) -> Outline:
     if isinstance(of, Point):
         raise InputError(f"a point has no shape: give {of.beam.name}, or nothing for all bodies")
     if of is not None and not isinstance(of, ElasticBody | RigidBody):
-        raise InputError(f"a beam, a mesh or a rigid body of the run is needed, got {shown(of)}")
+        raise InputError(
+            f"a beam, a mesh or a rigid body of the run is needed, got {format_value(of)}"
+        )
     return outline_of(system, of)
 
 
@@ -302,6 +304,6 @@ def _empty(ax: object) -> Axes:
     if ax is None:
         ax = plt.subplots(figsize=(6.4, 4.0), layout="constrained")[1]
     if not isinstance(ax, Axes):
-        raise InputError(f"ax must be axes of matplotlib, got {shown(ax)}")
+        raise InputError(f"ax must be axes of matplotlib, got {format_value(ax)}")
     ax.grid(alpha=0.3)
     return ax

@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.checks import check_finite, check_flag
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results.data.hdf5_format import file_name
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.body_outlines import Solid
@@ -61,11 +61,11 @@ def render(
         raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
     view = EYE if view is None else view
     if not (isinstance(view, tuple) and len(view) == 2):
-        raise InputError(f"view must be elevation and azimuth in degrees, got {shown(view)}")
+        raise InputError(f"view must be elevation and azimuth in degrees, got {format_value(view)}")
     tilt, turn = (np.radians(check_finite("view", each, "degrees")) for each in view)
     if not (isinstance(size, tuple) and len(size) == 2 and all(each in SIZES for each in size)):
         raise InputError(
-            f"size must be two numbers of pixels such as (1000, 750), got {shown(size)}"
+            f"size must be two numbers of pixels such as (1000, 750), got {format_value(size)}"
         )
     check_flag("strain", strain)
     axes = upright(outline.gravity) if outline.dim == 3 else [0, 1, 2]

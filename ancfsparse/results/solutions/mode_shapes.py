@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ancfsparse.checks import MODERATE, check_finite
+from ancfsparse.checks import MAX_MAGNITUDE, check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.results import plotting
 from ancfsparse.results.data.index_checks import check_index
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 def check_amplitude(amplitude: object) -> float:
     """Return an amplitude [m] whose products with frequencies are in the range of numbers."""
     size = check_finite("amplitude", amplitude, "m")
-    if abs(size) > MODERATE:
-        raise InputError(f"amplitude must be at most {MODERATE:g} m, got {size:g} m")
+    if abs(size) > MAX_MAGNITUDE:
+        raise InputError(f"amplitude must be at most {MAX_MAGNITUDE:g} m, got {size:g} m")
     return size
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results import export, fields, geometry, plotting
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.solutions.solution import Solution
@@ -126,7 +126,7 @@ class Outputs(Solution):
             If an argument is invalid, or ffmpeg is missing.
         """
         if not isinstance(trace, (list, tuple)):
-            raise InputError(f"trace must be a list such as [rod.end], got {shown(trace)}")
+            raise InputError(f"trace must be a list such as [rod.end], got {format_value(trace)}")
         paths = [self.position(check_point("a trace", node)) for node in trace]
         return plotting.animate(
             plotting.outline_for(self.system, of), self.t, self.q, path, seconds=seconds, fps=fps,

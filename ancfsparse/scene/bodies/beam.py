@@ -13,7 +13,7 @@ from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights
-from ancfsparse.messages import numbers
+from ancfsparse.messages import format_numbers
 from ancfsparse.scene.bodies.body import ElasticBody, Numbers, Point, Vector, VelocityField
 from ancfsparse.scene.records.record import PointRef, Spec
 from ancfsparse.scene.sections.material import Material
@@ -159,7 +159,7 @@ class Beam(ElasticBody):
         if not self._is_even:
             parts["mesh"] += f", {self.length:.9g} m"
         if self.eigen is not None:
-            parts["eigenstrain"] = numbers(self.eigen.ravel())
+            parts["eigenstrain"] = format_numbers(self.eigen.ravel())
         if self.changing is not None:
             each = ("none" if x is None else x.describe() for x in self.changing)
             parts["eigenstrain"] += f" + {', '.join(each)}"

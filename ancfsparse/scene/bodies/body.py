@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_finite, check_integer
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.messages import checksum, shown
+from ancfsparse.messages import checksum, format_value
 from ancfsparse.scene.records.record import BodyRef, PointRef
 from ancfsparse.scene.records.transferable_functions import sendable
 from ancfsparse.scene.sections.material import Material
@@ -173,7 +173,9 @@ class Body(ABC):
     def point(self, place: PointRef) -> Point:
         """Return the handle of a point that is data."""
         if place.offsets:
-            raise InputError(f"{self.name} is not rigid and has no point at {shown(place.offsets)}")
+            raise InputError(
+                f"{self.name} is not rigid and has no point at {format_value(place.offsets)}"
+            )
         share = check_finite(f"xi of a point of {self.name}", place.xi)
         if share == 0.0:
             return self.node(place.index)
@@ -225,7 +227,7 @@ class Body(ABC):
         number = check_integer(f"the number of a node of {self.name}", i)
         if isinstance(i, bool) or not 0 <= number < self.n_nodes:
             raise InputError(
-                f"{self.name} has nodes 0 to {self.n_nodes - 1}, there is no node {shown(i)}"
+                f"{self.name} has nodes 0 to {self.n_nodes - 1}, there is no node {format_value(i)}"
                 + ("; its last one is `.end`" if number < 0 and hasattr(self, "end") else "")
             )
         return Point(self, number)

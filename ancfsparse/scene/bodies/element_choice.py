@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from ancfsparse.checks import check_choice, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import OPTIONS, PLANAR, ElementKind, element_kind, slack_form
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.sections import AnySection, Taper, principal_axes
 
@@ -61,7 +61,8 @@ def chosen_element(
     for key, value in given.items():
         if not isinstance(value, str) or value != DEFAULTS[key]:
             raise InputError(
-                f"element {element.name} of {label} has no options: leave {key}={shown(value)} out"
+                f"element {element.name} of {label} has no options: leave "
+                f"{key}={format_value(value)} out"
             )
     missing = [name for name in element.own if name not in element.values]
     if missing:
@@ -93,8 +94,8 @@ def slack_string(label: str, element: str | ElementKind, dim: int, slack: float)
     """
     if not isinstance(element, str) or element != "string":
         raise InputError(
-            f"slack of {label} is of strings alone, and its element is {shown(element)}: take "
-            "'string', or leave `slack` out"
+            f"slack of {label} is of strings alone, and its element is {format_value(element)}: "
+            "take 'string', or leave `slack` out"
         )
     strain = check_positive(f"slack of {label}", slack)
     # At 1 every length from zero on is within the transition; below, squares lose what they add.
@@ -171,12 +172,12 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
     if not isinstance(section, AnySection):
         raise InputError(
             f"section of {label} must be a Rectangle, Circle, Tube, IBeam, Polygon, "
-            f"Taper or Section, got {shown(section)}: "
+            f"Taper or Section, got {format_value(section)}: "
             "try ancf.Rectangle(0.01, 0.01)"
         )
     if not isinstance(material, Material):
         raise InputError(
-            f"material of {label} must be a Material, got {shown(material)}: "
+            f"material of {label} must be a Material, got {format_value(material)}: "
             "try ancf.Material(youngs_modulus=1e8, density=4000)"
         )
     if isinstance(section, Taper):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
-from ancfsparse.messages import numbers
+from ancfsparse.messages import format_numbers
 from ancfsparse.scene.bodies.body import Body, Numbers, Point, Vector
 from ancfsparse.scene.meshing.straight_beam import check_position, place
 from ancfsparse.scene.records.record import PointRef
@@ -191,7 +191,7 @@ class RigidBody(Body):
         return {
             "element": f"rigid, {self.n_vectors} vectors",
             "mesh": "one row",
-            "inertia": numbers(self.spread),
+            "inertia": format_numbers(self.spread),
         }
 
     def constrain(self, builder: Builder) -> None:

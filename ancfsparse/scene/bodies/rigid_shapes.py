@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_choice, check_moderate, keep
+from ancfsparse.checks import check_choice, check_moderate, set_fields
 
 Vector = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ class Box:
     def __post_init__(self) -> None:
         """Check the edges."""
         for name in ("length", "height", "width"):
-            keep(self, **{name: check_moderate(f"{name} of a box", getattr(self, name), "m")})
+            set_fields(self, **{name: check_moderate(f"{name} of a box", getattr(self, name), "m")})
 
     @property
     def volume(self) -> float:
@@ -75,7 +75,9 @@ class Cylinder:
     def __post_init__(self) -> None:
         """Check the numbers."""
         for name in ("radius", "length"):
-            keep(self, **{name: check_moderate(f"{name} of a cylinder", getattr(self, name), "m")})
+            set_fields(
+                self, **{name: check_moderate(f"{name} of a cylinder", getattr(self, name), "m")}
+            )
         check_choice("axis of a cylinder", self.axis, ("x", "y", "z"))
 
     @property
@@ -118,7 +120,7 @@ class Sphere:
 
     def __post_init__(self) -> None:
         """Check the radius."""
-        keep(self, radius=check_moderate("radius of a sphere", self.radius, "m"))
+        set_fields(self, radius=check_moderate("radius of a sphere", self.radius, "m"))
 
     @property
     def volume(self) -> float:
@@ -159,7 +161,7 @@ class Rod:
 
     def __post_init__(self) -> None:
         """Check the length."""
-        keep(self, length=check_moderate("length of a rod", self.length, "m"))
+        set_fields(self, length=check_moderate("length of a rod", self.length, "m"))
 
     @property
     def volume(self) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_finite, check_reals
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.meshing.straight_beam import check_position
 from ancfsparse.scene.sections.sections import Taper, principal_axes
 
@@ -91,7 +91,7 @@ def beside_line(beam: Beam, offset: ArrayLike) -> Beam:
     needed = "a number of metres, y" if beam.dim == 2 else "two numbers of metres, (y, z)"
     place = np.atleast_1d(check_reals(what, offset, needed))
     if place.shape != (beam.dim - 1,):
-        raise InputError(f"{what} must be {needed}, got {shown(offset)}")
+        raise InputError(f"{what} must be {needed}, got {format_value(offset)}")
     if np.ptp(beam.frames, axis=0).max() > EVEN:
         raise InputError(
             f"{what} needs a straight beam, whose sections all point one way: give the curve of "

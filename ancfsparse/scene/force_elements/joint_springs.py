@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.checks import MODERATE, check_finite
-from ancfsparse.errors import InputError, with_unit
+from ancfsparse.checks import MAX_MAGNITUDE, check_finite
+from ancfsparse.errors import InputError, format_quantity
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.loads.attachment import Attached
 from ancfsparse.scene.methods.add_couplings import freedom_of
@@ -298,8 +298,8 @@ def _positive(what: str, value: object, unit: str) -> float:
 def _not_negative(what: str, value: object, unit: str) -> float:
     number = check_finite(what, value, unit)
     if number < 0.0:
-        raise InputError(f"{what} must not be negative, got {with_unit(number, unit)}")
-    if number > MODERATE:  # products with masses and times leave the range of numbers
-        most, got = with_unit(MODERATE, unit), with_unit(number, unit)
+        raise InputError(f"{what} must not be negative, got {format_quantity(number, unit)}")
+    if number > MAX_MAGNITUDE:  # products with masses and times leave the range of numbers
+        most, got = format_quantity(MAX_MAGNITUDE, unit), format_quantity(number, unit)
         raise InputError(f"{what} must be at most {most}, got {got}")
     return number

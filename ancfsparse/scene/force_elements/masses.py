@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import MODERATE, check_finite, check_reals, check_vector
-from ancfsparse.errors import InputError, with_unit
-from ancfsparse.messages import numbers, shown
+from ancfsparse.checks import MAX_MAGNITUDE, check_finite, check_reals, check_vector
+from ancfsparse.errors import InputError, format_quantity
+from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
 from ancfsparse.scene.loads.attachment import Attached
@@ -36,7 +36,7 @@ class MassSpec(Spec):
 
     def describe(self, at: At, made: Any) -> str:
         """Describe where it is and its numbers."""
-        return f"mass ({at(self.node)}): {numbers([self.mass, *made.inertia.flat])}"
+        return f"mass ({at(self.node)}): {format_numbers([self.mass, *made.inertia.flat])}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ class RotatingFrameSpec(Spec):
 
     def describe(self, at: At, made: Any) -> str:
         """Describe the rotation."""
-        return f"rotating frame: {numbers([*made.spin.flat, *made.point])}"
+        return f"rotating frame: {format_numbers([*made.spin.flat, *made.point])}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +137,7 @@ class Masses(Records):
         what = f"the mass at {point!r}"
         value = check_finite(what, mass, "kg")
         if value < 0.0:
-            raise InputError(f"{what} must not be negative, got {with_unit(value, 'kg')}")
+            raise InputError(f"{what} must not be negative, got {format_quantity(value, 'kg')}")
         if inertia is None:
             matrix = np.zeros((1, 1) if self.dim == 2 else (3, 3))
         else:
@@ -195,7 +195,7 @@ class Masses(Records):
             x, y, z = check_vector(what, angular_velocity, 3, "rad/s").tolist()
             given = (x, y, z)
             spin = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        largest, most = float(np.abs(spin).max()), math.sqrt(MODERATE)
+        largest, most = float(np.abs(spin).max()), math.sqrt(MAX_MAGNITUDE)
         if largest > most:
             raise InputError(
                 f"{what} must be at most {most:g} rad/s, whose squares are in the range of "
@@ -234,7 +234,8 @@ def _planar(node: Point, inertia: ArrayLike) -> Matrix:
     moment = check_finite(f"the rotary inertia at {node!r}", inertia, "kg m2")
     if moment < 0.0:
         raise InputError(
-            f"the rotary inertia at {node!r} must not be negative, got {with_unit(moment, 'kg m2')}"
+            f"the rotary inertia at {node!r} must not be negative, got "
+            f"{format_quantity(moment, 'kg m2')}"
         )
     return np.array([[moment]])
 
@@ -243,19 +244,19 @@ def _spatial(node: Point, inertia: ArrayLike) -> Matrix:
     what, needed = f"the rotary inertia at {node!r}", "3 principal moments or a 3 x 3 matrix"
     given = check_reals(what, inertia, needed)
     if given.shape not in ((3,), (3, 3)):
-        raise InputError(f"{what} must be {needed}, got {shown(inertia)}")
+        raise InputError(f"{what} must be {needed}, got {format_value(inertia)}")
     if not np.isfinite(given).all():
-        raise InputError(f"{what} must be finite, got {shown(inertia)}")
+        raise InputError(f"{what} must be finite, got {format_value(inertia)}")
     matrix = np.diag(given) if given.ndim == 1 else given
     largest = float(np.abs(matrix).max())
     if np.abs(matrix - matrix.T).max() > ROUNDING * largest:
-        raise InputError(f"{what} must be symmetric, got {shown(inertia)}")
+        raise InputError(f"{what} must be symmetric, got {format_value(inertia)}")
     # Second moments of the mass along each axis: sums of squares.
     least = float(np.linalg.eigvalsh(second_moments(matrix)).min())
     if least < -ROUNDING * largest:
         raise InputError(
             f"{what} belongs to no body: each principal moment is at most the sum of the other two "
-            f"and not negative, got {shown(inertia)}"
+            f"and not negative, got {format_value(inertia)}"
         )
     return matrix
 

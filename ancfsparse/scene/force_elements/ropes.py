@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_finite, check_moderate
-from ancfsparse.errors import InputError, with_unit
-from ancfsparse.messages import shown
+from ancfsparse.errors import InputError, format_quantity
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.joints.rod import SAME_PLACE
 from ancfsparse.scene.loads.attachment import Attached
@@ -85,7 +85,7 @@ class Rope(Attached):
     @property
     def what(self) -> str:
         """Name in messages."""
-        ends = (repr(x) if isinstance(x, Point) else shown(x.tolist()) for x in self.points)
+        ends = (repr(x) if isinstance(x, Point) else format_value(x.tolist()) for x in self.points)
         return f"the rope over {', '.join(ends)}"
 
     def __getstate__(self) -> dict[str, Any]:
@@ -158,7 +158,7 @@ def points_of_rope(
         If a point is invalid, two consecutive ones coincide, or all are fixed in space.
     """
     if not isinstance(points, list | tuple) or len(points) < 2:
-        raise InputError(f"{what} needs a list of two points or more, got {shown(points)}")
+        raise InputError(f"{what} needs a list of two points or more, got {format_value(points)}")
     ends: list[Point | Vector] = []
     for k, each in enumerate(points):
         if isinstance(each, Point):
@@ -187,5 +187,5 @@ def points_of_rope(
 def _not_negative(what: str, value: object, unit: str) -> float:
     number = check_finite(what, value, unit)
     if number < 0.0:
-        raise InputError(f"{what} must not be negative, got {with_unit(number, unit)}")
+        raise InputError(f"{what} must not be negative, got {format_quantity(number, unit)}")
     return number

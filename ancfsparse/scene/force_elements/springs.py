@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import MODERATE, check_finite
-from ancfsparse.errors import InputError, LoadError, trial_call, with_unit
-from ancfsparse.messages import numbers
+from ancfsparse.checks import MAX_MAGNITUDE, check_finite
+from ancfsparse.errors import InputError, LoadError, format_quantity, trial_call
+from ancfsparse.messages import format_numbers
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_point
 from ancfsparse.scene.joints.rod import SAME_PLACE
@@ -46,7 +46,7 @@ class SpringSpec(Spec):
 
     def describe(self, at: At, made: Any) -> str:
         """Describe where it is and its numbers; of a force law that it is one."""
-        other = at(self.b) if isinstance(self.b, PointRef) else numbers(self.b)
+        other = at(self.b) if isinstance(self.b, PointRef) else format_numbers(self.b)
         law = callable(self.stiffness) or is_compiled(self.stiffness)
         stiffness = "a force law" if law else f"{self.stiffness:.9g}"
         values = f"{stiffness}, {self.damping:.9g}, {made.length:.9g}"
@@ -289,7 +289,7 @@ def place(end: Point | NDArray[np.float64]) -> str:
 def _not_negative(what: str, value: object, unit: str) -> float:
     number = check_finite(what, value, unit)
     if number < 0.0:
-        raise InputError(f"{what} must not be negative, got {with_unit(number, unit)}")
-    if number > MODERATE:
-        raise InputError(f"{what} must be at most {MODERATE:g} {unit}, got {number:g} {unit}")
+        raise InputError(f"{what} must not be negative, got {format_quantity(number, unit)}")
+    if number > MAX_MAGNITUDE:
+        raise InputError(f"{what} must be at most {MAX_MAGNITUDE:g} {unit}, got {number:g} {unit}")
     return number

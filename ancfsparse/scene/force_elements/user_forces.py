@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_flag
 from ancfsparse.errors import InputError, LoadError, trial_call
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_point
 from ancfsparse.scene.loads.attachment import Attached
@@ -81,7 +81,9 @@ class Force(Attached):
         try:
             forces = np.asarray(found, dtype=np.float64)
         except (TypeError, ValueError):
-            raise self.failure(t, f"it returned {shown(found)}, no array of numbers") from None
+            raise self.failure(
+                t, f"it returned {format_value(found)}, no array of numbers"
+            ) from None
         if forces.shape != q.shape:
             raise self.failure(
                 t, f"it returned shape {forces.shape}, where {q.shape} is needed: a row for a point"
@@ -153,7 +155,7 @@ class Forces(Records):
         try:
             given = (points,) if isinstance(points, Point) else tuple(points)
         except TypeError:  # an array without axes is an Iterable, too
-            raise InputError(f"a force needs points of beams, got {shown(points)}") from None
+            raise InputError(f"a force needs points of beams, got {format_value(points)}") from None
         where = tuple(check_point("a force", point) for point in given)
         if not where:
             raise InputError("a force needs at least one point, got none")
@@ -177,7 +179,7 @@ class Forces(Records):
         else:
             raise InputError(
                 f"{force.what} must be a function of positions, velocities and time, got "
-                f"{shown(function)}"
+                f"{format_value(function)}"
             )
         record = ForceSpec(tuple(point.reference for point in where), function, force.coupled)
         return self._attach(force, record)

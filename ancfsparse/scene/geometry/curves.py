@@ -11,9 +11,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite, check_positive, check_reals, keep
+from ancfsparse.checks import check_finite, check_positive, check_reals, set_fields
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 
 Vector = NDArray[np.float64]
 
@@ -104,7 +104,7 @@ class Arc:
                 f"an arc with a centre of {len(centre)} components is "
                 f"{'planar' if len(centre) == 2 else 'spatial'}: {needed}"
             )
-        keep(self, centre=centre, start=start, angle=angle, axis=axis)
+        set_fields(self, centre=centre, start=start, angle=angle, axis=axis)
         if self.radius == 0.0 or angle == 0.0:
             raise InputError(
                 f"the arc has zero length: its radius is {self.radius:g} m and its angle "
@@ -177,7 +177,7 @@ class Helix:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        keep(
+        set_fields(
             self,
             radius=check_positive("radius of the helix", self.radius, "m"),
             pitch=check_finite("pitch of the helix", self.pitch, "m"),
@@ -186,7 +186,7 @@ class Helix:
             axis=_vector("axis of the helix", self.axis, 3),
         )
         if self.towards is not None:
-            keep(self, towards=_vector("`towards` of the helix", self.towards, 3))
+            set_fields(self, towards=_vector("`towards` of the helix", self.towards, 3))
         self._across()
 
     @property
@@ -229,9 +229,11 @@ def _vector(what: str, value: ArrayLike, dim: int | None = None) -> tuple[float,
     vector = check_reals(what, value, needed)
     sizes = (2, 3) if dim is None else (dim,)
     if vector.ndim != 1 or len(vector) not in sizes or not np.isfinite(vector).all():
-        raise InputError(f"{what} must be {needed}, got {shown(value)}")
+        raise InputError(f"{what} must be {needed}, got {format_value(value)}")
     if np.abs(vector).max() > FARTHEST:
-        raise InputError(f"{what} is beyond {FARTHEST:g}, got {shown(value)}: give it in metres")
+        raise InputError(
+            f"{what} is beyond {FARTHEST:g}, got {format_value(value)}: give it in metres"
+        )
     return tuple(vector.tolist())
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_reals
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.geometry.curves import Arc, Helix, Path
 
 Vector = NDArray[np.float64]
@@ -136,7 +136,7 @@ def _spline(what: str, points: ArrayLike, dim: int) -> tuple[Vector, Function, F
     if table.ndim != 2 or table.shape[1] != dim or len(table) < 2 or not np.isfinite(table).all():
         raise InputError(
             f"{what} must be an Arc, a Helix, a function, or at least two points of {dim} finite "
-            f"numbers, got {shown(points)}"
+            f"numbers, got {format_value(points)}"
         )
     chords = np.linalg.norm(np.diff(table, axis=0), axis=1)
     same = chords <= SAME * chords.sum()

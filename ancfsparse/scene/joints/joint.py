@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import RIGID, ElementKind
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import Point
 
 if TYPE_CHECKING:
@@ -245,7 +245,7 @@ def check_point(what: str, node: object) -> Point:
     if not isinstance(node, Point):
         raise InputError(
             f"{what} needs a point on a beam such as rod.start or rod.node(3), or on a rigid body "
-            f"such as box.origin, got {shown(node)}"
+            f"such as box.origin, got {format_value(node)}"
         )
     return node
 

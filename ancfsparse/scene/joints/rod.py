@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.messages import numbers
+from ancfsparse.messages import format_numbers
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Led, Mark
 from ancfsparse.scene.records.record import At, PointRef, Spec, text
@@ -57,7 +57,7 @@ class RodSpec(Spec):
     def describe(self, at: At, made: Any) -> str:
         """Describe everything that its equation follows from."""
         length = "" if self.length is None else f", length {text(self.length, at)}"
-        return f"rod ({at(self.node)}) to {numbers(self.anchor)}{length}"
+        return f"rod ({at(self.node)}) to {format_numbers(self.anchor)}{length}"
 
 
 @dataclass(frozen=True, eq=False)

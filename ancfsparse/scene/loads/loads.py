@@ -10,9 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite, check_reals, check_vector, keep
+from ancfsparse.checks import check_finite, check_reals, check_vector, set_fields
 from ancfsparse.errors import InputError, LoadError, trial_call
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import Body, ElasticBody, Point
 from ancfsparse.scene.records.record import At, BodyRef, PointRef, Spec, text
 from ancfsparse.scene.records.transferable_functions import sendable
@@ -43,7 +43,7 @@ class Applied(ABC):
         with trial_call():
             now = self.at(0.0)
         if not callable(self.value):
-            keep(self, value=now if self.shape else float(now[0]))
+            set_fields(self, value=now if self.shape else float(now[0]))
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled."""
@@ -98,7 +98,7 @@ class Applied(ABC):
         if self.shape:
             return check_vector(name, value, self.shape[0], self.unit)
         if check_reals(name, value, self.number).ndim:
-            raise InputError(f"{name} must be {self.number}, got {shown(value)}")
+            raise InputError(f"{name} must be {self.number}, got {format_value(value)}")
         return np.array([check_finite(name, value, self.unit)])
 
 

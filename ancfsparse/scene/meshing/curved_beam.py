@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_choice, check_count, check_finite, check_moderate, check_reals
-from ancfsparse.errors import InputError, Parameter, Sentence
+from ancfsparse.errors import InputError, MessageTemplate, Parameter
 from ancfsparse.kernels.catalog import CURVED, OPTIONS, ElementKind, curved_form
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.beam import Beam
 from ancfsparse.scene.bodies.body import VelocityField
 from ancfsparse.scene.bodies.element_choice import check_make, chosen_element
@@ -27,7 +27,7 @@ from ancfsparse.scene.meshing.straight_beam import (
 )
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.sections import AnySection, Taper
-from ancfsparse.system_memory import check_room
+from ancfsparse.system_memory import check_memory
 
 if TYPE_CHECKING:
     from ancfsparse.scene.geometry.curves import Angle, Direction, Path
@@ -130,11 +130,11 @@ def _shares(label: str, nodes: ArrayLike, n_elements: int | str | None) -> Vecto
         or (shares[0], shares[-1]) != (0.0, 1.0)
         or not (np.diff(shares) > 0.0).all()
     ):
-        raise InputError(f"nodes of {label} must be {needed}, got {shown(nodes)}")
+        raise InputError(f"nodes of {label} must be {needed}, got {format_value(nodes)}")
     if n_elements is not None and n_elements != len(shares) - 1:
         raise InputError(
             f"{label} has {len(shares)} nodes, which make {len(shares) - 1} elements, but "
-            f"n_elements is {shown(n_elements)}: leave one of them out"
+            f"n_elements is {format_value(n_elements)}: leave one of them out"
         )
     return shares
 
@@ -158,8 +158,8 @@ def _shaped(
     name, chosen, kind = chosen_element(label, element, dim, options)
     count = check_count(f"n_elements of {label}", n_elements)
     check_make(label, kind, section, material)
-    fewer = Sentence("a smaller {n_elements}", n_elements=Parameter("n_elements"))
-    check_room(f"{label}, {count} elements,", (64.0 * dim**2 + 400.0) * count, fewer)
+    fewer = MessageTemplate("a smaller {n_elements}", n_elements=Parameter("n_elements"))
+    check_memory(f"{label}, {count} elements,", (64.0 * dim**2 + 400.0) * count, fewer)
     _check_directions(label, name, kind, shape)
     path, natural, stretch = _strained(label, gravity, name, chosen, section, material, shape)
     across = _narrowed(label, stretch, material.poisson_ratio, kind)

@@ -12,7 +12,7 @@ from ancfsparse.checks import check_finite, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import CURVED, ElementKind
 from ancfsparse.kernels.hermite import slope_weights
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.beam import Beam
 from ancfsparse.scene.meshing.curved_beam import curved_kind
 from ancfsparse.scene.records.signal import Signal
@@ -63,7 +63,8 @@ def with_eigenstrain(beam: Beam, strain: Eigenstrain, curvature: Eigencurvature)
         pair = check_reals(what, given, "two numbers, about e_y and e_z")
         if pair.shape != (2,) or not np.isfinite(pair).all():
             raise InputError(
-                f"{what} must be two finite numbers in 1/m, about e_y and e_z, got {shown(given)}"
+                f"{what} must be two finite numbers in 1/m, about e_y and e_z, got "
+                f"{format_value(given)}"
             )
         values[k, 1:] = pair
     if not values[:, 0].min() > -1.0:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_count, check_finite
-from ancfsparse.errors import InputError, Parameter, Sentence
+from ancfsparse.errors import InputError, MessageTemplate, Parameter
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.bodies.body import Numbers, Vector, VelocityField
 from ancfsparse.scene.bodies.element_choice import DEFAULTS, check_make, chosen_element
@@ -22,7 +22,7 @@ from ancfsparse.scene.meshing.straight_beam import (
 )
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.sections import AnySection, Taper
-from ancfsparse.system_memory import check_room
+from ancfsparse.system_memory import check_memory
 
 Integers = NDArray[np.integer[Any]]
 
@@ -81,8 +81,8 @@ def mesh_of(
     outward = np.stack([directions, -directions], axis=1).reshape(-1, dim)
     partners = _partners(at, outward, 2.0 * np.sin(0.5 * np.radians(angle)))
     if count > 1:
-        fewer = Sentence("a smaller {n_elements}", n_elements=Parameter("n_elements"))
-        check_room(f"{label}, {count * len(given)} elements,", 400.0 * count * len(given), fewer)
+        fewer = MessageTemplate("a smaller {n_elements}", n_elements=Parameter("n_elements"))
+        check_memory(f"{label}, {count * len(given)} elements,", 400.0 * count * len(given), fewer)
         positions, given, partners = _divided(positions, given, partners, count)
         at, lengths = given.ravel(), np.repeat(lengths / count, count)
         directions = np.repeat(directions, count, axis=0)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_count, check_positive, check_reals, check_vector
-from ancfsparse.errors import InputError, Parameter, Sentence
+from ancfsparse.errors import InputError, MessageTemplate, Parameter
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.bodies.beam import Beam
 from ancfsparse.scene.bodies.body import VelocityField
@@ -17,7 +17,7 @@ from ancfsparse.scene.bodies.element_choice import check_make, chosen_element
 from ancfsparse.scene.records.transferable_functions import Uniform
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.sections import AnySection, Taper, principal_axes
-from ancfsparse.system_memory import check_room
+from ancfsparse.system_memory import check_memory
 
 Vector = NDArray[np.float64]
 
@@ -63,8 +63,8 @@ def straight_beam(
     element, chosen, kind = chosen_element(label, element, dim, options)
     count = check_count(f"n_elements of {label}", n_elements)
     check_make(label, kind, section, material)
-    fewer = Sentence("a smaller {n_elements}", n_elements=Parameter("n_elements"))
-    check_room(f"{label}, {count} elements,", (16.0 * dim + 20.0) * count, fewer)
+    fewer = MessageTemplate("a smaller {n_elements}", n_elements=Parameter("n_elements"))
+    check_memory(f"{label}, {count} elements,", (16.0 * dim + 20.0) * count, fewer)
     tail, head = check_ends(label, start, end, dim)
     if up is not None and dim == 2:
         raise InputError(

@@ -17,7 +17,7 @@ from ancfsparse.checks import (
     check_vector,
 )
 from ancfsparse.errors import InputError, SingularSceneError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import Joint, check_end
 from ancfsparse.scene.methods.scene_base import Records
@@ -197,7 +197,9 @@ class Couplings(Records):
 
         node = self._mine("a slide", check_end("a slide", point))
         if not isinstance(along, Beam | Mesh):
-            raise InputError(f"a slide needs a beam or a mesh to slide along, got {shown(along)}")
+            raise InputError(
+                f"a slide needs a beam or a mesh to slide along, got {format_value(along)}"
+            )
         self._own("a slide", along)
         if node.beam is along:
             raise InputError(f"{node!r} is a point of {along.name} and cannot slide along itself")
@@ -221,7 +223,7 @@ class Couplings(Records):
             length = float(np.linalg.norm(across))
             if length == 0.0 or np.linalg.norm(np.cross(across, axes[0])) < 1e-3 * length:
                 raise InputError(
-                    f"lateral of a slide must be across {along.name}, got {shown(lateral)}"
+                    f"lateral of a slide must be across {along.name}, got {format_value(lateral)}"
                 )
             across = across / length
         record = SlideSpec(node.reference, BodyRef(along.name), specified(lateral))

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import check_count, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.beam import Beam
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.element_choice import DEFAULTS, chosen_element
@@ -163,7 +163,7 @@ def _directions(label: str, up: ArrayLike | None, ways: Vector, dim: int) -> lis
     needed = f"one direction, or one for each of its {len(ways)} edges"
     given = check_reals(f"`up` of {label}", up, needed)
     if given.shape not in ((3,), ways.shape) or not np.isfinite(given).all():
-        raise InputError(f"`up` of {label} must be {needed}, got {shown(up)}")
+        raise InputError(f"`up` of {label} must be {needed}, got {format_value(up)}")
     table = np.broadcast_to(given, ways.shape)
     sizes = np.linalg.norm(table, axis=1) * np.linalg.norm(ways, axis=1)
     across = np.linalg.norm(np.cross(table, ways), axis=1)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_flag
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import ElasticBody, Point
 from ancfsparse.scene.bodies.mesh import Mesh
 from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
@@ -142,11 +142,13 @@ class Loads(Records):
             The load.
         """
         if not isinstance(beam, ElasticBody):
-            raise InputError(f"a distributed force needs a beam of the scene, got {shown(beam)}")
+            raise InputError(
+                f"a distributed force needs a beam of the scene, got {format_value(beam)}"
+            )
         own = self._own("a distributed force", beam)
         if shape is not None and not callable(shape):
             raise InputError(
-                f"shape must be a function of the arc coordinate in m, got {shown(shape)}"
+                f"shape must be a function of the arc coordinate in m, got {format_value(shape)}"
             )
         if shape is not None and isinstance(beam, Mesh):
             raise InputError(

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_choice, check_vector
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import Point, Vector
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_turns
 from ancfsparse.scene.joints.rod import SAME_PLACE
@@ -354,7 +354,7 @@ class Mechanisms(Records):
         given = check_vector(f"the axis of {what}", axis, self.dim)
         length = math.hypot(*given)  # does not overflow on the way
         if not 0.0 < length < math.inf:
-            raise InputError(f"the axis of {what} has no direction, got {shown(axis)}")
+            raise InputError(f"the axis of {what} has no direction, got {format_value(axis)}")
         # A unit vector stays as it is, so that copies and files of a scene equal it.
         return given if abs(length - 1.0) <= UNIT else np.asarray(given / length)
 

@@ -18,7 +18,7 @@ from ancfsparse.checks import (
 )
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import RIGID, rigid_kind
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import Vector
 from ancfsparse.scene.force_elements.masses import second_moments
 from ancfsparse.scene.meshing.straight_beam import check_position
@@ -127,7 +127,8 @@ class RigidBodies(Records):
         dim = self.dim
         if shape is not None and not isinstance(shape, Box | Cylinder | Sphere | Rod):
             raise InputError(
-                f"the shape of {label} must be a Box, Cylinder, Sphere or Rod, got {shown(shape)}"
+                f"the shape of {label} must be a Box, Cylinder, Sphere or Rod, got "
+                f"{format_value(shape)}"
             )
         weight = _mass(label, shape, mass, density)
         where = np.zeros(dim) if shape is None else shape.centre[:dim]
@@ -137,8 +138,8 @@ class RigidBodies(Records):
         n_vectors = 1 if shape is not None and shape.is_line else dim
         if where[n_vectors:].any():
             raise InputError(
-                f"centre of {label} is off the line of its rod, at {shown(tuple(where))}: give the "
-                "body an inertia instead of the shape Rod"
+                f"centre of {label} is off the line of its rod, at {format_value(tuple(where))}: "
+                "give the body an inertia instead of the shape Rod"
             )
         spread = np.zeros((n_vectors + 1, n_vectors + 1))
         arm = np.append(1.0, where[:n_vectors])
@@ -218,12 +219,12 @@ def _second_moments(
     if moments.shape not in ((3,), (3, 3)) or not np.isfinite(moments).all():
         raise InputError(
             f"{what} must be 3 principal moments or a 3 x 3 tensor of finite numbers [kg m2], got "
-            f"{shown(inertia)}"
+            f"{format_value(inertia)}"
         )
     tensor = np.diag(moments) if moments.ndim == 1 else moments
     largest = check_moderate(f"largest moment of the {what}", np.abs(tensor).max(), "kg m2")
     if np.abs(tensor - tensor.T).max() > ROUNDING * largest:
-        raise InputError(f"{what} must be symmetric, got {shown(inertia)}")
+        raise InputError(f"{what} must be symmetric, got {format_value(inertia)}")
     principal = np.linalg.eigvalsh(tensor)
     if principal[0] <= ROUNDING * principal[2]:
         raise InputError(
@@ -261,7 +262,7 @@ def _axes(label: str, dim: int, orientation: ArrayLike | None) -> Vector:
     needed = "a unit quaternion (4 numbers) or a rotation matrix (3 x 3)"
     given = check_reals(what, orientation, needed)
     if given.shape not in ((4,), (3, 3)) or not np.isfinite(given).all():
-        raise InputError(f"{what} must be {needed}, got {shown(orientation)}")
+        raise InputError(f"{what} must be {needed}, got {format_value(orientation)}")
     if given.shape == (4,):
         norm = float(np.linalg.norm(given))
         if abs(norm - 1.0) > ROUNDING:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import check_vector
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown, suggest
+from ancfsparse.messages import format_value, suggest_names
 from ancfsparse.scene.bodies.body import Body, ElasticBody, Point
 from ancfsparse.scene.joints.constrained_points import Holds
 from ancfsparse.scene.joints.joint import Joint
@@ -42,7 +42,7 @@ class Records:
         if size not in ((2,), (3,)):
             raise InputError(
                 "gravity must have 2 components (planar scene) or 3 (spatial), got "
-                f"{shown(gravity)}"
+                f"{format_value(gravity)}"
             )
         self.dim: int = size[0]
         self._gravity: NDArray[np.float64] = check_vector("gravity", gravity, self.dim, "m/s2")
@@ -78,7 +78,9 @@ class Records:
             If no body has this name.
         """
         if not isinstance(name, str) or name not in self._bodies:
-            raise InputError(f"the scene has no body {shown(name)}: {suggest(name, self._bodies)}")
+            raise InputError(
+                f"the scene has no body {format_value(name)}: {suggest_names(name, self._bodies)}"
+            )
         return self._bodies[name]
 
     @property
@@ -104,7 +106,7 @@ class Records:
         except (KeyError, TypeError):  # or what has no hash
             raise InputError(
                 "what a scene recorded is found by a handle that a method of this scene returned, "
-                f"such as a beam, a joint or a load, got {shown(handle)}"
+                f"such as a beam, a joint or a load, got {format_value(handle)}"
             ) from None
 
     def _take(self, body: AnyBody, record: Spec) -> AnyBody:
@@ -142,7 +144,9 @@ class Records:
         free = (f"{kind} {i}" for i in itertools.count(len(self.bodies)))
         label = next(each for each in free if each not in self._bodies) if name is None else name
         if not isinstance(label, str) or not label.strip():
-            raise InputError(f"the name of a {kind} must be a non-empty string, got {shown(name)}")
+            raise InputError(
+                f"the name of a {kind} must be a non-empty string, got {format_value(name)}"
+            )
         if label in self._bodies:
             raise InputError(f"the scene already has a body named {label!r}: give another name")
         return label
@@ -160,7 +164,7 @@ class Records:
         if not isinstance(joint, Joint):
             raise InputError(
                 f"{what} needs a joint that a method of this scene returned, such as "
-                f"scene.revolute(...), got {shown(joint)}"
+                f"scene.revolute(...), got {format_value(joint)}"
             )
         if joint not in self._built:
             raise InputError(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.loads.loads import Applied, Value
 from ancfsparse.scene.records.signal import Signal
 
@@ -137,8 +137,8 @@ def course_of(
     for name, given in (("rate", rate), ("second_rate", second_rate)):
         if given is not None and not callable(given):
             raise InputError(
-                f"{name} of {subject} must be a function of time, got {shown(given)}: leave it out "
-                "where the motion is a signal or does not change"
+                f"{name} of {subject} must be a function of time, got {format_value(given)}: leave "
+                "it out where the motion is a signal or does not change"
             )
     if (rate is None) != (second_rate is None):
         missing = "second_rate" if second_rate is None else "rate"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.messages import numbers
+from ancfsparse.messages import format_numbers
 from ancfsparse.scene.records.compiled_callbacks import is_compiled, sent
 from ancfsparse.scene.records.signal import Signal
 
@@ -196,7 +196,7 @@ def equal(one: Any, other: Any) -> bool:
 def text(value: Any, at: At) -> str:
     """Write a value for a digest: numbers with nine digits, functions without what they compute."""
     if isinstance(value, tuple) and value:
-        return "; ".join(map(at, value)) if isinstance(value[0], BodyRef) else numbers(value)
+        return "; ".join(map(at, value)) if isinstance(value[0], BodyRef) else format_numbers(value)
     if isinstance(value, BodyRef):
         return at(value)
     if isinstance(value, Signal):
@@ -205,7 +205,7 @@ def text(value: Any, at: At) -> str:
         return "a function of time"
     if isinstance(value, bool | str) or value is None:
         return str(value)
-    return numbers(value)
+    return format_numbers(value)
 
 
 def specified(value: Any) -> Any:

@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_reals, keep
+from ancfsparse.checks import check_reals, set_fields
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 
 Vector = NDArray[np.float64]
 Value = float | tuple[float, ...]
@@ -92,8 +92,8 @@ class Sum(Signal):
         if not isinstance(self.parts, tuple) or not all(
             isinstance(each, Signal) for each in self.parts
         ):
-            raise InputError(f"the parts of a sum must be signals, got {shown(self.parts)}")
-        keep(self, constant=checked_value("constant of a sum", self.constant))
+            raise InputError(f"the parts of a sum must be signals, got {format_value(self.parts)}")
+        set_fields(self, constant=checked_value("constant of a sum", self.constant))
 
     @property
     def smoothness(self) -> float:
@@ -140,7 +140,7 @@ def checked_value(what: str, value: object) -> Value:
     needed = "a number, or two or three of them"
     numbers = check_reals(what, value, needed)
     if numbers.shape not in ((), (2,), (3,)):
-        raise InputError(f"{what} must be {needed}, got {shown(value)}")
+        raise InputError(f"{what} must be {needed}, got {format_value(value)}")
     if not np.isfinite(numbers).all():
-        raise InputError(f"{what} must be finite, got {shown(value)}")
+        raise InputError(f"{what} must be finite, got {format_value(value)}")
     return tuple(numbers.tolist()) if numbers.ndim else float(numbers)

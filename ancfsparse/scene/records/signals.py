@@ -21,10 +21,10 @@ from ancfsparse.checks import (
     check_flag,
     check_moderate,
     check_reals,
-    keep,
+    set_fields,
 )
 from ancfsparse.errors import InputError
-from ancfsparse.messages import checksum, shown
+from ancfsparse.messages import checksum, format_value
 from ancfsparse.scene.records.signal import Shaped, Signal, Value, checked_value
 
 Vector = NDArray[np.float64]
@@ -65,7 +65,9 @@ class Table(Signal):
         times = check_reals("times of a table", self.times, "a list of numbers")
         values = check_reals("values of a table", self.values, "a list of numbers or of rows")
         if times.ndim != 1 or not len(times):
-            raise InputError(f"times of a table must be a list of numbers, got {shown(self.times)}")
+            raise InputError(
+                f"times of a table must be a list of numbers, got {format_value(self.times)}"
+            )
         if values.ndim not in (1, 2) or len(values) != len(times):
             raise InputError(
                 f"values of a table must be one for each of its {len(times)} times, got shape "
@@ -90,7 +92,7 @@ class Table(Signal):
                 "outside='hold'"
             )
         times.flags.writeable = values.flags.writeable = False
-        keep(self, times=times, values=values)
+        set_fields(self, times=times, values=values)
 
     def __call__(self, t: ArrayLike) -> Vector:
         """Return the value at a time, or one in each row for an array of times (k,) [s]."""
@@ -180,7 +182,7 @@ class Ramp(Shaped):
         value = checked_value("value of a ramp", self.value)
         start, end = _interval("a ramp", self.start, self.end)
         check_flag("smooth of a ramp", self.smooth)
-        keep(self, value=value, start=start, end=end)
+        set_fields(self, value=value, start=start, end=end)
 
     @property
     def largest(self) -> Value:
@@ -225,7 +227,7 @@ class Sine(Shaped):
 
     def __post_init__(self) -> None:
         """Check every number and keep it in double precision."""
-        keep(
+        set_fields(
             self,
             amplitude=checked_value("amplitude of a sine", self.amplitude),
             frequency=check_moderate("frequency of a sine", self.frequency, "Hz"),
@@ -280,7 +282,7 @@ class Pulse(Shaped):
                 f"rise of a pulse must be between 0 and half of its {end - start:.6g} s, got "
                 f"{rise:.6g} s"
             )
-        keep(self, value=value, start=start, end=end, rise=rise)
+        set_fields(self, value=value, start=start, end=end, rise=rise)
 
     @property
     def largest(self) -> Value:

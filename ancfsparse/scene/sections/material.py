@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
 
-from ancfsparse.checks import check_finite, check_positive, keep
+from ancfsparse.checks import check_finite, check_positive, set_fields
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,10 @@ class Material:
         if not isinstance(self.rayleigh, tuple) or len(self.rayleigh) != 2:
             raise InputError(
                 f"rayleigh must be a pair (alpha in 1/s, beta in s), got "
-                f"{shown(self.rayleigh)}: try rayleigh=(0.0, 1e-3)"
+                f"{format_value(self.rayleigh)}: try rayleigh=(0.0, 1e-3)"
             )
         alpha, beta = self.rayleigh
-        keep(
+        set_fields(
             self,
             youngs_modulus=check_positive("youngs_modulus", self.youngs_modulus, "Pa"),
             density=check_positive("density", self.density, "kg/m3"),

@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_positive, check_reals, keep
+from ancfsparse.checks import check_positive, check_reals, set_fields
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.sections.profiles import check_side
 
 Complex = NDArray[np.complex128]
@@ -58,10 +58,10 @@ class Polygon:
         outline = _corners("corners of the polygon", self.corners)
         if not isinstance(self.holes, list | tuple):
             raise InputError(
-                f"holes of a polygon must be a list of corners, got {shown(self.holes)}"
+                f"holes of a polygon must be a list of corners, got {format_value(self.holes)}"
             )
         holes = [_corners(f"hole {k} of the polygon", each) for k, each in enumerate(self.holes)]
-        keep(
+        set_fields(
             self,
             corners=_plain(outline),
             holes=tuple(map(_plain, holes)),
@@ -195,7 +195,7 @@ def _corners(what: str, value: ArrayLike) -> NDArray[np.float64]:
     needed = "at least three corners of two finite numbers, y and z"
     table = check_reals(what, value, needed)
     if table.ndim != 2 or table.shape[1] != 2 or len(table) < 3 or not np.isfinite(table).all():
-        raise InputError(f"{what} must be {needed}, got {shown(value)}")
+        raise InputError(f"{what} must be {needed}, got {format_value(value)}")
     return table
 
 

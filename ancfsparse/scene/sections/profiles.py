@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ancfsparse.checks import check_positive, keep
+from ancfsparse.checks import check_positive, set_fields
 from ancfsparse.errors import InputError
 
 SMALLEST = 1e-75  # side [m] whose fourth power, and that of its inverse, are still numbers
@@ -39,7 +39,7 @@ class Tube:
 
     def __post_init__(self) -> None:
         """Check both and keep them in double precision."""
-        keep(
+        set_fields(
             self,
             diameter=check_side("diameter of the tube", self.diameter),
             thickness=check_side("thickness of the tube", self.thickness),
@@ -117,7 +117,7 @@ class IBeam:
     def __post_init__(self) -> None:
         """Check the sides and keep them in double precision."""
         for name in ("height", "width", "web", "flange"):
-            keep(self, **{name: check_side(f"{name} of the I-section", getattr(self, name))})
+            set_fields(self, **{name: check_side(f"{name} of the I-section", getattr(self, name))})
         if not (self.web < self.width and 2.0 * self.flange < self.height):
             raise InputError(
                 f"the I-section has no room between its flanges: its web of {self.web:g} m must be "

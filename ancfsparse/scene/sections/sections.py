@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_finite, check_positive, keep
+from ancfsparse.checks import check_finite, check_positive, set_fields
 from ancfsparse.errors import InputError
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.polygon import PRINCIPAL, Polygon
@@ -41,7 +41,7 @@ class Rectangle:
 
     def __post_init__(self) -> None:
         """Check both sides and keep them in double precision."""
-        keep(
+        set_fields(
             self,
             width=check_side("width of the rectangle", self.width),
             height=check_side("height of the rectangle", self.height),
@@ -111,7 +111,7 @@ class Circle:
 
     def __post_init__(self) -> None:
         """Check the diameter and keep it in double precision."""
-        keep(self, diameter=check_side("diameter of the circle", self.diameter))
+        set_fields(self, diameter=check_side("diameter of the circle", self.diameter))
 
     @property
     def area(self) -> float:
@@ -180,7 +180,7 @@ class Section:
     def __post_init__(self) -> None:
         """Check every number and keep it in double precision."""
         product = check_finite("inertia_yz of the section", self.inertia_yz, "m4")
-        keep(
+        set_fields(
             self,
             area=check_positive("area of the section", self.area, "m2"),
             inertia_y=check_positive("inertia_y of the section", self.inertia_y, "m4"),

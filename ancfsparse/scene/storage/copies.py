@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_choice, check_count
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.methods.scene_base import Records
@@ -64,7 +64,9 @@ def counterpart(scene: Records, handle: Body | Point) -> Any:
         return here.point(handle.beam.among(here.n_each, handle))
     if isinstance(handle, Body):
         return scene.body(handle.name)
-    raise InputError(f"counterpart needs a beam, a mesh or a point on one, got {shown(handle)}")
+    raise InputError(
+        f"counterpart needs a beam, a mesh or a point on one, got {format_value(handle)}"
+    )
 
 
 def _with(scene: Records, others: Mapping[int, Spec]) -> list[Spec]:

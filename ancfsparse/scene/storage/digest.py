@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from ancfsparse.messages import checksum, numbers
+from ancfsparse.messages import checksum, format_numbers
 from ancfsparse.scene.methods.scene_base import Records
 from ancfsparse.scene.records.record import BodyRef, JointRef, PointRef
 
@@ -45,10 +45,10 @@ def digest(scene: Records) -> dict[str, str]:
         if reference.xi:
             inside = f" + {reference.of(scene).xi:.9g}"
         if reference.offsets:
-            inside += f" + {numbers(reference.offsets)}"
+            inside += f" + {format_numbers(reference.offsets)}"
         return f"{here}, {reference.index}{inside}"
 
-    parts = {"gravity": numbers(scene.gravity)}
+    parts = {"gravity": format_numbers(scene.gravity)}
     for body in scene.bodies:
         for name, value in body.describe().items():
             parts[f"{name} of {number[body.name]}"] = value

@@ -19,7 +19,7 @@ import numpy as np
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
 from ancfsparse.scene.geometry.curves import Arc, Helix
 from ancfsparse.scene.methods.scene_base import Records
@@ -113,7 +113,7 @@ def built(
     """
     if not isinstance(own, Mapping):
         raise InputError(
-            f"own must be a mapping of names to functions and elements, got {shown(own)}"
+            f"own must be a mapping of names to functions and elements, got {format_value(own)}"
         )
     try:
         data = json.loads(text)
@@ -123,8 +123,8 @@ def built(
         raise InputError(f"{file} is no file of a scene: its format is not {FORMAT!r}")
     if data.get("version") != VERSION:
         raise InputError(
-            f"{file} has version {shown(data.get('version'))} of the format of scenes, and this "
-            f"program reads version {VERSION}: update ancfsparse"
+            f"{file} has version {format_value(data.get('version'))} of the format of scenes, and "
+            f"this program reads version {VERSION}: update ancfsparse"
         )
     records = data.get("records")
     if not isinstance(records, list):
@@ -174,8 +174,8 @@ def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
             )
         return {"own": name}
     raise InputError(
-        f"{where}: {shown(value)} cannot be written to a file; give a Python function, or a signal "
-        "such as Ramp, Sine, Pulse or Table"
+        f"{where}: {format_value(value)} cannot be written to a file; give a Python function, or a "
+        "signal such as Ramp, Sine, Pulse or Table"
     )
 
 
@@ -195,7 +195,7 @@ def _array(values: np.ndarray[Any, Any]) -> Any:
 
 def _build(scene: Records, entry: Any, own: Mapping[str, Any]) -> None:
     if not isinstance(entry, dict):
-        raise InputError(f"it must be a method and its arguments, got {shown(entry)}")
+        raise InputError(f"it must be a method and its arguments, got {format_value(entry)}")
     method = check_choice("method", entry.get("method"), SPECS)
     given = {name: _decoded(each, own) for name, each in entry.items() if name != "method"}
     record: Spec = _made(SPECS[method], given, method)
@@ -211,8 +211,8 @@ def _decoded(value: Any, own: Mapping[str, Any]) -> Any:
     if "own" in value:
         if not isinstance(value["own"], str) or value["own"] not in own:
             raise InputError(
-                f"it needs {shown(value['own'])}, which a file cannot hold: give it to load, as in "
-                f"own={{{value['own']!r}: ...}}"
+                f"it needs {format_value(value['own'])}, which a file cannot hold: give it to "
+                f"load, as in own={{{value['own']!r}: ...}}"
             )
         return _element(own[value["own"]], value) if "definition" in value else own[value["own"]]
     if "base64" in value:
@@ -227,12 +227,12 @@ def _element(kind: Any, wanted: Mapping[str, Any]) -> ElementKind:
     """Return a user element, if it is the one that a file was written with."""
     if not isinstance(kind, ElementKind) or kind.definition != wanted["definition"]:
         raise InputError(
-            f"it was made with another element than the {shown(kind)} that was given as "
+            f"it was made with another element than the {format_value(kind)} that was given as "
             f"{wanted['own']!r}: its energy or coordinates have changed since"
         )
     values = wanted.get("values")
     if not isinstance(values, dict):
-        raise InputError(f"the values of element {kind.name} are damaged: {shown(values)}")
+        raise InputError(f"the values of element {kind.name} are damaged: {format_value(values)}")
     return kind.with_values(**values) if values else kind
 
 
@@ -258,6 +258,6 @@ def _array_of(value: Mapping[str, Any]) -> Any:
 def _place(path: object) -> Path:
     if not isinstance(path, str | Path) or not Path(path).name or "\0" in str(path):
         raise InputError(
-            f"the file of a scene must have a name such as 'scene.json', got {shown(path)}"
+            f"the file of a scene must have a name such as 'scene.json', got {format_value(path)}"
         )
     return Path(path)

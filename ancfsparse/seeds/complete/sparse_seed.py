@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import ordering
 from ancfsparse.seeds.complete.supernodes import parts_of, shape_of
 from ancfsparse.seeds.interface.index_arrays import Indices, Triangle
@@ -97,7 +97,7 @@ class SparseSeed:
         self._callback: PythonSeed | None = None
         if self.supernodal:
             self._cholmod = ordering.Supernodal(indptr, indices, self.ordering)
-            self._callback = compiled("callback").Callback(self, self.n, len(indices))
+            self._callback = compiled_module("callback").Callback(self, self.n, len(indices))
         else:
             self._upper = upper  # until the factor is made
         self.nbytes = (BLOCK_ENTRY if self.supernodal else OWN_ENTRY) * (self.nnz + self.n)
@@ -106,7 +106,7 @@ class SparseSeed:
         upper, self._upper = self._upper, None
         if upper is None:
             upper = permuted(*self._pattern, self._permutation)
-        made: CompleteFactor = compiled("ldl").Ldl(
+        made: CompleteFactor = compiled_module("ldl").Ldl(
             *self._pattern,
             self._permutation,
             self.n_positive,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds.interface.index_arrays import Triangle
 
 # Share of the work at which the root, which one thread does alone, ends the search; and share of
@@ -51,7 +51,7 @@ class Shape:
 
     def rows(self, upper: Triangle) -> NDArray[np.int32]:
         """Return the rows below each supernode, ascending, one supernode after another."""
-        rows: NDArray[np.int32] = compiled("tree").supernode_rows(
+        rows: NDArray[np.int32] = compiled_module("tree").supernode_rows(
             *upper, self.first, self.super_of, self.parent, self.row_start
         )
         return rows
@@ -67,10 +67,10 @@ def shape_of(upper: Triangle, sizes: Sequence[int] | NDArray[np.int64] = ()) -> 
     sizes : sequence of int, optional
         Number of columns in each part and in the root; by default all are one part.
     """
-    parent, lengths = compiled("tree").elimination_tree(*upper)
+    parent, lengths = compiled_module("tree").elimination_tree(*upper)
     n = len(parent)
     ends = np.cumsum(sizes) if len(sizes) else np.array([n, n])
-    first, super_of, up, row_start = compiled("tree").supernodes(parent, lengths, ends)
+    first, super_of, up, row_start = compiled_module("tree").supernodes(parent, lengths, ends)
     part = np.append(0, np.searchsorted(first, ends)).astype(np.int32)
     wide = lengths.astype(np.int64)
     flops = int(np.sum(wide * (wide + 3)))
@@ -101,7 +101,7 @@ def parts_of(shape: Shape, threads: int) -> NDArray[np.int32] | None:
     width = np.diff(shape.first)
     work = width * (width + 2 * np.diff(shape.row_start))
     total = int(work.sum())
-    below = compiled("tree").subtree_sums(parent, work)
+    below = compiled_module("tree").subtree_sums(parent, work)
     by_parent = np.argsort(parent, kind="stable").astype(np.int32)
     child_start = np.searchsorted(parent[by_parent], np.arange(-1, len(parent) + 1))
     children = [by_parent[: child_start[1]]]  # of nobody: the roots of the tree
@@ -125,7 +125,7 @@ def parts_of(shape: Shape, threads: int) -> NDArray[np.int32] | None:
     for part, (_, subtrees) in enumerate(_deal(best[0], threads)):
         owner[subtrees] = part
     owner[split[: best[1]]] = threads
-    compiled("tree").inherit(parent, owner)
+    compiled_module("tree").inherit(parent, owner)
     return owner
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds.interface.index_arrays import Indices
 
 if TYPE_CHECKING:
@@ -67,6 +67,6 @@ class BlockInverse:
         if self._blocks is None:
             dense = [self._matrix[np.ix_(block, block)].toarray() for block in self._members]
             inverses = [np.linalg.inv(a) for a in dense]
-            made: Solver = compiled("blocks").Blocks(self._members, inverses)
+            made: Solver = compiled_module("blocks").Blocks(self._members, inverses)
             self._blocks = made
         return self._blocks

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.seeds.incomplete.constraint_border import Border
 from ancfsparse.seeds.incomplete.sliding_modes import Slides, SlidingModes
@@ -92,7 +92,7 @@ class IncompleteSeed:
         self._pattern = np.asarray(indptr, dtype=np.int64), np.asarray(indices, dtype=np.int32)
         equations = self.n - self.n_positive
         self._sweeps = 2 if equations else 1
-        (order, self._first), tree = groups.fronts(), compiled("tree")
+        (order, self._first), tree = groups.fronts(), compiled_module("tree")
         start, row = tree.lower_columns(*tree.permuted_upper(*groups.meeting, order))
         self._unknown = np.ascontiguousarray(groups.members[order], dtype=np.int32)
         self._own: IncompleteFactor | None = None
@@ -127,7 +127,7 @@ class IncompleteSeed:
     def own(self) -> IncompleteFactor:
         """The compiled factor."""
         if self._own is None:
-            made: IncompleteFactor = compiled("ic").Ic(
+            made: IncompleteFactor = compiled_module("ic").Ic(
                 *self._pattern,
                 self.n_positive,
                 self._unknown,

@@ -6,10 +6,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from ancfsparse.openmp import brief_waits
+from ancfsparse.openmp import short_spin_waits
 from ancfsparse.seeds.interface.index_arrays import Indices
 
-with brief_waits():  # SuiteSparse brings OpenMP with it
+with short_spin_waits():  # SuiteSparse brings OpenMP with it
     from sksparse.cholmod import CholmodNotPositiveDefiniteError, analyze
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import ordering
 from ancfsparse.seeds.interface.index_arrays import Indices, Triangle
 
@@ -97,7 +97,7 @@ def _of_coordinates(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.
     would take longer than all the rest, so it stops where the better one ended.
     """
     n = len(indptr) - 1
-    tree = compiled("tree").elimination_tree
+    tree = compiled_module("tree").elimination_tree
     no_fill = len(indices) - n
     natural = np.arange(n, dtype=np.int32)
     if tree(*permuted(indptr, indices, natural), no_fill) is not None:
@@ -124,8 +124,8 @@ def _from_both_ends(indptr: Indices, indices: Indices) -> NDArray[np.int32]:
     columns, turns = [], []
     for side, order_of_side in enumerate((forwards, forwards[::-1].copy())):
         half = (n + 1 - side) // 2
-        tree = compiled("tree").elimination_tree(*permuted(indptr, indices, order_of_side))
-        first = compiled("tree").supernodes(*tree)[0]
+        tree = compiled_module("tree").elimination_tree(*permuted(indptr, indices, order_of_side))
+        first = compiled_module("tree").supernodes(*tree)[0]
         width = np.diff(np.append(first[first < half], half))  # up to the middle
         columns.append(order_of_side[:half])
         turns.append(np.repeat(2 * np.arange(len(width), dtype=np.int32) + side, width))
@@ -134,5 +134,5 @@ def _from_both_ends(indptr: Indices, indices: Indices) -> NDArray[np.int32]:
 
 def permuted(indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> Triangle:
     """Return the upper triangle of the permuted matrix by columns: starts and rows."""
-    upper: Triangle = compiled("tree").permuted_upper(indptr, indices, permutation)
+    upper: Triangle = compiled_module("tree").permuted_upper(indptr, indices, permutation)
     return upper

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import ordering
 from ancfsparse.seeds.interface.index_arrays import Indices, Triangle
 
@@ -84,12 +84,12 @@ class Groups:
         of_unknown = np.empty(len(indptr) - 1, dtype=np.int32)
         there = members >= 0
         of_unknown[members[there]] = np.nonzero(there)[0]
-        meeting = compiled("tree").contracted(indptr, indices, of_unknown, len(members))
+        meeting = compiled_module("tree").contracted(indptr, indices, of_unknown, len(members))
         return cls(members, np.asarray(node, dtype=np.int32), meeting)
 
     def nodes(self) -> Triangle:
         """Return the lower triangle of the nodes that meet, by columns, diagonal included."""
-        lower: Triangle = compiled("tree").contracted(
+        lower: Triangle = compiled_module("tree").contracted(
             *self.meeting, self.node, int(self.node.max()) + 1
         )
         return lower
@@ -179,10 +179,10 @@ class Groups:
 
     def _lengths(self, permutation: NDArray[np.int32], most: float) -> NDArray[np.int32] | None:
         """Return how many blocks each column of a factor has; None where they are too many."""
-        upper = compiled("tree").permuted_upper(*self.meeting, permutation)
+        upper = compiled_module("tree").permuted_upper(*self.meeting, permutation)
         blocks = len(self.meeting[1]) - len(self.members)
         limit = int(min(most * blocks, MOST_BLOCKS))
-        found = compiled("tree").elimination_tree(*upper, limit)
+        found = compiled_module("tree").elimination_tree(*upper, limit)
         return None if found is None else found[1]
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.checks import check_count, check_finite, check_positive
 from ancfsparse.errors import EquilibriumError, InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import RunStats
 from ancfsparse.results.solutions.load_path import LoadPath
@@ -99,7 +99,7 @@ def load_path(
             f"{COARSEST:g}, got {tolerance:g}: leave it out, or take 1e-12 for more digits"
         )
     if isinstance(branch, bool) or not isinstance(branch, int) or branch not in (-1, 0, 1):
-        raise InputError(f"branch must be 1, -1 or 0, got {shown(branch)}")
+        raise InputError(f"branch must be 1, -1 or 0, got {format_value(branch)}")
     begin = time.perf_counter()
     needed = estimate(scene, points, 0, False, Newton(), matrices=MATRICES)
     stats = RunStats(solver="Newton along the arc length")

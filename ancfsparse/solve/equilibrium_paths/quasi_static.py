@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice, check_flag, check_positive
-from ancfsparse.errors import AncfError, InputError, Parameter, Sentence, UnstableEquilibriumWarning
+from ancfsparse.errors import (
+    AncfError,
+    InputError,
+    MessageTemplate,
+    Parameter,
+    UnstableEquilibriumWarning,
+)
 from ancfsparse.integrators.interface.time_grid import Clock, count_steps_from
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats, Trajectory
@@ -26,7 +32,7 @@ from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_from
 from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, find, settle
 from ancfsparse.solve.statics.static_equilibrium import COARSEST, FINEST, MATRICES
 from ancfsparse.system import State, System
-from ancfsparse.system_memory import check_room
+from ancfsparse.system_memory import check_memory
 
 if TYPE_CHECKING:
     from ancfsparse.solve.statics.equilibrium_equations import Balance
@@ -121,8 +127,8 @@ def quasi_static(
     stats = RunStats(solver="equilibria, Newton with extrapolated stress")
     with memory_for(needed), progress_bar("step", progress, n) as bar:
         system = System(scene, begins)
-        wider = Sentence("a larger {dt}", dt=Parameter("dt"))
-        check_room("the equilibria", KEPT * (n + 1) * system.n_all, wider)
+        wider = MessageTemplate("a larger {dt}", dt=Parameter("dt"))
+        check_memory("the equilibria", KEPT * (n + 1) * system.n_all, wider)
         balance = Balance(system, stats, kind=factorization, t=clock.begin)
         check_factor(needed, balance.seed)
         stats.seconds["set-up"] = time.perf_counter() - begin

@@ -94,7 +94,7 @@ def check_accuracy(
             "{integrator!r} is of first order, whose error cannot be had from its steps: take "
             "HHT(alpha), {implicit} or Newmark(0)",
             integrator=integrator,
-            implicit=Parameter("integrator", "GeneralizedAlpha(rho_inf)", joint=""),
+            implicit=Parameter("integrator", "GeneralizedAlpha(rho_inf)", separator=""),
         )
     if system.prescribed.differences:
         raise InputError(
@@ -108,7 +108,7 @@ def check_accuracy(
             "take {implicit}, or give {dt} and no {name}",
             accuracy=Parameter("accuracy", f"{accuracy:g}", "="),
             integrator=integrator,
-            implicit=Parameter("integrator", "GeneralizedAlpha(rho_inf)", joint=""),
+            implicit=Parameter("integrator", "GeneralizedAlpha(rho_inf)", separator=""),
             dt=Parameter("dt"),
             name=Parameter("accuracy"),
         )

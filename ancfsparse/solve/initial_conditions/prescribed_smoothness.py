@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import MODERATE
+from ancfsparse.checks import MAX_MAGNITUDE
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Signal
 from ancfsparse.scene.records.prescribed_motion import Course
@@ -55,7 +55,7 @@ def _check(course: Course, begin: float, end: float) -> None:
     order = 2 if given is None else 0
     times = np.linspace(begin, end, SAMPLES)
     values = _values(source, times)
-    if values is None or not np.max(np.abs(values)) < MODERATE:
+    if values is None or not np.max(np.abs(values)) < MAX_MAGNITUDE:
         return  # it fails or overflows somewhere, which the run reports
     for column in range(values.shape[1]):
         found = _jump(source, order, times, values[:, column], column)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import MODERATE
+from ancfsparse.checks import MAX_MAGNITUDE
 from ancfsparse.errors import RedundantConstraintsWarning
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
@@ -81,7 +81,7 @@ def contradiction(system: System, q: Vector, t: float) -> str:
     str
         A sentence, empty if all equations fit together.
     """
-    if not system.prescribed or not np.max(np.abs(q)) < MODERATE:
+    if not system.prescribed or not np.max(np.abs(q)) < MAX_MAGNITUDE:
         return ""
     found = repeats(system, q)[1]
     if not found:
@@ -128,7 +128,7 @@ def nearly_dependent(system: System, q: Vector, share: float) -> int:
     share : float
         From 0 to 1.
     """
-    if not np.max(np.abs(q)) < MODERATE:  # the motion is lost, which the run reports
+    if not np.max(np.abs(q)) < MAX_MAGNITUDE:  # the motion is lost, which the run reports
         return 0
     pivots = _factored(_unit_gradients(system, q)).pivots
     return int(np.sum(pivots < share**2))

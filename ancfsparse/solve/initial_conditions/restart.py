@@ -9,7 +9,7 @@ import numpy as np
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.interface.integrator import Integrator
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.scene.storage.digest import difference
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
@@ -40,7 +40,7 @@ def check_start(start: object, name: str = "start") -> State | None:
         return state
     raise InputError(
         f"{name} must be a state such as run.last, or an equilibrium that solve_static has "
-        f"returned, got {shown(start)}"
+        f"returned, got {format_value(start)}"
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results import Equilibrium
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
@@ -213,7 +213,9 @@ def scene_of(of: object, at: object = None) -> Scene:
     """
     if not isinstance(of, (Scene, Equilibrium)):
         advice = "; give its scene too: modes(scene, n, at=state)" * isinstance(of, State)
-        raise InputError(f"modes are those of a scene or an equilibrium, got {shown(of)}{advice}")
+        raise InputError(
+            f"modes are those of a scene or an equilibrium, got {format_value(of)}{advice}"
+        )
     if isinstance(of, Equilibrium) and at is not None:
         raise InputError("an equilibrium is a state already: give its scene with at, or no at")
     scene = of.system.scene if isinstance(of, Equilibrium) else of

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.solve.linearization.matrices import on_free, whole
 from ancfsparse.system import System
 from ancfsparse.system.assembly.column_colouring import colours
@@ -48,7 +48,7 @@ class Unsymmetric:
         self._entries: sp.csc_array | None = None
         if not chosen:
             return
-        self._assembly: Assembly = compiled("assembly").Assembly(
+        self._assembly: Assembly = compiled_module("assembly").Assembly(
             n,
             system.n_all,
             system.loads.n_amplitudes,

@@ -16,7 +16,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.integrators.interface.time_grid import Clock, as_double, count_steps_from
 from ancfsparse.integrators.names import EXAMPLES
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Method
 from ancfsparse.results import Equilibrium
 from ancfsparse.scene import Point, Scene, check_scene
@@ -245,4 +245,6 @@ def check_integrator(integrator: object) -> Implicit | Explicit | None:
     if isinstance(integrator, str) and integrator == "auto":
         return None
     *others, last = EXAMPLES
-    raise InputError(f"integrator must be {', '.join(others)} or {last}, got {shown(integrator)}")
+    raise InputError(
+        f"integrator must be {', '.join(others)} or {last}, got {format_value(integrator)}"
+    )

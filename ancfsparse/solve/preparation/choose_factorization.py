@@ -14,7 +14,7 @@ from ancfsparse.solve import preparation
 from ancfsparse.solve.preparation.memory_estimate import Memory, check_factor
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.nodal_vectors import vectors_of
-from ancfsparse.system_memory import available
+from ancfsparse.system_memory import available_memory
 
 FACTORIZATIONS = ("auto", "complete", "incomplete")
 # Coordinates up to which a complete factor costs next to nothing.
@@ -172,7 +172,7 @@ def _fills_in(groups: Groups, solver: Method | str, needed: Memory, most: float)
         return False
     if isinstance(solver, str):
         return groups.exact_fill(most) is None
-    free = available()
+    free = available_memory()
     if free is None:
         return False
     left = free - needed.vectors - needed.states

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
-from ancfsparse.errors import InputError, Parameter, Sentence
+from ancfsparse.errors import InputError, MessageTemplate, Parameter
 from ancfsparse.kernels.layout import MANY_BLOCKS
 from ancfsparse.nonlinear import Method
 from ancfsparse.scene import Beam, Mesh, Scene
@@ -18,7 +18,7 @@ from ancfsparse.seeds.complete.sparse_seed import BLOCK_ENTRY
 from ancfsparse.seeds.incomplete.constraint_border import MOST_EQUATIONS
 from ancfsparse.solve.preparation.choose_solver import SPARING_PAIRS
 from ancfsparse.solve.preparation.fill_in_estimate import counted_fill
-from ancfsparse.system_memory import GIGABYTE, LITTLE, available
+from ancfsparse.system_memory import GIGABYTE, MIN_CHECKED, available_memory
 
 # Vectors over all coordinates that a run keeps: loads, last and present state, residuals, one saved
 # state, two changes in single precision, the numbering and the pivots of the factor.
@@ -169,7 +169,7 @@ def _factor(scene: Scene, entries: float, n_nodes: int, beside: float) -> float:
     """
     if _cycles(scene) <= 0.1 * n_nodes:
         return FACTOR_ENTRY * entries
-    free = available()
+    free = available_memory()
     if free is None or beside + _cube(entries, n_nodes) <= free:
         return FACTOR_ENTRY * entries * 0.5 * math.log2(n_nodes)
     return BLOCK_ENTRY * counted_fill(scene)
@@ -183,7 +183,7 @@ def check_fits(needed: Memory) -> None:
     InputError
         With how much would be needed, how much is there, and what to try.
     """
-    free = available() if needed.total > LITTLE else None
+    free = available_memory() if needed.total > MIN_CHECKED else None
     if free is None or needed.total <= free:
         return
     parts = {
@@ -195,12 +195,12 @@ def check_fits(needed: Memory) -> None:
     }
     name = max(parts, key=lambda each: parts[each])
     if name == "saved states":
-        advice = Sentence(
+        advice = MessageTemplate(
             "a larger {save_every}, save_nodes=[...], or output='run.h5', which keeps them there",
             save_every=Parameter("save_every"),
         )
     else:
-        advice = Sentence("fewer elements or a sparse solver such as solver='auto'")
+        advice = MessageTemplate("fewer elements or a sparse solver such as solver='auto'")
     other = ""
     if needed.exact:
         other = f" (the factor {needed.factor / GIGABYTE:.3g} GB as an incomplete one, and as a "

@@ -6,7 +6,7 @@ import math
 
 from ancfsparse.checks import check_finite, check_positive
 from ancfsparse.errors import InputError, Parameter
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.nonlinear.methods import BY_NAME, UPDATES
 
@@ -32,7 +32,7 @@ def check_solver(solver: object) -> None:
     near = difflib.get_close_matches(name.lower(), SOLVERS, 1, 0.5)
     raise InputError(
         "solver must be 'auto', Newton(), ModifiedNewton() or QuasiNewton(...), got "
-        f"{shown(solver)}" + (f": did you mean {SOLVERS[near[0]]}?" if near else "")
+        f"{format_value(solver)}" + (f": did you mean {SOLVERS[near[0]]}?" if near else "")
     )
 
 
@@ -44,7 +44,7 @@ def check_tolerance(tolerance: object) -> str | float:
         raise InputError(
             "{tolerance} must be 'default', 'paper' or a number in m/s2, got {given}",
             tolerance=Parameter("tolerance"),
-            given=shown(tolerance),
+            given=format_value(tolerance),
         )
     return tolerance
 

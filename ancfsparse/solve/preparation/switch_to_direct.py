@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from ancfsparse.nonlinear.iteration import Costs
 from ancfsparse.seeds import Fill, Groups, IncompleteSeed, Seed
 from ancfsparse.seeds.complete.sparse_seed import BLOCK_ENTRY
-from ancfsparse.system_memory import available
+from ancfsparse.system_memory import available_memory
 
 # Steps after which costs are compared for the first time; then after twice as many, and so on.
 FIRST_LOOK = 5
@@ -80,7 +80,7 @@ class WayBack:
 
     def take(self) -> Seed | None:
         """Return the complete seed that the run goes on with; None where it does not fit."""
-        free = available()
+        free = available_memory()
         if free is not None and (
             self._groups.exact_fill(free / (BLOCK_ENTRY * self._groups.nnz)) is None
         ):

@@ -6,7 +6,7 @@ from typing import Protocol
 
 from ancfsparse.checks import check_count
 from ancfsparse.errors import InputError
-from ancfsparse.openmp import forked
+from ancfsparse.openmp import is_forked
 from ancfsparse.system import System
 
 # As in abi/parallel.h.
@@ -41,7 +41,7 @@ def check_threads(threads: object) -> int:
 
 def usable(system: System, threads: int, smallest: int = SMALLEST) -> int:
     """Return how many threads pay for a system: all of them or one; one in a forked process."""
-    return threads if system.n_free >= smallest and not forked() else 1
+    return threads if system.n_free >= smallest and not is_forked() else 1
 
 
 def divide(system: System, threads: int, *loops: Threaded) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_finite
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import AssemblyError
 from ancfsparse.nonlinear import Newton
 from ancfsparse.nonlinear.iteration import EPSILON
@@ -104,7 +104,7 @@ class _Work:
         self.none, self.lam = np.zeros(system.n_all), np.zeros(m)
         self.now = system.prescribed.at(t) if system.prescribed else None
         pairs = zip(system.contributions, system.parts, strict=True)
-        self.assembly: Equations = compiled("assembly").Assembly(
+        self.assembly: Equations = compiled_module("assembly").Assembly(
             n,
             system.n_all,
             system.loads.n_amplitudes,

@@ -43,7 +43,7 @@ DENSE_AHEAD = 4.0
 # Beyond so many coordinates dense blocks are not thought of: looking for them takes memory.
 MOST_BLOCKS = 10_000
 
-IMPLICIT = Parameter("integrator", "GeneralizedAlpha(0.9)", joint="")
+IMPLICIT = Parameter("integrator", "GeneralizedAlpha(0.9)", separator="")
 """What is advised where no explicit method serves."""
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from ancfsparse.errors import (
     ConvergenceError,
     EnergyIncreaseError,
+    MessageTemplate,
     Parameter,
-    Sentence,
     StepError,
 )
 from ancfsparse.integrators.interface.time_loops import ControlledLoop
@@ -98,9 +98,9 @@ def stopped(
     if len(phi) and np.max(np.abs(phi)) > size:
         worst = int(np.argmax(np.abs(phi)))
         where, size, unit = system.constraints.labels[worst], abs(float(phi[worst])), "m"
-    reason = f"it {outcome.sentence}, "
+    reason = f"it {outcome.message}, "
     if outcome == Outcome.TOO_MANY:
-        reason = f"it did not converge in {iteration.max_iterations} iterations{{aside}}, "
+        reason = f"it did not converge in {iteration.max_iterations} iterations{{parameter}}, "
     reason += (
         "however short it is"
         if path is None
@@ -108,5 +108,5 @@ def stopped(
     )
     if np.isfinite(iteration.contraction):
         reason += f"; the residual last changed by a factor of {iteration.contraction:.3g}"
-    sentence = Sentence(reason, aside=Parameter("max_iterations", aside=True))
-    return ConvergenceError(sentence, now, steps, dt, size, where, path, advice, unit)
+    message = MessageTemplate(reason, parameter=Parameter("max_iterations", is_optional=True))
+    return ConvergenceError(message, now, steps, dt, size, where, path, advice, unit)

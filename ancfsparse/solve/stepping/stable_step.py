@@ -5,7 +5,7 @@ from __future__ import annotations
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import Explicit
 from ancfsparse.integrators.names import EXPLICIT_EXAMPLES
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Newton
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.linearization.matrices import fastest_at_start, mass_seed
@@ -51,5 +51,6 @@ def check_explicit(integrator: object) -> None:
     if not isinstance(integrator, Explicit):
         *others, last = EXPLICIT_EXAMPLES
         raise InputError(
-            f"only {', '.join(others)} and {last} have a stable step, got {shown(integrator)}"
+            f"only {', '.join(others)} and {last} have a stable step, got "
+            f"{format_value(integrator)}"
         )

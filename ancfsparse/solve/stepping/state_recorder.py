@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import AncfError, InputError
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.data.stored_tables import Chosen
 from ancfsparse.scene import Point
@@ -198,10 +198,12 @@ def check_nodes(nodes: object) -> None:
     if nodes is None:
         return
     if isinstance(nodes, Point) or not isinstance(nodes, Sequence) or not nodes:
-        raise InputError(f"save_nodes must be a list such as [rod.end], got {shown(nodes)}")
+        raise InputError(f"save_nodes must be a list such as [rod.end], got {format_value(nodes)}")
     for node in nodes:
         if not isinstance(node, Point):
-            raise InputError(f"save_nodes must hold points such as rod.end, got {shown(node)}")
+            raise InputError(
+                f"save_nodes must hold points such as rod.end, got {format_value(node)}"
+            )
 
 
 def check_output(output: object) -> None:

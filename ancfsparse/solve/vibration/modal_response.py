@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import MODERATE, check_reals
+from ancfsparse.checks import MAX_MAGNITUDE, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.interface.time_grid import Clock, count_steps_from
-from ancfsparse.messages import shown
+from ancfsparse.messages import format_value
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.solve.statics.equilibrium_equations import Balance, State
 from ancfsparse.system import System
-from ancfsparse.system_memory import check_room
+from ancfsparse.system_memory import check_memory
 
 if TYPE_CHECKING:
     from ancfsparse.results.solutions.modes import Modes
@@ -70,7 +70,7 @@ def modal_response(
     """
     if not isinstance(modes, Modes):
         raise InputError(
-            f"modal_response needs the modes of a scene, from modes(...), got {shown(modes)}"
+            f"modal_response needs the modes of a scene, from modes(...), got {format_value(modes)}"
         )
     system, about = modes.system, modes.about
     assert isinstance(system, System)
@@ -82,7 +82,7 @@ def modal_response(
     n = count_steps_from(about.t, t_end, dt)
     clock = Clock(about.t, float(dt))
     rates = _damping(modes, damping)
-    check_room("the states of a modal response", 8.0 * (n + 1) * 4 * system.n_all, "a larger dt")
+    check_memory("the states of a modal response", 8.0 * (n + 1) * 4 * system.n_all, "a larger dt")
     begin = time.perf_counter()
     t = np.asarray(clock.at(np.arange(n + 1.0)))
     amplitudes = system.loads.amplitudes(t)
@@ -105,12 +105,12 @@ def _damping(modes: Modes, damping: ArrayLike | None) -> Vector:
     """Return the damping rates c of all modes [1/s]."""
     if damping is None:
         return modes.damping_rates
-    needed = f"a ratio from 0 to {MODERATE:g}, or {len(modes)} of them"
+    needed = f"a ratio from 0 to {MAX_MAGNITUDE:g}, or {len(modes)} of them"
     ratios = check_reals("damping", damping, needed)
     if ratios.shape not in ((), (len(modes),)) or not np.all(
-        (ratios >= 0.0) & (ratios <= MODERATE)
+        (ratios >= 0.0) & (ratios <= MAX_MAGNITUDE)
     ):
-        raise InputError(f"damping must be {needed}, got {shown(damping)}")
+        raise InputError(f"damping must be {needed}, got {format_value(damping)}")
     return np.asarray(4.0 * np.pi * modes.frequencies * ratios)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 
 Unknowns = NDArray[np.integer[Any]]
 
@@ -53,7 +53,9 @@ class Pattern:
             Lower triangle by rows.
         """
         rows = np.ascontiguousarray(members, dtype=np.int32)
-        slots: NDArray[np.int32] = compiled("pattern").pair_slots(self.indptr, self.indices, rows)
+        slots: NDArray[np.int32] = compiled_module("pattern").pair_slots(
+            self.indptr, self.indices, rows
+        )
         return slots
 
 
@@ -73,4 +75,4 @@ def build(n: int, cliques: Sequence[Unknowns]) -> Pattern:
     np.cumsum(np.concatenate([np.empty(0, np.int32), *sizes]), out=start[1:])
     flat = [table.ravel() for table in tables]
     member = flat[0] if len(flat) == 1 else np.concatenate([np.empty(0, np.int32), *flat])
-    return Pattern(*compiled("pattern").lower_triangle(n, start, member))
+    return Pattern(*compiled_module("pattern").lower_triangle(n, start, member))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.layout import pack
 from ancfsparse.scene import Beam, ElasticBody
@@ -47,7 +47,7 @@ def end_forces(
     v = np.ascontiguousarray(rates).ravel()
     out = np.zeros_like(q)
     places = np.arange(q.size, dtype=np.int32).reshape(-1, kind.n_coordinates)
-    call = compiled("kernel_call").call
+    call = compiled_module("kernel_call").call
     kernels = [("force", body.stiffnesses())]
     if body.strains_damped:
         kernels.append(("damping", body.viscosities()))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene.joints.joint import LINEAR
 from ancfsparse.system.system import System
 
@@ -56,7 +56,7 @@ def frame_of(system: System) -> Frame:
     rotations += [single, n_rows + np.arange(len(shared), dtype=np.int32)]
     where, rotation_of = np.concatenate(vectors), np.concatenate(rotations)
     turning = turns[where].all(axis=1)
-    frame: Frame = compiled("rotation").Frame(
+    frame: Frame = compiled_module("rotation").Frame(
         n_free + system.n_multipliers,
         axes,
         start,

@@ -4,7 +4,7 @@ import ctypes as ct
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import SparseSeed
 
 _new_capsule = ct.pythonapi.PyCapsule_New
@@ -140,13 +140,13 @@ class Equations:
             "compares_frames": False,
         }
         if inverse is None:
-            inverse = compiled("limited").Limited(self.seed, "broyden", 0)
-        return compiled("iteration").Iteration(
+            inverse = compiled_module("limited").Limited(self.seed, "broyden", 0)
+        return compiled_module("iteration").Iteration(
             self, self.seed, inverse, None, **(settings | options)
         )
 
     def dense(self, rule):
-        return compiled("dense").Dense(self.seed, rule)
+        return compiled_module("dense").Dense(self.seed, rule)
 
     def limited(self, rule, n_pairs):
-        return compiled("limited").Limited(self.seed, rule, n_pairs)
+        return compiled_module("limited").Limited(self.seed, rule, n_pairs)

@@ -18,7 +18,7 @@ def test_python_has_the_names_and_codes_of_the_header(kind, name):
 
 
 def test_every_code_has_words_of_its_own():
-    assert len({each.sentence for each in Outcome}) == len(Outcome)
+    assert len({each.message for each in Outcome}) == len(Outcome)
     assert len({each.words for each in Rung}) == len(Rung)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import SparseSeed
 
 
@@ -47,13 +47,13 @@ def seed_of(a, n_positive):
 
 
 def dense(rule, a, n_positive):
-    inverse = compiled("dense").Dense(seed_of(a, n_positive), rule)
+    inverse = compiled_module("dense").Dense(seed_of(a, n_positive), rule)
     inverse.matrix = np.linalg.inv(a)
     return inverse
 
 
 def limited(rule, a, n_positive, n_pairs=20, weights=None):
-    return compiled("limited").Limited(seed_of(a, n_positive), rule, n_pairs, weights)
+    return compiled_module("limited").Limited(seed_of(a, n_positive), rule, n_pairs, weights)
 
 
 def matrix_of(inverse, n):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from tests.nonlinear.formulas import UPDATES
 from tests.nonlinear.updates.drive import Problem, dense, iterate, limited, matrix_of
 
@@ -20,7 +20,7 @@ def planar_frame():
     """Of N_NODES nodes with a position and a slope, and M multipliers behind them."""
     places = np.arange(N, dtype=np.int32).reshape(N_NODES, 4)
     rows = np.arange(N_NODES, dtype=np.int32)
-    return compiled("rotation").Frame(
+    return compiled_module("rotation").Frame(
         N + M,
         np.ascontiguousarray(places[:, 2:]),
         np.zeros(1, np.int32),
@@ -52,7 +52,7 @@ def problem_of(rng):
 @pytest.mark.parametrize("make", [dense, limited])
 def test_a_product_is_turned_back_and_forth(make, rng):
     problem, frame = problem_of(rng), planar_frame()
-    inverse = compiled("corotated").Corotated(make("broyden", problem.a, N), frame)
+    inverse = compiled_module("corotated").Corotated(make("broyden", problem.a, N), frame)
     np.testing.assert_allclose(matrix_of(inverse, N + M), problem.h0, rtol=0, atol=1e-11)
     r = turn(frame, rng.uniform(-3.0, 3.0, N_NODES))
     expected = r @ problem.h0 @ r.T
@@ -66,7 +66,7 @@ def test_pairs_turn_with_the_seed(rule, make, rng):
     # formulas make of R1 H0 R1^T and the pairs as they were seen.
     problem, frame = problem_of(rng), planar_frame()
     inner = make(rule, problem.a, N)
-    inverse = compiled("corotated").Corotated(inner, frame)
+    inverse = compiled_module("corotated").Corotated(inner, frame)
     r1 = turn(frame, rng.uniform(-0.1, 0.1, N_NODES))
     _, s_list, y_list = iterate(inverse, problem.residual, np.zeros(N + M), 3)
     expected = r1 @ problem.h0 @ r1.T
@@ -83,4 +83,4 @@ def test_pairs_turn_with_the_seed(rule, make, rng):
 def test_frame_and_inverse_must_fit(rng):
     problem = Problem(rng, n=8, m=0)
     with pytest.raises(ValueError, match="differ in size"):
-        compiled("corotated").Corotated(limited("broyden", problem.a, 8), planar_frame())
+        compiled_module("corotated").Corotated(limited("broyden", problem.a, 8), planar_frame())

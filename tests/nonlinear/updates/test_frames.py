@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.problems import chain, net, pendulum
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.stepping.implicit_setup import prepare
@@ -33,9 +33,9 @@ def frozen(rotating, dt, youngs_modulus=1e8, t_end=0.5):
     system = System(pendulum("l2t2", youngs_modulus=youngs_modulus).scene)
     march, *_ = prepare(system, dt, ancf.Newmark(), ancf.Newton(), "paper", np.inf)
     seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
-    inverse, frame = compiled("limited").Limited(seed, "broyden", 0), frame_of(system)
-    iteration = compiled("iteration").Iteration(
-        march, seed, compiled("corotated").Corotated(inverse, frame), frame,
+    inverse, frame = compiled_module("limited").Limited(seed, "broyden", 0), frame_of(system)
+    iteration = compiled_module("iteration").Iteration(
+        march, seed, compiled_module("corotated").Corotated(inverse, frame), frame,
         rotating=rotating, compares_frames=False, newton=False, learns=False, carry=False,
         polishes=True, economical=False, rounds=False, by_correction=False, max_iterations=25,
         force_tolerance=0.25 * dt**2 * 1e-6, constraint_tolerance=1e-6, correction_tolerance=0.0,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.nonlinear import methods
 from tests.nonlinear.formulas import UPDATES, WITH_COMPACT_FORM, broyden, compact
 from tests.nonlinear.updates.drive import (
@@ -22,7 +22,7 @@ TOLERANCE = 1e-10
 
 
 def test_every_rule_that_can_be_asked_for_has_terms_and_a_formula():
-    assert set(methods.UPDATES) == set(RULES) == set(compiled("dense").RULES)
+    assert set(methods.UPDATES) == set(RULES) == set(compiled_module("dense").RULES)
 
 
 @pytest.fixture
@@ -322,7 +322,7 @@ def rank_deficient(rng, p, from_range=False):
 
 def iterations_to_solve(rule, problem):
     # The inverse is set from outside: this a need not have a factor without pivoting.
-    inverse = compiled("dense").Dense(seed_of(np.eye(len(problem.b)), len(problem.b)), rule)
+    inverse = compiled_module("dense").Dense(seed_of(np.eye(len(problem.b)), len(problem.b)), rule)
     inverse.matrix = np.linalg.inv(problem.a)
     r = problem.residual(np.zeros(len(problem.b)))
     first = np.linalg.norm(r)

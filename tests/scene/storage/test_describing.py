@@ -14,7 +14,7 @@ def test_small_bodies_joints_and_loads_ask_neither_for_memory_nor_for_a_decompos
     def refused(*arguments, **options):
         raise AssertionError("not needed")
 
-    monkeypatch.setattr(system_memory, "available", refused)
+    monkeypatch.setattr(system_memory, "available_memory", refused)
     monkeypatch.setattr(np.linalg, "matrix_rank", refused)
     scene = ancf.Scene((0.0, -9.81))
     section, material = ancf.Circle(0.01), ancf.Material(1e8, 4000.0)

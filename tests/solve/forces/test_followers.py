@@ -196,9 +196,9 @@ def test_the_derivative_is_that_of_the_force(dim, element):
         for each, made in zip(system.contributions, system.assembly.contributions, strict=True)
         if not each.conservative
     )
-    from ancfsparse.dispatch import compiled
+    from ancfsparse.dispatch import compiled_module
 
-    alone = compiled("assembly").Assembly(
+    alone = compiled_module("assembly").Assembly(
         system.n_free, system.n_all, system.loads.n_amplitudes, system.pattern.indptr, [part]
     )
     amplitudes = system.loads.amplitudes(np.zeros(1))[0]

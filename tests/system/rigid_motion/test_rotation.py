@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import ancfsparse as ancf
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.system import System
 from ancfsparse.system.rigid_motion.corotated_frames import frame_of
 
@@ -225,7 +225,7 @@ def test_there_and_back(rng):
 
 
 def test_operations_grow_with_the_vectors():
-    planar = compiled("rotation").Frame(
+    planar = compiled_module("rotation").Frame(
         4, np.array([[2, 3]], dtype=np.int32), np.zeros(1, np.int32), np.zeros(0, np.int32),
         np.array([[0, 1], [2, 3]], dtype=np.int32), np.zeros(2, np.int32),
     )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector, unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
@@ -35,7 +35,7 @@ class Followers(Contribution):
             "factor": self._all.factor,
             "slot": pattern.slots(*self.cliques()).ravel(),
         }
-        made: Compiled = compiled("followers").Followers(self._n_all, arrays)
+        made: Compiled = compiled_module("followers").Followers(self._n_all, arrays)
         return made
 
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector, unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
@@ -40,7 +40,7 @@ class Moments(Contribution):
             "column": np.array(self._column, dtype=np.int32).ravel(),
             "axes": np.array([self._axes_of(k) for k in range(len(places))], np.int32).ravel(),
         }
-        made: Compiled = compiled("moments").Moments(self._n_all, arrays)
+        made: Compiled = compiled_module("moments").Moments(self._n_all, arrays)
         return made
 
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
 from ancfsparse.system.coordinates.discretization import Discretization
@@ -27,7 +27,7 @@ class Loads(Contribution):
 
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled loads."""
-        made: Compiled = compiled("loads").Loads(self._place, self._column, self._weight)
+        made: Compiled = compiled_module("loads").Loads(self._place, self._column, self._weight)
         return made
 
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:

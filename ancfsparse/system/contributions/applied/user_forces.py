@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
 from ancfsparse.scene.force_elements.user_forces import Force
 from ancfsparse.scene.records.compiled_callbacks import capsule_of
@@ -51,7 +51,7 @@ class UserForce(Contribution):
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled force."""
         points = self._points
-        self._compiled = compiled("forces").UserForce(
+        self._compiled = compiled_module("forces").UserForce(
             points.start,
             points.place,
             points.weight,

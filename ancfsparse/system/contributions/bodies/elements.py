@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.kernels.catalog import REFERENCE, ElementKind
 from ancfsparse.kernels.layout import Layout, pack
 from ancfsparse.scene import Beam, ElasticBody
@@ -73,7 +73,7 @@ class Elements(Contribution):
                     **_damping(body, kind, self._system.elements(body)),
                 }
             )
-        self._compiled = compiled("elements").Elements(groups, self._system.n_all)
+        self._compiled = compiled_module("elements").Elements(groups, self._system.n_all)
         return self._compiled
 
     @property

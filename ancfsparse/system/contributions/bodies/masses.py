@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene.force_elements.masses import PointMass, second_moments
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
@@ -32,7 +32,7 @@ class Masses(Contribution):
         slots = pattern.slots(*self.cliques())  # (i, i), (j, i), (j, j)
         row, column = (np.ascontiguousarray(each) for each in self._pairs.T)
         slot = np.where(row == column, slots[:, 0], slots[:, 1])
-        made: Compiled = compiled("masses").Masses(
+        made: Compiled = compiled_module("masses").Masses(
             row, column, np.ascontiguousarray(slot), self._value
         )
         return made

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.scene.force_elements.masses import RotatingFrame
 from ancfsparse.system.assembly.column_colouring import colours
@@ -92,7 +92,7 @@ class Rotation(Contribution):
         slot = np.where(pairs[:, 0] == pairs[:, 1], slots[:, 0], slots[:, 1])
         start = np.zeros(len(self._place) + 1, dtype=np.int32)
         np.cumsum(np.bincount(self._row, minlength=len(self._place)), out=start[1:])
-        made: Compiled = compiled("rotating").Rotating(
+        made: Compiled = compiled_module("rotating").Rotating(
             self._place,
             self._centre,
             start,
@@ -110,7 +110,7 @@ class Rotation(Contribution):
         import scipy.sparse as sp
 
         system, n = self._system, len(self._place)
-        masses: Assembly = compiled("assembly").Assembly(
+        masses: Assembly = compiled_module("assembly").Assembly(
             system.n_free, system.n_all, system.loads.n_amplitudes, pattern.indptr, system.parts
         )
         meet = sp.csc_array((np.ones(len(self._row)), (self._row, self._column)), shape=(n, n))

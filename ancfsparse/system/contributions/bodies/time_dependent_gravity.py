@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
 from ancfsparse.system.coordinates.discretization import Discretization
@@ -28,7 +28,7 @@ class ChangingGravities(Contribution):
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled loads."""
         system = self._system
-        masses: Assembly = compiled("assembly").Assembly(
+        masses: Assembly = compiled_module("assembly").Assembly(
             system.n_free,
             system.n_all,
             system.loads.n_amplitudes,
@@ -46,7 +46,7 @@ class ChangingGravities(Contribution):
         self._place = np.concatenate(places).astype(np.int32)
         self._column = np.concatenate(columns).astype(np.int32)
         self._weight = np.concatenate(weights)
-        made: Compiled = compiled("loads").Loads(self._place, self._column, self._weight)
+        made: Compiled = compiled_module("loads").Loads(self._place, self._column, self._weight)
         return made
 
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.scene.force_elements.joint_springs import RUBBING, STOP, JointSpring
 from ancfsparse.scene.mechanisms.joint_freedoms import measure
@@ -66,7 +66,7 @@ class JointSprings(Contribution):
             name: np.array([getattr(each, name) for each in self._springs], dtype=float)
             for name in ("low", "high", "stiffness", "damping", "slip")
         }
-        made: Compiled = compiled("joint_springs").JointSprings(
+        made: Compiled = compiled_module("joint_springs").JointSprings(
             flat(self._measures)
             | columns
             | _flat(self._forces)

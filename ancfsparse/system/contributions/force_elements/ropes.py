@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.ropes import Rope
 from ancfsparse.scene.mechanisms.joint_freedoms import distance
@@ -73,7 +73,7 @@ class Ropes(Contribution):
             "viscosity": "damping",
             "width": "slack",
         }
-        made: Compiled = compiled("ropes").Ropes(
+        made: Compiled = compiled_module("ropes").Ropes(
             flat(parts)
             | {
                 name: np.array([getattr(each, field) for each in self._ropes], dtype=float)

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.springs import LAWS, Spring
 from ancfsparse.scene.records.compiled_callbacks import capsule_of
@@ -44,7 +44,7 @@ class Springs(Contribution):
         """Return the compiled springs."""
         springs, points = self._springs, self._points
         linear = [0.0 if _is_law(each) else each.stiffness for each in springs]
-        self._compiled = compiled("springs").Springs(
+        self._compiled = compiled_module("springs").Springs(
             points.start,
             points.place,
             points.weight,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene.joints.joint import LINEAR
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import (
@@ -52,7 +52,7 @@ class Constraints(Contribution):
         slots = {"slot_i": pairs[:, 1], "slot_j": pairs[:, 3], "slot_ij": pairs[:, 4]}
         copies = {name: column.copy() for name, column in slots.items()}
         arrays, masses = integers | reals | copies, self._masses(pattern)
-        made: Compiled = compiled("constraints").Constraints(arrays, masses)
+        made: Compiled = compiled_module("constraints").Constraints(arrays, masses)
         return made
 
     def _with_mass(self) -> list[Unknowns]:

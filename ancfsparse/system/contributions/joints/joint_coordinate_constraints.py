@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene.kinematics.joint_coordinates import ANGLE, Measure
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
@@ -50,7 +50,7 @@ class Couplings(Contribution):
             ),
             "turn": self._turns(),
         }
-        made: Compiled = compiled("couplings").Couplings(arrays)
+        made: Compiled = compiled_module("couplings").Couplings(arrays)
         return made
 
     def _turns(self) -> Any:

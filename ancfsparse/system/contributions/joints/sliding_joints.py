@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from ancfsparse.dispatch import compiled
+from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
 from ancfsparse.scene.kinematics.track import Offset, Track
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
@@ -42,7 +42,9 @@ class Tracks(Contribution):
             "slot": pattern.slots(self.cliques()[0]),
             "s": self._start,
         }
-        made: Compiled = compiled("tracks").Tracks(arrays, partial(ran_off, self._label, track))
+        made: Compiled = compiled_module("tracks").Tracks(
+            arrays, partial(ran_off, self._label, track)
+        )
         return made
 
 
