@@ -1,7 +1,7 @@
-"""The errors of the package.
+"""The errors and warnings of the package.
 
-A message is a sentence: what is wrong, where, how much, and what to try.  It names arguments as
-data (`Parameter`), so that a command line can show its options in their place.
+A message says what is wrong, where, by how much, and what to try.  Its arguments are data
+(`Parameter`), so that a command line can write its options in their place.
 """
 
 from ancfsparse.errors.equilibria import (

@@ -12,17 +12,17 @@ class EquilibriumError(AncfError, RuntimeError):
     Parameters
     ----------
     reason : str
-        What happened, as a sentence or the rest of one.
+        Description of the failure (sentence or clause).
     load_fraction : float
-        Share of the full load, in (0, 1], at which the iteration failed.
+        Fraction of the full load, in (0, 1], at which the iteration failed.
     residual : float
-        Size of the largest entry of the residual left over [N or N m].
+        Largest entry of the residual [N or N m].
     where : str
         Beam, node and coordinate of that entry.
     unit : str, optional
-        Of the residual.
+        Unit of the residual.
     advice : str, optional
-        What to try.
+        Advice.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class EquilibriumError(AncfError, RuntimeError):
         self.advice = advice
 
     def message(self, style: MessageStyle = python_style) -> str:
-        """Compose the message a reader meets."""
+        """Return the message in a style."""
         return (
             f"no equilibrium at {100 * self.load_fraction:.4g} % of the load: "
             f"{self.reason.rstrip('.')}. "
@@ -58,11 +58,11 @@ class AssemblyError(AncfError, RuntimeError):
     Parameters
     ----------
     where : str
-        The joint that is violated most.
+        The joint with the largest violation.
     violation : float
-        By how much [m].
+        Its violation [m].
     before : float
-        Largest violation before anything was moved [m].
+        Largest violation in the reference shape [m].
     """
 
     def __init__(self, where: str, violation: float, before: float) -> None:
@@ -72,22 +72,23 @@ class AssemblyError(AncfError, RuntimeError):
         self.before = before
 
     def message(self, style: MessageStyle = python_style) -> str:
-        """Compose the message a reader meets."""
+        """Return the message in a style."""
         return (
             f"the scene cannot be assembled: the {self.where} stays violated by "
             f"{self.violation:.3g} m, of {self.before:.3g} m at first. Check that the lengths "
-            "allow all joints and drives at once, or put the bodies nearer to where they belong"
+            "allow all joints and drives at once, or place the bodies closer to their assembled "
+            "positions"
         )
 
 
 class UnstableEquilibriumWarning(UserWarning):
-    """The static equilibrium that was found is unstable: small perturbations grow.
+    """The computed static equilibrium is unstable: small perturbations grow.
 
     Parameters
     ----------
     negative : int
-        Number of independent directions in which the scene would leave it: negative pivots, and so
-        negative eigenvalues, of the stiffness.
+        Number of independent unstable directions: negative pivots, and so negative eigenvalues, of
+        the stiffness.
     """
 
     def __init__(self, negative: int) -> None:
@@ -95,12 +96,13 @@ class UnstableEquilibriumWarning(UserWarning):
         self.negative = negative
 
     def __str__(self) -> str:
-        """Compose the message a reader meets."""
+        """Return the message."""
         return (
             f"the equilibrium is unstable in {self.negative} "
             f"direction{'s' * (self.negative > 1)}, as a straight column is beyond its buckling "
-            "load: add a small force or a bend that decides which way it goes, or let it settle in "
-            "time with simulate; modes(equilibrium, 1) finds the shape in which it leaves"
+            "load: add a small force or a bend that selects a direction of buckling, or compute "
+            "the motion to a stable state with simulate; modes(equilibrium, 1) gives the unstable "
+            "shape"
         )
 
 
@@ -110,7 +112,7 @@ class ModesError(AncfError, RuntimeError):
     Parameters
     ----------
     reason : str
-        What happened.
+        Description of the failure.
     """
 
     def __init__(self, reason: str) -> None:
@@ -118,18 +120,18 @@ class ModesError(AncfError, RuntimeError):
         self.reason = reason
 
     def message(self, style: MessageStyle = python_style) -> str:
-        """Compose the message a reader meets."""
+        """Return the message in a style."""
         return (
-            f"the modes were not found: {self.reason}. Ask for a few more or fewer, and check that "
+            f"the modes were not found: {self.reason}. Request a few more or fewer, and check that "
             "no part of the scene is some 1e12 times as stiff as the others"
         )
 
 
 class ApproximateModesWarning(UserWarning):
-    """Some forces have no potential, and modes use only the symmetric part of their stiffness."""
+    """Some forces have no potential; modes use only the symmetric part of their stiffness."""
 
     def __str__(self) -> str:
-        """Compose the message a reader meets."""
+        """Return the message."""
         return (
             "some forces have no potential, such as functions of the motion and moments about "
             "fixed axes in space; modes use only the symmetric part of their stiffness, so "

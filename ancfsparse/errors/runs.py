@@ -16,8 +16,6 @@ from ancfsparse.errors.message import (
     python_style,
 )
 
-KEPT = " The states up to here are in the attribute `trajectory` of this error."
-
 
 class StepError(AncfError, RuntimeError):
     """A time step could not be accepted.
@@ -25,24 +23,23 @@ class StepError(AncfError, RuntimeError):
     Parameters
     ----------
     reason : str or Sentence
-        What happened, as a sentence or the rest of one: "no convergence in 25 iterations".
+        Description of the failure (sentence or clause): "no convergence in 25 iterations".
     time : float
         Time at the end of the failed step [s].
     step : int
-        Number of the failed step, counted from 1.
+        Number of the failed step, from 1.
     dt : float
         Length of the failed step [s].
     residual : float
-        Size of the largest entry of the residual left over: N for a position, N m for a slope, m
-        for a constraint.
+        Largest entry of the residual: in N for a position, N m for a slope, m for a constraint.
     where : str
         Beam, node and coordinate of that entry.
     trajectory : Trajectory, optional
         The accepted states before the failed step.
     advice : str, optional
-        What to try, a sentence.
+        Advice, a sentence.
     unit : str, optional
-        Of the residual.
+        Unit of the residual.
     """
 
     def __init__(
@@ -70,37 +67,38 @@ class StepError(AncfError, RuntimeError):
         self.unit = unit
 
     def message(self, style: MessageStyle = python_style) -> str:
-        """Compose the message a reader meets."""
-        given = self.args[0]
-        reason = given.format(style) if isinstance(given, MessageTemplate) else self.reason
+        """Return the message in a style."""
+        template = self.args[0]
+        is_template = isinstance(template, MessageTemplate)
+        reason = template.format(style) if is_template else self.reason
         return (
             f"step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s) failed: "
             f"{reason.rstrip('.')}. "
             f"The largest residual is {format_quantity(self.residual, self.unit, 3)} at "
-            f"{self.where}. {self.advice}" + KEPT * (self.trajectory is not None)
+            f"{self.where}. {self.advice}" + _states_note(self.trajectory)
         )
 
 
 class ConvergenceError(StepError):
-    """The equations of a time step were not solved; the parameters are those of `StepError`."""
+    """The iteration of a time step did not converge; parameters as in `StepError`."""
 
 
 class EnergyIncreaseError(StepError):
-    """A run was stopped because it gained energy that nothing had given it.
+    """A run was stopped because its energy increased without external work.
 
     Parameters
     ----------
     gain, exchanged : float
-        Energy above what was given, and the largest energy that had been exchanged between motion,
-        strain, gravity and loads [J]; with `when` the largest kinetic energy of the run.
+        Spurious energy, and the largest energy exchanged so far between motion, strain, gravity and
+        loads [J]; with `when` the largest kinetic energy of the run.
     limit : float
-        Share of it that was allowed.
+        Largest ratio of the two that was allowed.
     time, step, dt, trajectory, advice
-        As in `StepError`.  The step was not accepted if it took many corrections, since then its
-        energy is looked at first; else the states may be some steps past where the gain began.
+        As in `StepError`.  A step with many corrections is checked before it is accepted; otherwise
+        the states may extend some steps beyond the beginning of the increase.
     when : int, optional
-        The step after which the motion had that much, if it was found at the end of the run: what
-        the first steps gain cannot be assessed before the motion has developed.
+        Step after which the energy had increased, if this was detected at the end of the run: the
+        increase of the first steps cannot be assessed before the motion has developed.
     """
 
     def __init__(
@@ -124,24 +122,24 @@ class EnergyIncreaseError(StepError):
         self.when = when
 
     def message(self, style: MessageStyle = python_style) -> str:
-        """Compose the message a reader meets."""
-        share = self.gain / self.exchanged if self.exchanged > 0.0 else math.inf
+        """Return the message in a style."""
+        ratio = self.gain / self.exchanged if self.exchanged > 0.0 else math.inf
         gained, compared = "the motion would gain", "energy exchanged so far"
         if self.when is not None:
             gained = f"after step {self.when} the motion had gained"
             compared = "kinetic energy of the run"
         return (
             f"stopped at step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): "
-            f"{gained} {self.gain:.3g} J that no load accounts for, {100 * share:.3g} % of "
+            f"{gained} {self.gain:.3g} J that no load accounts for, {100 * ratio:.3g} % of "
             f"the largest {compared} (allowed: {100 * self.limit:.3g} %). "
-            f"{self.advice}" + KEPT * (self.trajectory is not None)
+            f"{self.advice}" + _states_note(self.trajectory)
         )
 
 
 class InstabilityError(StepError):
-    """An explicit run was stopped: its step has become too long for the motion.
+    """An explicit run was stopped because its step exceeds the stability limit.
 
-    The parameters are those of `StepError`; `residual` is the energy gained [J].
+    Parameters as in `StepError`; `residual` is the spurious energy [J].
     """
 
     def __init__(
@@ -162,15 +160,15 @@ class InstabilityError(StepError):
         super().__init__(reason, time, step, dt, residual, where, trajectory, advice, unit)
 
     def message(self, style: MessageStyle = python_style) -> str:
-        """Compose the message a reader meets."""
+        """Return the message in a style."""
         return (
             f"stopped after step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): "
-            f"{self.reason.rstrip('.')}. {self.advice}" + KEPT * (self.trajectory is not None)
+            f"{self.reason.rstrip('.')}. {self.advice}" + _states_note(self.trajectory)
         )
 
 
 class OutputError(AncfError, RuntimeError):
-    """The file of a run can no longer be written, as when the disk is full.
+    """The file of a run cannot be extended, for example because the disk is full.
 
     Parameters
     ----------
@@ -192,12 +190,11 @@ class OutputError(AncfError, RuntimeError):
         self.trajectory = trajectory
 
     def message(self, style: MessageStyle = python_style) -> str:
-        """Compose the message a reader meets."""
+        """Return the message in a style."""
         return (
             f"{self.path} cannot take the states after t = {self.time:.6g} s: {self.reason}. "
             "Free some space or write elsewhere, or save less with save_every or save_nodes."
-            + KEPT
-            * (self.trajectory is not None)
+            + _states_note(self.trajectory)
         )
 
 
@@ -207,12 +204,11 @@ class AccuracyError(AncfError, RuntimeError):
     Parameters
     ----------
     accuracy, error : float
-        What was asked for, and the estimate for the last run [m].
+        The requested accuracy, and the error estimate of the last run [m].
     runs : int
         Number of runs, each with shorter steps.
     within_reach : float, optional
-        Where the rounding of the steps is what is left of the error: an accuracy that is above it
-        [m].
+        An attainable accuracy, if rounding errors limit the error [m].
     trajectory : Trajectory, optional
         The motion with the smallest error so far.
     """
@@ -233,22 +229,21 @@ class AccuracyError(AncfError, RuntimeError):
         self.trajectory = trajectory
 
     def message(self, style: MessageStyle = python_style) -> str:
-        """Compose the message a reader meets."""
+        """Return the message in a style."""
         accuracy = style(Parameter("accuracy", f"{self.accuracy:.3g} m"))
         if self.within_reach is not None:
             return (
                 f"{accuracy} was not reached: after {self.runs} runs, each "
                 f"with shorter steps, the error is about {self.error:.3g} m, which is the rounding "
-                "of so many steps, and shorter ones add to it. Ask for "
-                f"{self.within_reach:.1g} m or more, or for a shorter time."
-                + KEPT
-                * (self.trajectory is not None)
+                "error of this many steps, and shorter ones add to it. Request "
+                f"{self.within_reach:.1g} m or more, or a shorter time."
+                + _states_note(self.trajectory)
             )
         return (
             f"{accuracy} was not reached: after {self.runs} runs, each with "
             f"shorter steps, the error is about {self.error:.3g} m and no longer follows the "
-            "steps. Ask for less, for a shorter time (a chaotic motion forgets its start), or "
-            "smooth loads that jump." + KEPT * (self.trajectory is not None)
+            "steps. Request a larger accuracy, a shorter time (chaotic motions cannot be "
+            "predicted for long), or smooth loads that jump." + _states_note(self.trajectory)
         )
 
 
@@ -258,62 +253,63 @@ class PlanError(AncfError, RuntimeError):
     Parameters
     ----------
     quantity : str
-        What was asked for.
-    asked, apart : float
-        The error that was asked for, and by how much motions with half the step still differ.
+        Description of the quantity.
+    tolerance, difference : float
+        The requested error, and the difference of the last two trial runs.
     unit : str
-        Of both.
+        Unit of both.
     runs : int
-        Number of motions that were compared.
+        Number of trial runs.
     t : float, optional
-        Where meshes were refined too: the time at which the last two differ most [s].
+        Time of the largest difference, if meshes were refined too [s].
     causes : tuple of str
-        What the motions, and what else was tried, have shown, in sentences without full stops.
+        Observations in the trial runs, sentences without full stops.
     """
 
     def __init__(
         self,
         quantity: str,
-        asked: float,
-        apart: float,
+        tolerance: float,
+        difference: float,
         unit: str,
         runs: int,
         t: float | None = None,
         causes: tuple[str, ...] = (),
     ) -> None:
-        super().__init__(quantity, asked, apart, unit, runs, t, causes)
-        self.quantity, self.asked, self.apart = quantity, asked, apart
+        super().__init__(quantity, tolerance, difference, unit, runs, t, causes)
+        self.quantity, self.tolerance, self.difference = quantity, tolerance, difference
         self.unit, self.runs, self.t, self.causes = unit, runs, t, causes
 
-    def because(self, causes: Sequence[str]) -> PlanError:
-        """Return the same with further causes."""
+    def with_causes(self, causes: Sequence[str]) -> PlanError:
+        """Return this error with further causes."""
         every = (*self.causes, *causes)
-        return PlanError(self.quantity, self.asked, self.apart, self.unit, self.runs, self.t, every)
+        tolerance, difference = self.tolerance, self.difference
+        return PlanError(self.quantity, tolerance, difference, self.unit, self.runs, self.t, every)
 
     def message(self, style: MessageStyle = python_style) -> str:
-        """Compose the message a reader meets."""
+        """Return the message in a style."""
         if self.t == 0.0:
             return (
                 f"no plan: the {self.quantity} has no limit at t = 0, where it grows by "
-                f"{self.apart:.3g} {self.unit} from a fine mesh to a finer one: the shape without "
-                "stress does not suit what holds it. Begin with start='equilibrium', or ask for it "
-                "at='end'."
+                f"{self.difference:.3g} {self.unit} from a fine mesh to a finer one: the "
+                "stress-free shape does not satisfy its supports. Begin with start='equilibrium', "
+                "or request it at='end'."
             )
         refined = "steps are halved" if self.t is None else "meshes and steps are refined"
         where = "" if self.t is None else f", most at t = {self.t:.3g} s"
         return (
             f"no plan: the {self.quantity} does not converge as {refined}; after "
-            f"{self.runs} motions the last two differ by {self.apart:.3g} {self.unit}".rstrip()
-            + f"{where}, and {self.asked:.3g} {self.unit}".rstrip()
-            + " was asked for. "
+            f"{self.runs} trial runs the last two differ by "
+            f"{format_quantity(self.difference, self.unit, 3)}{where}, and the requested error is "
+            f"{format_quantity(self.tolerance, self.unit, 3)}. "
             + "".join(f"{each[0].upper()}{each[1:]}. " for each in self.causes)
-            + "Ask for a larger error, for a shorter time (a chaotic "
-            "motion forgets its start), or smooth loads that jump."
+            + "Request a larger error or a shorter time (chaotic motions cannot be predicted for "
+            "long), or smooth loads that jump."
         )
 
 
 class PlanChangedWarning(UserWarning):
-    """A run has left the range that its plan assumed, and was planned again."""
+    """A run has left the validity range of its plan, and was planned again."""
 
 
 class LoadError(AncfError, RuntimeError):
@@ -322,12 +318,12 @@ class LoadError(AncfError, RuntimeError):
     Parameters
     ----------
     reason : str
-        Which load, when, and what it did; a sentence.  What a function raised is the cause of this
-        error.
+        The load, the time and the failure, a sentence.  An exception of the function is the cause
+        of this error.
     time : float
-        The time it was called with [s].
+        Time of the call [s].
     trajectory : Trajectory, optional
-        The states up to there.
+        The states up to this time.
     """
 
     def __init__(self, reason: str, time: float, trajectory: Any = None) -> None:
@@ -338,15 +334,22 @@ class LoadError(AncfError, RuntimeError):
         self.trajectory = trajectory
 
     def message(self, style: MessageStyle = python_style) -> str:
-        """Compose the message a reader meets."""
+        """Return the message in a style."""
         if self.trajectory is None:
             return self.reason
-        return f"{self.reason.rstrip('.')}." + KEPT
+        return f"{self.reason.rstrip('.')}." + _states_note(self.trajectory)
+
+
+def _states_note(trajectory: Any) -> str:
+    """Return a sentence on the states that an error contains, if it does."""
+    if trajectory is None:
+        return ""
+    return " The states up to here are in the attribute `trajectory` of this error."
 
 
 @contextmanager
 def trial_call() -> Iterator[None]:
-    """Raise the failure of a function that is tried out as an error of the argument it was."""
+    """Raise a load failure in a trial call as an error of the argument."""
     try:
         yield
     except LoadError as failure:

@@ -130,7 +130,7 @@ def choose(
         for way in _suiting(pilots, LAST):
             other = tried(way) or other
     if stop is not None and other is None:
-        raise stop.because(why) if isinstance(stop, PlanError) else stop
+        raise stop.with_causes(why) if isinstance(stop, PlanError) else stop
     if found is None:
         assert other is not None
         return other

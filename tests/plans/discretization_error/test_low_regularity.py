@@ -88,7 +88,7 @@ def test_a_force_without_a_limit_at_the_start_has_no_plan():
     largest = ancf.reaction(rope.start, at="largest")
     with pytest.raises(ancf.PlanError, match="has no limit at t = 0, where it") as caught:
         ancf.plan(scene, 0.3, largest, "10 %")
-    assert "Begin with start='equilibrium', or ask for it at='end'." in str(caught.value)
+    assert "Begin with start='equilibrium', or request it at='end'." in str(caught.value)
     assert ancf.plan(scene, 0.3, largest, "10 %", start="equilibrium").is_met
 
 

@@ -105,7 +105,7 @@ def test_what_does_not_fit_exactly_is_marched(monkeypatch):
     scene = lattice(9).scene
     estimated = memory_estimate.estimate(scene, 3, None, False, "auto", incomplete=True)
     for module in (memory_estimate, choose_factorization, switch_to_direct):
-        monkeypatch.setattr(module, "available", lambda: 1.2 * estimated.total)
+        monkeypatch.setattr(module, "available_memory", lambda: 1.2 * estimated.total)
     with pytest.raises(ancf.InputError, match="would need about"):
         solver_of(scene, factorization="complete")
     assert INCOMPLETE in solver_of(scene)
@@ -115,7 +115,7 @@ def test_what_does_not_fit_exactly_is_marched(monkeypatch):
 def test_if_neither_fits_both_are_named(monkeypatch):
     scene = lattice(9).scene
     estimated = memory_estimate.estimate(scene, 3, None, False, "auto", incomplete=True)
-    monkeypatch.setattr(memory_estimate, "available", lambda: 0.5 * estimated.total)
+    monkeypatch.setattr(memory_estimate, "available_memory", lambda: 0.5 * estimated.total)
     sentence = r"the factor .* GB as an incomplete one, and as a complete one up to .* GB"
     with pytest.raises(ancf.InputError, match=sentence):
         solver_of(scene)
@@ -167,7 +167,7 @@ def test_a_step_that_fails_is_solved_on_an_exact_seed(monkeypatch):
     (event,) = [event for event in run.stats.events if event.rung == "complete seed"]
     assert f"from step {event.step} on a complete seed" in run.stats.solver
     # Without room for it the run ends as it would have.
-    monkeypatch.setattr(switch_to_direct, "available", lambda: 1e5)
+    monkeypatch.setattr(switch_to_direct, "available_memory", lambda: 1e5)
     with pytest.raises(ancf.StepError):
         ancf.simulate(scene, t_end, dt)
 

@@ -50,7 +50,7 @@ def test_the_factor_of_a_lattice_that_may_not_fit_is_not_taken_for_that_of_a_net
     scene = lattice(10)
     seed = seed_of(scene)
     monkeypatch.setattr(
-        "ancfsparse.solve.preparation.memory_estimate.available", lambda: 2.0 * seed.nbytes
+        "ancfsparse.solve.preparation.memory_estimate.available_memory", lambda: 2.0 * seed.nbytes
     )
     estimated = estimate(scene, 1, 0, False, Newton()).factor
     assert seed.nbytes <= estimated <= 2.0 * seed.nbytes

@@ -150,7 +150,7 @@ def test_bad_output(options, message):
 
 
 def test_a_run_that_cannot_fit_is_refused_before_it_starts(monkeypatch):
-    monkeypatch.setattr(memory_estimate, "available", lambda: 2e9)
+    monkeypatch.setattr(memory_estimate, "available_memory", lambda: 2e9)
     message = (
         r"about 24\.\d GB, more than there is: 2 GB of memory are free, and saved states alone "
         r"would take 24\.\d GB; try a larger save_every, save_nodes=\[...\], or output="
@@ -163,7 +163,7 @@ def test_a_run_that_cannot_fit_is_refused_before_it_starts(monkeypatch):
     full = ancf.QuasiNewton("bfgs", memory="full")
     with pytest.raises(InputError, match=r"factor or inverse alone would take .* GB; try fewer"):
         ancf.simulate(scene, 1.0, 1e-3, save_every=1000, solver=full)
-    monkeypatch.setattr(memory_estimate, "available", lambda: None)
+    monkeypatch.setattr(memory_estimate, "available_memory", lambda: None)
     swing()
 
 
@@ -184,7 +184,7 @@ def test_a_lattice_whose_factor_cannot_fit_is_refused_before_it_is_factored(monk
     estimated = memory_estimate.estimate(scene, 2, 1, False, "auto")
     seed = seed_of(scene)
     assert seed.nbytes > 2.0 * estimated.factor  # what a plane net of as many nodes would take
-    monkeypatch.setattr(memory_estimate, "available", lambda: estimated.total + 1e6)
+    monkeypatch.setattr(memory_estimate, "available_memory", lambda: estimated.total + 1e6)
     with pytest.raises(InputError, match=r"the factor or inverse alone would take .* GB; try few"):
         ancf.simulate(scene, 1e-3, 1e-3, factorization="complete")
     with pytest.raises(InputError, match=r"the factor or inverse alone would take .* GB; try few"):
@@ -215,11 +215,11 @@ def test_a_limit_on_addresses_counts():
     limits = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (2**40, limits[1]))
     try:
-        assert memory_estimate.available() < 2**40
+        assert memory_estimate.available_memory() < 2**40
     finally:
         resource.setrlimit(resource.RLIMIT_AS, limits)
 
 
 def test_what_is_free_is_known_here():
-    free = memory_estimate.available()
+    free = memory_estimate.available_memory()
     assert free is None or 0 < free < 1e14

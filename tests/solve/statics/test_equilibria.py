@@ -214,7 +214,9 @@ def test_a_scene_that_cannot_fit_is_refused_before_it_is_set_up(monkeypatch):
     def never(*_):
         raise AssertionError("set up")
 
-    monkeypatch.setattr("ancfsparse.solve.preparation.memory_estimate.available", lambda: 1e5)
+    monkeypatch.setattr(
+        "ancfsparse.solve.preparation.memory_estimate.available_memory", lambda: 1e5
+    )
     monkeypatch.setattr("ancfsparse.solve.statics.static_equilibrium.System", never)
     monkeypatch.setattr("ancfsparse.solve.linearization.matrices.System", never)
     scene, _ = chain(1000)

@@ -147,7 +147,7 @@ def test_what_fails_and_does_not_fit_exactly_fails(monkeypatch):
         ancf.solve_static(hung(4))
     assert kinds == ["DeflatedSeed", "SparseSeed"]
     vectors = memory_estimate.estimate(hung(4), 1, 0, False, ancf.Newton()).vectors
-    monkeypatch.setattr(memory_estimate, "available", lambda: vectors + 1e4)
+    monkeypatch.setattr(memory_estimate, "available_memory", lambda: vectors + 1e4)
     monkeypatch.setattr(memory_estimate, "LITTLE", 0.0)
     monkeypatch.setattr(solve_static, "memory_for", lambda _: contextlib.nullcontext())
     monkeypatch.setattr(DeflatedSeed, "nbytes", 0.0)
@@ -170,7 +170,7 @@ def test_what_does_not_fit_exactly_is_solved(monkeypatch):
         scene, 1, 0, False, ancf.Newton(), matrices=8, incomplete=True,
         incomplete_entry=memory_estimate.DEFLATED_ENTRY,
     )  # fmt: skip
-    monkeypatch.setattr(memory_estimate, "available", lambda: 1.05 * needed.total)
+    monkeypatch.setattr(memory_estimate, "available_memory", lambda: 1.05 * needed.total)
     assert needed.exact > needed.factor
     assert INCOMPLETE in ancf.solve_static(scene).stats.solver
 
