@@ -84,6 +84,8 @@ if TYPE_CHECKING:
     )
     from ancfsparse.sweeps import grid, latin_hypercube, sweep
 
+    __version__: str
+
 __all__ = [
     "HHT",
     "AccuracyError",
@@ -195,4 +197,16 @@ _ON_DEMAND = {
     "velocity": "plans",
 }
 
-__getattr__ = on_demand(__name__, _ON_DEMAND)
+_load = on_demand(__name__, _ON_DEMAND)
+
+
+def __getattr__(name: str) -> object:
+    if name == "__version__":
+        from importlib.metadata import version  # takes longer to load than to set up a small scene
+
+        return version(__name__)
+    return _load(name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -1,4 +1,4 @@
-"""Checks of arguments, which raise one sentence about what is wrong."""
+"""Checks of arguments; each raises an `InputError` with one sentence."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.errors import InputError, Parameter, format_quantity
 from ancfsparse.messages import MAX_INTEGER, format_value, suggest_names
 
-# Largest length, mass, time ..., whose cube, and that of its inverse, are still numbers.
-MAX_MAGNITUDE = 1e100
+MAX_MAGNITUDE = 1e100  # of a length, mass, ...: its cube and inverse cube do not overflow
 
 
 def _invalid(what: str, needed: str, given: str) -> InputError:
@@ -24,7 +23,7 @@ def _invalid(what: str, needed: str, given: str) -> InputError:
 
 
 def is_masked(value: object) -> bool:
-    """Whether an array has masked entries; none exists before `numpy.ma` is loaded."""
+    """Return True for an array with masked entries, which requires that `numpy.ma` is loaded."""
     return "numpy.ma" in sys.modules and bool(np.ma.is_masked(value))
 
 
@@ -34,11 +33,11 @@ def check_choice(what: str, name: object, valid: Iterable[str]) -> str:
     Parameters
     ----------
     what : str
-        What the name stands for, as it should appear in the message.
+        Meaning of the name, for the message.
     name : object
-        What was given.
+        The argument.
     valid : iterable of str
-        The names that are understood.
+        The valid names.
 
     Returns
     -------
@@ -48,7 +47,7 @@ def check_choice(what: str, name: object, valid: Iterable[str]) -> str:
     Raises
     ------
     InputError
-        If it is not, with the nearest valid name.
+        If it is not valid; the message suggests the most similar name.
     """
     names = list(valid)
     if isinstance(name, str) and name in names:
@@ -64,7 +63,7 @@ def check_flag(what: str, value: object) -> bool:
     what : str
         Name of the switch in the message.
     value : object
-        What was given; that it counts as true is not enough, as ``"no"`` does.
+        The argument; truthiness is not enough, because ``"no"`` is truthy.
 
     Returns
     -------
@@ -74,7 +73,7 @@ def check_flag(what: str, value: object) -> bool:
     Raises
     ------
     InputError
-        If it is something else.
+        Otherwise.
     """
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
@@ -89,9 +88,9 @@ def check_finite(what: str, value: object, unit: str = "") -> float:
     what : str
         Name of the quantity in the message.
     value : object
-        What was given: a real number, or an array that is one.  One of less than double precision
-        is taken for the shortest decimal that it stands for: the 1e-3 in single precision is not a
-        thousandth in double.
+        The argument: a real number, or an array of shape ().  A number of less than double
+        precision is read as its shortest decimal representation, because 1e-3 in single precision
+        is not a thousandth in double.
     unit : str, optional
         SI unit in the message.
 
@@ -129,7 +128,7 @@ def check_positive(what: str, value: object, unit: str = "") -> float:
     what : str
         Name of the quantity in the message.
     value : object
-        What was given.
+        The argument.
     unit : str, optional
         SI unit in the message.
 
@@ -157,7 +156,7 @@ def check_integer(what: str, value: object) -> int:
     what : str
         Name of the number in the message.
     value : object
-        What was given; a float is refused even when it is whole.
+        The argument; a float is refused, even if it is integral.
 
     Returns
     -------
@@ -181,7 +180,7 @@ def check_moderate(what: str, value: object, unit: str) -> float:
     Parameters
     ----------
     what, value, unit
-        As `check_positive` takes them.
+        As in `check_positive`.
 
     Returns
     -------
@@ -191,7 +190,7 @@ def check_moderate(what: str, value: object, unit: str) -> float:
     Raises
     ------
     InputError
-        If `value` is no positive number, or beyond `MAX_MAGNITUDE` or its inverse.
+        If `value` is not a positive number, or beyond `MAX_MAGNITUDE` or its inverse.
     """
     number = check_positive(what, value, unit)
     if not 1.0 / MAX_MAGNITUDE <= number <= MAX_MAGNITUDE:
@@ -210,7 +209,7 @@ def check_count(what: str, value: object, lowest: int = 1) -> int:
     what : str
         Name of the count in the message.
     value : object
-        What was given; a float is refused even when it is whole.
+        The argument; a float is refused, even if it is integral.
     lowest : int, optional
         Smallest valid count.
 
@@ -244,9 +243,9 @@ def check_reals(what: str, value: object, needed: str) -> NDArray[np.float64]:
     what : str
         Name of the array in the message.
     value : object
-        What was given, array_like if it is valid.
+        The argument, array_like if it is valid.
     needed : str
-        What it must be, for the message, such as ``"2 numbers"``.
+        The requirement, for the message, such as ``"2 numbers"``.
 
     Returns
     -------
@@ -256,11 +255,11 @@ def check_reals(what: str, value: object, needed: str) -> NDArray[np.float64]:
     Raises
     ------
     InputError
-        If it holds texts, booleans, complex numbers, masked entries, integers beyond the range of
-        floating-point numbers, or rows of different lengths.
+        If it contains texts, booleans, complex numbers, masked entries, integers beyond the range
+        of floating-point numbers, or rows of different lengths.
     """
     try:
-        if is_masked(value):  # its masked entries would be read all the same
+        if is_masked(value):  # masked entries would be read as numbers
             raise TypeError
         given = np.asarray(value)
         if given.dtype.kind == "O":  # fractions and decimals, or integers of many digits
@@ -290,7 +289,7 @@ def check_vector(what: str, value: ArrayLike, dim: int, unit: str = "") -> NDArr
     what : str
         Name of the vector in the message.
     value : array_like
-        What was given.
+        The argument.
     dim : int
         2 in a planar scene, 3 in a spatial one.
     unit : str, optional
@@ -326,14 +325,14 @@ def check_vector(what: str, value: ArrayLike, dim: int, unit: str = "") -> NDArr
 
 
 def set_fields(record: object, **values: object) -> None:
-    """Let a frozen dataclass keep what its checks have returned.
+    """Set fields of a frozen dataclass to checked values.
 
     Parameters
     ----------
     record : object
         The dataclass, in its ``__post_init__``.
     **values
-        Its fields.
+        Values by field name.
     """
     for name, value in values.items():
         object.__setattr__(record, name, value)

@@ -1,4 +1,4 @@
-"""Choice of instruction set: every module is compiled for each, this machine runs the widest."""
+"""Selection of the instruction set: every module is compiled for each, the widest one is used."""
 
 import os
 from functools import cache
@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from types import ModuleType
 
 from ancfsparse.errors import InputError
-from ancfsparse.instruction_sets import REQUIRED_FLAGS, cpu_flags, runnable_sets
+from ancfsparse.instruction_sets import REQUIRED_FLAGS, cpu_flags, supported_sets
 from ancfsparse.openmp import short_spin_waits
 
 ENVIRONMENT_VARIABLE = "ANCFSPARSE_INSTRUCTION_SET"
@@ -16,45 +16,45 @@ FOR_EVERY_MACHINE = "for every machine with `pip install -Csetup-args=-Dinstruct
 
 @cache
 def built_instruction_sets() -> tuple[str, ...]:
-    """Return the instruction sets this installation was compiled for, from narrow to wide."""
+    """Return the instruction sets of this installation, from narrow to wide."""
     return tuple(name for name in REQUIRED_FLAGS if find_spec(_module("assembly", name)))
 
 
 @cache
 def available_instruction_sets() -> tuple[str, ...]:
-    """Return the sets of this installation that this machine can run, from narrow to wide."""
-    can_run = runnable_sets(cpu_flags())
-    return tuple(name for name in built_instruction_sets() if name in can_run)
+    """Return the sets of this installation that this processor supports, from narrow to wide."""
+    supported = supported_sets(cpu_flags())
+    return tuple(name for name in built_instruction_sets() if name in supported)
 
 
 def instruction_set() -> str:
-    """Return the set in use: the widest, or what ``ANCFSPARSE_INSTRUCTION_SET`` asks for.
+    """Return the set in use: the widest, or that of ``ANCFSPARSE_INSTRUCTION_SET``.
 
     Raises
     ------
     InputError
-        If the variable names an unknown set, one this machine cannot run or one this installation
-        does not have; or if it has none that this machine can run.
+        If the variable names a set that is unknown, not supported by this processor or not part of
+        this installation; or if this processor supports none of the installed sets.
     """
-    wanted = os.environ.get(ENVIRONMENT_VARIABLE)
-    if not wanted:
+    requested = os.environ.get(ENVIRONMENT_VARIABLE)
+    if not requested:
         if not available_instruction_sets():
             raise InputError(_unusable(built_instruction_sets()))
         return available_instruction_sets()[-1]
-    if wanted not in REQUIRED_FLAGS:
+    if requested not in REQUIRED_FLAGS:
         names = ", ".join(REQUIRED_FLAGS)
-        raise InputError(f"{ENVIRONMENT_VARIABLE}={wanted!r} is not one of {names}.")
-    if wanted not in runnable_sets(cpu_flags()):
+        raise InputError(f"{ENVIRONMENT_VARIABLE}={requested!r} is not one of {names}.")
+    if requested not in supported_sets(cpu_flags()):
         raise InputError(
-            f"{ENVIRONMENT_VARIABLE}={wanted!r} asks for instructions this machine lacks "
-            f"({_missing(wanted)}); it can run {', '.join(runnable_sets(cpu_flags()))}."
+            f"{ENVIRONMENT_VARIABLE}={requested!r} requires instructions that this processor lacks "
+            f"({_missing(requested)}); it supports {', '.join(supported_sets(cpu_flags()))}."
         )
-    if wanted not in built_instruction_sets():
+    if requested not in built_instruction_sets():
         raise InputError(
-            f"{ENVIRONMENT_VARIABLE}={wanted!r} asks for a set this installation was not compiled "
-            f"for; it has {', '.join(built_instruction_sets())}. Build it {FOR_EVERY_MACHINE}."
+            f"{ENVIRONMENT_VARIABLE}={requested!r} is not part of this installation, "
+            f"which has {', '.join(built_instruction_sets())}. Build it {FOR_EVERY_MACHINE}."
         )
-    return wanted
+    return requested
 
 
 def compiled_module(name: str, instruction_set_name: str | None = None) -> ModuleType:
@@ -67,7 +67,7 @@ def compiled_module(name: str, instruction_set_name: str | None = None) -> Modul
     instruction_set_name : str, optional
         One of `available_instruction_sets`; by default the one in use.
     """
-    return _loaded(_module(name, instruction_set_name or instruction_set()))
+    return _import(_module(name, instruction_set_name or instruction_set()))
 
 
 def _module(name: str, instruction_set_name: str) -> str:
@@ -75,11 +75,11 @@ def _module(name: str, instruction_set_name: str) -> str:
 
 
 def _unusable(built: tuple[str, ...]) -> str:
-    """Return why none of the sets of this installation will do."""
+    """Return the reason why no set of this installation is supported."""
     if not built:
         return "ancfsparse has no compiled modules here: build them with `make setup`"
     return (
-        f"ancfsparse was compiled for {', '.join(built)} only, and this machine lacks "
+        f"ancfsparse was compiled for {', '.join(built)} only, and this processor lacks "
         f"{_missing(built[0])}: build it again on this machine, or {FOR_EVERY_MACHINE}"
     )
 
@@ -89,6 +89,6 @@ def _missing(instruction_set_name: str) -> str:
 
 
 @cache
-def _loaded(module: str) -> ModuleType:
+def _import(module: str) -> ModuleType:
     with short_spin_waits():
         return import_module(module)

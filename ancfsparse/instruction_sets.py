@@ -1,4 +1,4 @@
-"""The instruction sets that modules are compiled for, and which of them a processor can run.
+"""The instruction sets that modules are compiled for, and their processor flags.
 
 `meson.build` runs this file to find the set of this machine, so it imports nothing of the package.
 """
@@ -11,11 +11,11 @@ REQUIRED_FLAGS = {
     "x86_64_v3": _V3,
     "x86_64_v4": _V3 | frozenset("avx512f avx512bw avx512cd avx512dq avx512vl".split()),
 }
-"""Processor flags each set needs, as Linux names them, from narrow to wide."""
+"""Required processor flags of each set by their names in Linux, from narrow to wide."""
 
 
 def cpu_flags() -> frozenset[str]:
-    """Return the flags of this processor; none where the system does not list them."""
+    """Return the flags of this processor; none if the system does not list them."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="ignore")
     except OSError:
@@ -26,10 +26,10 @@ def cpu_flags() -> frozenset[str]:
     return frozenset()
 
 
-def runnable_sets(flags: frozenset[str]) -> tuple[str, ...]:
-    """Return the sets that a processor with these flags can run, from narrow to wide."""
+def supported_sets(flags: frozenset[str]) -> tuple[str, ...]:
+    """Return the sets that a processor with these flags supports, from narrow to wide."""
     return tuple(name for name, needed in REQUIRED_FLAGS.items() if needed <= flags)
 
 
 if __name__ == "__main__":
-    print(runnable_sets(cpu_flags())[-1])
+    print(supported_sets(cpu_flags())[-1])

@@ -1,4 +1,4 @@
-"""How messages show a value, and which names they suggest."""
+"""Formatting of values in messages, and suggestions for misspelt names."""
 
 from __future__ import annotations
 
@@ -13,22 +13,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-# Integers beyond have no floating-point number, and cannot even be printed from 4300 digits on.
-MAX_INTEGER = int(sys.float_info.max)
+MAX_INTEGER = int(sys.float_info.max)  # largest integer with a floating-point approximation
 
 
 def format_value(value: object) -> str:
-    """Write what was given in one short line, whatever it is.
+    """Return a value in one short line.
 
     Parameters
     ----------
     value : object
-        Anything, an array or an integer of a million digits too.
+        Any object, also an array or an integer of a million digits.
 
     Returns
     -------
     str
-        Its ``repr``, shortened; its type where that fails.
+        Its ``repr``, shortened; its type if the ``repr`` fails.
     """
     if isinstance(value, int) and abs(value) > MAX_INTEGER:
         return "an integer beyond 1.8e308"
@@ -39,16 +38,16 @@ def format_value(value: object) -> str:
 
 
 def checksum(data: bytes) -> str:
-    """Return 16 digits that stand for data too long to show."""
+    """Return 16 digits that identify data too long to print."""
     digest: str = _sha256()(data).hexdigest()
     return digest[:16]
 
 
 @cache
 def _sha256() -> Any:
-    """Return the function of the lean module, as `random` of the standard library does.
+    """Return SHA-256 of the extension module, as `random` of the standard library does.
 
-    `hashlib` loads OpenSSL, which takes longer than to set up a small scene.
+    `hashlib` loads OpenSSL, which takes longer than the set-up of a small scene.
     """
     for name in ("_sha2", "_sha256"):  # since Python 3.12, and before
         with suppress(ImportError):
@@ -57,14 +56,14 @@ def _sha256() -> Any:
 
 
 class _Short(reprlib.Repr):
-    """Keep texts, numbers and handles whole; shorten long tables."""
+    """Shorten long tables, but not texts, numbers and handles."""
 
     def __init__(self) -> None:
         super().__init__()
         self.maxstring = self.maxlong = self.maxother = 80
 
     def repr_int(self, x: int, level: int) -> str:
-        """Write an integer that may have more digits than Python prints."""
+        """Return an integer, also with more digits than Python prints."""
         return format_value(x) if abs(x) > MAX_INTEGER else super().repr_int(x, level)
 
 
@@ -72,14 +71,14 @@ _SHORT = _Short()
 
 
 def suggest_names(name: object, valid: Iterable[str]) -> str:
-    """List the names that are valid, the nearest one first.
+    """List the valid names, and the one most similar to a name.
 
     Parameters
     ----------
     name : object
-        What was given; anything but a string has no nearest name.
+        The invalid name; only a string has a similar one.
     valid : iterable of str
-        The names that would have been understood.
+        The valid names.
 
     Returns
     -------
@@ -95,7 +94,7 @@ def suggest_names(name: object, valid: Iterable[str]) -> str:
 
 
 def format_numbers(values: ArrayLike) -> str:
-    """Write numbers with nine digits each, which distinguish what rounding does not make."""
+    """Return numbers with nine digits each, fewer than rounding errors change."""
     if not (isinstance(values, tuple) and values and isinstance(values[0], float)):
         values = np.ravel(values).astype(float).tolist()  # fractions have no digits
     return "(" + ", ".join([f"{each:.9g}" for each in values]) + ")"

@@ -1,28 +1,28 @@
-"""How threads wait for work, and where threads are unavailable.
+"""Waiting times of OpenMP threads, and detection of forked processes.
 
-GCC's OpenMP lets them look for it for milliseconds before they sleep, in which neither other
-programs nor other threads run: on a machine that is busy, two threads are ten times slower than
-one.  Some ten microseconds are enough on one that is not.  It reads its settings once, when it is
-loaded.
+Idle threads of GCC's OpenMP spin for milliseconds before they sleep, and block the processors for
+other programs and threads: on a busy machine two threads are ten times slower than one.  About ten
+microseconds suffice on an idle machine.  The setting is read once, when OpenMP is loaded.
 
-A fork copies one thread.  GCC's OpenMP goes on counting on the others that the parent had, and the
-child waits for them for ever, so a forked process works with one thread.
+A fork copies one thread, but GCC's OpenMP in the child still waits for the other threads of the
+parent, without end.  A forked process therefore uses one thread.
 """
 
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-SETTING, LOOKS = "GOMP_SPINCOUNT", "1000"
-CHOICES = frozenset({SETTING, "OMP_WAIT_POLICY"})
-"""Variables by which a person decides."""
+VARIABLE = "GOMP_SPINCOUNT"
+SPIN_COUNT = "1000"  # spins, about ten microseconds
+USER_VARIABLES = frozenset({VARIABLE, "OMP_WAIT_POLICY"})
+"""Environment variables by which a user sets waiting times."""
 
-_forked = False
+_is_fork = False
 
 
 def _note_fork() -> None:
-    global _forked
-    _forked = True
+    global _is_fork
+    _is_fork = True
 
 
 if hasattr(os, "register_at_fork"):  # nothing forks on Windows
@@ -30,18 +30,18 @@ if hasattr(os, "register_at_fork"):  # nothing forks on Windows
 
 
 def is_forked() -> bool:
-    """Whether this process is a fork of one that had loaded this module."""
-    return _forked
+    """Return True in a fork of a process that had loaded this module."""
+    return _is_fork
 
 
 @contextmanager
 def short_spin_waits() -> Iterator[None]:
-    """Let what is loaded now wait briefly, unless a person has decided; leave nothing behind."""
-    if CHOICES & os.environ.keys():
+    """Load OpenMP with short spin times, unless the user has set them; restore the environment."""
+    if USER_VARIABLES & os.environ.keys():
         yield
         return
-    os.environ[SETTING] = LOOKS
+    os.environ[VARIABLE] = SPIN_COUNT
     try:
         yield
     finally:
-        del os.environ[SETTING]
+        del os.environ[VARIABLE]

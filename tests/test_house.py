@@ -7,6 +7,7 @@ import subprocess
 
 import pytest
 
+import ancfsparse
 from tests.paths import ROOT
 
 PAPER = (
@@ -49,6 +50,14 @@ def test_version_is_the_same_everywhere():
     version = re.search(r"^version: (\S+)$", text_of("CITATION.cff"), re.MULTILINE)[1]
     assert importlib.metadata.version("ancfsparse") == version
     assert re.search(r"^## (\S+)", text_of("CHANGELOG.md"), re.MULTILINE)[1] == version
+
+
+def test_the_package_shows_its_public_names_alone():
+    assert ancfsparse.__version__ == importlib.metadata.version("ancfsparse")
+    assert set(dir(ancfsparse)) == {*ancfsparse.__all__, "__version__"}
+    assert all(hasattr(ancfsparse, name) for name in ancfsparse.__all__)
+    with pytest.raises(AttributeError, match="has no attribute 'simulat'"):
+        ancfsparse.simulat  # noqa: B018
 
 
 def test_licence_and_its_limits_are_stated():

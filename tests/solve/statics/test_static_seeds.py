@@ -148,7 +148,7 @@ def test_what_fails_and_does_not_fit_exactly_fails(monkeypatch):
     assert kinds == ["DeflatedSeed", "SparseSeed"]
     vectors = memory_estimate.estimate(hung(4), 1, 0, False, ancf.Newton()).vectors
     monkeypatch.setattr(memory_estimate, "available_memory", lambda: vectors + 1e4)
-    monkeypatch.setattr(memory_estimate, "LITTLE", 0.0)
+    monkeypatch.setattr(memory_estimate, "MIN_CHECKED", 0.0)
     monkeypatch.setattr(solve_static, "memory_for", lambda _: contextlib.nullcontext())
     monkeypatch.setattr(DeflatedSeed, "nbytes", 0.0)
     with pytest.raises(ancf.EquilibriumError, match="a reason"):
